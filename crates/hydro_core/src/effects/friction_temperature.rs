@@ -1,0 +1,50 @@
+//! Viscous friction that falls as the oil and the grease warm up.
+
+use super::{Effect, EffectSpec, MastPorts, Scope};
+use crate::mast::{Bus, Lift};
+use crate::parameters::{Origin, ParameterSpec, Scale};
+use crate::scalar::Scalar;
+
+/// σ2 → σ2·e^(−k(T − 20 °C)).
+#[derive(Debug, Clone)]
+pub struct FrictionTemperature<S> {
+    rate: S,
+    place: usize,
+}
+
+/// The temperature at which σ2 keeps its value [°C].
+const REFERENCE_DEGC: f64 = 20.0;
+
+impl<S: Scalar> Effect<S> for FrictionTemperature<S> {
+    const SPEC: EffectSpec = EffectSpec {
+        id: "friction_temperature",
+        scope: Scope::Lift,
+        equation: "sigma_2(T) = sigma_2 exp(-rate (T - 20 degC))",
+        source: "Fri & Fahlén (2017), section 6.3; viscosity law (3.1) applied to the lubricating film",
+        parameters: &[ParameterSpec {
+            name: "rate",
+            symbol: "k",
+            unit: "1/K",
+            lower: -0.1,
+            upper: 0.15,
+            scale: Scale::Linear,
+            origin: Origin::Chosen,
+            equation: "(3.5)",
+            meaning: "relative fall of the viscous friction per kelvin",
+            bounds_reason: "greases and oils thin by at most 0.1/K when cold; the sign is left open",
+        }],
+        quiet: 0.0,
+        states: &[],
+    };
+
+    fn new(values: &[S], _lifts: &[Lift<S>], place: usize) -> Self {
+        FrictionTemperature { rate: values[0], place }
+    }
+
+    #[inline(always)]
+    fn act<const L: usize>(&self, bus: &Bus<S, L>, _own: &[S], ports: &mut MastPorts<S, L>) {
+        let warmer = bus.oil_temperature_degc - S::constant(REFERENCE_DEGC);
+        let port = &mut ports.lifts[self.place].viscous_friction;
+        *port = *port * (-(self.rate * warmer)).exp();
+    }
+}

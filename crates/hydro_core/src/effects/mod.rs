@@ -1,0 +1,142 @@
+//! The physics the thesis left out: one effect a file, and the list at the bottom.
+//!
+//! An effect reads the bus (states and inputs of the simulated lifts) and writes to ports. It may
+//! own states. Its first parameter is its amplitude, with a quiet value at which the model is the
+//! model without it, to the bit.
+
+use crate::mast::{Bus, Lift, LiftName};
+use crate::parameters::ParameterSpec;
+use crate::ports::Open;
+use crate::scalar::Scalar;
+
+/// Where an effect sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// On one lift: `main.leakage.coefficient`.
+    Lift,
+    /// Between the lifts: `mast_coupling.factor`.
+    Mast,
+}
+
+/// What there is to know of a state.
+#[derive(Debug, Clone, Copy)]
+pub struct StateSpec {
+    pub name: &'static str,
+    pub unit: &'static str,
+    /// A typical size: what the error control measures against.
+    pub scale: f64,
+    pub meaning: &'static str,
+}
+
+/// What there is to know of an effect, whatever its parameters' values.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectSpec {
+    pub id: &'static str,
+    pub scope: Scope,
+    pub equation: &'static str,
+    pub source: &'static str,
+    /// The amplitude first.
+    pub parameters: &'static [ParameterSpec],
+    /// The amplitude at which the effect is absent.
+    pub quiet: f64,
+    pub states: &'static [StateSpec],
+}
+
+/// What effects write: the ports of every simulated lift, and what lies between the lifts.
+#[derive(Debug, Clone, Copy)]
+pub struct MastPorts<S, const L: usize> {
+    pub lifts: [Open<S>; L],
+    /// Inertia that couples the two cylinders' accelerations [kg].
+    pub joint_inertia: S,
+}
+
+/// One effect at work. `place` says on which simulated lift it sits.
+pub trait Effect<S: Scalar>: Sized {
+    const SPEC: EffectSpec;
+    /// `values` in the order of the specification's parameters.
+    fn new(values: &[S], lifts: &[Lift<S>], place: usize) -> Self;
+    /// Adds the effect's share to the ports.
+    fn act<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], ports: &mut MastPorts<S, L>);
+    /// Time derivatives of the effect's own states.
+    fn rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
+}
+
+/// An effect that a truck asks for: which, and on which lift.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Instance {
+    pub kind: Kind,
+    /// None for an effect between the lifts.
+    pub lift: Option<LiftName>,
+}
+
+impl Instance {
+    /// `main.leakage`, or `mast_coupling`.
+    pub fn name(&self) -> String {
+        match self.lift {
+            Some(lift) => format!("{}.{}", lift.as_str(), self.kind.spec().id),
+            None => self.kind.spec().id.to_string(),
+        }
+    }
+
+    /// Every place an effect of the list may take.
+    pub fn all() -> impl Iterator<Item = Instance> {
+        Kind::ALL.iter().flat_map(|&kind| {
+            let lifts: &[Option<LiftName>] = match kind.spec().scope {
+                Scope::Lift => &[Some(LiftName::Free), Some(LiftName::Main)],
+                Scope::Mast => &[None],
+            };
+            lifts.iter().map(move |&lift| Instance { kind, lift })
+        })
+    }
+}
+
+macro_rules! catalogue {
+    ($($module:ident :: $effect:ident),* $(,)?) => {
+        $(mod $module;)*
+
+        /// The effects by kind.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Kind { $($effect,)* }
+
+        impl Kind {
+            pub const ALL: &'static [Kind] = &[$(Kind::$effect,)*];
+
+            pub fn spec(self) -> EffectSpec {
+                match self {
+                    $(Kind::$effect => <$module::$effect<f64> as Effect<f64>>::SPEC,)*
+                }
+            }
+        }
+
+        /// An effect with its parameters.
+        #[derive(Debug, Clone)]
+        pub enum Term<S> { $($effect($module::$effect<S>),)* }
+
+        impl<S: Scalar> Term<S> {
+            pub fn new(kind: Kind, values: &[S], lifts: &[Lift<S>], place: usize) -> Self {
+                match kind {
+                    $(Kind::$effect => Term::$effect($module::$effect::new(values, lifts, place)),)*
+                }
+            }
+
+            #[inline(always)]
+            pub fn act<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], ports: &mut MastPorts<S, L>) {
+                match self {
+                    $(Term::$effect(effect) => effect.act(bus, own, ports),)*
+                }
+            }
+
+            #[inline(always)]
+            pub fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
+                match self {
+                    $(Term::$effect(effect) => effect.rates(bus, own, rates),)*
+                }
+            }
+        }
+    };
+}
+
+catalogue! {
+    mast_coupling::MastCoupling,
+    friction_temperature::FrictionTemperature,
+}

@@ -1,0 +1,23 @@
+//! The hydraulic lowering function of a forklift: physics, integrators, test signals and sensors.
+//!
+//! After Fri & Fahlén, *Modelling and Control of a Forklift's Hydraulic Lowering Function*
+//! (Linköping University, LiTH-ISY-EX--17/5050--SE, 2017). Equation numbers in brackets are the
+//! thesis's. SI units; positions and velocities upward positive.
+
+pub mod commands;
+pub mod dual;
+pub mod effects;
+pub mod elementary;
+pub mod error;
+pub mod lanes;
+pub mod mast;
+pub mod outputs;
+pub mod parameters;
+pub mod parts;
+pub mod ports;
+pub mod random;
+pub mod run;
+pub mod scalar;
+pub mod sensors;
+pub mod solver;
+pub mod truck;

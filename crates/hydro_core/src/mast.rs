@@ -1,0 +1,379 @@
+//! Both lifts, or one, composed into a right-hand side.
+//!
+//! Positions and velocities are of the cylinders, positive upward: lowering is negative. A lift's
+//! forks relative to the second stage move twice as far as the free lift's cylinder.
+
+use crate::effects::{Instance, MastPorts, StateSpec, Term};
+use crate::parameters::LiftParameters;
+use crate::parts::area_table::AreaTable;
+use crate::parts::bulk_modulus::BulkModulus;
+use crate::parts::compensator::Compensator;
+use crate::parts::end_stop::EndStop;
+use crate::parts::force_balance::ForceBalance;
+use crate::parts::lugre::LuGre;
+use crate::parts::orifice::Orifice;
+use crate::parts::valve::{Valve, ValveState};
+use crate::parts::viscosity::viscosity;
+use crate::parts::{cylinder, volume};
+use crate::ports::{Closed, Open, Ports};
+use crate::scalar::Scalar;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LiftName {
+    Free,
+    Main,
+}
+
+impl LiftName {
+    pub const BOTH: [LiftName; 2] = [LiftName::Free, LiftName::Main];
+
+    pub fn as_str(self) -> &'static str {
+        match self {
+            LiftName::Free => "free",
+            LiftName::Main => "main",
+        }
+    }
+
+    /// Cylinder position at which recordings start [m] (thesis reading, reference trajectories).
+    pub fn start_position(self) -> f64 {
+        match self {
+            LiftName::Free => 0.98,
+            LiftName::Main => 1.96,
+        }
+    }
+}
+
+macro_rules! lift_states {
+    ($($field:ident: $name:literal, $unit:literal, $scale:expr, $meaning:literal;)*) => {
+        /// The states of one lift.
+        #[derive(Debug, Clone, Copy)]
+        pub struct LiftState<S> {
+            $(#[doc = concat!($meaning, " [", $unit, "].")] pub $field: S,)*
+        }
+
+        /// One row per state of a lift, in the order of the state vector.
+        pub const LIFT_STATES: &[StateSpec] = &[
+            $(StateSpec { name: $name, unit: $unit, scale: $scale, meaning: $meaning },)*
+        ];
+
+        impl<S: Scalar> LiftState<S> {
+            #[inline(always)]
+            pub fn from_slice(x: &[S]) -> Self {
+                let [$($field,)*] = *x else { unreachable!("a lift has {STATES} states") };
+                LiftState { $($field,)* }
+            }
+
+            #[inline(always)]
+            pub fn write(&self, x: &mut [S]) {
+                x.copy_from_slice(&[$(self.$field,)*]);
+            }
+        }
+    };
+}
+
+lift_states! {
+    i: "valve_current", "A", 1.0, "effective current of the proportional valve";
+    i_rate: "valve_current_rate", "A/s", 10.0, "its rate";
+    i_bristle: "valve_bristle", "A", 0.05, "bristle of the valve's hysteresis";
+    x: "position", "m", 1.0, "cylinder position";
+    v: "velocity", "m/s", 0.5, "cylinder velocity, upward positive";
+    z: "friction_bristle", "m", 1.0, "bristle of the mast's friction";
+    p_a: "cylinder_pressure", "Pa", 1e7, "pressure in the cylinder";
+    p_b: "volume_pressure", "Pa", 1e7, "pressure between valve and compensator";
+    a_comp: "compensator_area", "m2", 1e-5, "opening of the compensator";
+}
+
+/// Number of states of one lift.
+pub const STATES: usize = LIFT_STATES.len();
+
+/// One lift with everything that stays fixed during a run worked out.
+#[derive(Debug, Clone)]
+pub struct Lift<S> {
+    pub valve: Valve<S>,
+    pub table: AreaTable<S>,
+    pub orifice_a: Orifice<S>,
+    pub orifice_b: Orifice<S>,
+    pub compensator: Compensator<S>,
+    pub bulk: BulkModulus<S>,
+    pub friction: LuGre<S>,
+    pub balance: ForceBalance<S>,
+    pub stop: EndStop<S>,
+    pub volume_stiffness: S,
+    pub v_0: S,
+    pub p_tank: S,
+    /// Mass that moves with the cylinder [kg].
+    pub m_c: S,
+    /// Mass that moves twice as fast, with the load [kg].
+    pub m: S,
+    nu_0: S,
+    lambda: S,
+    t_0: S,
+    /// Kinematic viscosity at the present temperature [m²/s].
+    pub nu: S,
+}
+
+impl<S: Scalar> Lift<S> {
+    pub fn new(p: &LiftParameters<S>, current: &[S], area: &[S], load_kg: S) -> Self {
+        let m = p.m_moving + load_kg;
+        Lift {
+            valve: Valve::new(p.omega, p.damping, p.f_hs, p.valve_sigma_0, p.valve_sigma_1),
+            table: AreaTable::new(current, area, p.valve_a_min),
+            orifice_a: Orifice::new(p.valve_c_d, p.valve_re_cr, p.density),
+            orifice_b: Orifice::new(p.comp_c_d, p.comp_re_cr, p.density),
+            compensator: Compensator::new(
+                p.comp_a_max,
+                p.comp_a_leak,
+                p.comp_a_spool,
+                p.comp_p_reg,
+                p.comp_p_set,
+                p.comp_tau,
+                p.comp_c_d,
+                p.comp_theta,
+            ),
+            bulk: BulkModulus::new(p.e_max, p.p_max, p.a_1, p.a_2, p.a_3),
+            friction: LuGre::new(p.f_pr + m * p.f_cfr, p.k_brk, p.c_v, p.sigma_0, p.sigma_1, p.sigma_2),
+            balance: ForceBalance::new(p.m_c, m, p.g, p.area),
+            stop: EndStop { lower: p.stroke_lower, upper: p.stroke_upper },
+            volume_stiffness: p.volume_bulk / p.volume,
+            v_0: p.v_0,
+            p_tank: p.p_tank,
+            m_c: p.m_c,
+            m,
+            nu_0: p.nu_0,
+            lambda: p.lambda,
+            t_0: p.t_0,
+            nu: p.nu_0,
+        }
+    }
+
+    /// At rest at `x`: no friction, p_A in equilibrium, p_B half of it, the compensator closed.
+    pub fn at_rest(&self, x: S) -> LiftState<S> {
+        let zero = S::zero();
+        let p_a = self.balance.equilibrium_pressure();
+        LiftState {
+            i: zero,
+            i_rate: zero,
+            i_bristle: zero,
+            x,
+            v: zero,
+            z: zero,
+            p_a,
+            p_b: S::constant(0.5) * p_a,
+            a_comp: self.compensator.a_leak,
+        }
+    }
+
+    /// Net upward force on the cylinder [N] and the rate of the friction bristle [m/s].
+    #[inline(always)]
+    pub fn force_and_bristle_rate<P: Ports<S>>(&self, v: S, z: S, p_a: S, ports: &P) -> (S, S) {
+        let (friction, dz) = self.friction.force_and_rate(v, z, |sigma_2| ports.viscous_friction(sigma_2));
+        (ports.force(self.balance.net_force(p_a, ports.friction(friction))), dz)
+    }
+
+    /// Opening of the proportional valve [m²] at its effective current.
+    #[inline(always)]
+    pub fn opening<P: Ports<S>>(&self, i: S, ports: &P) -> S {
+        ports.opening(self.table.at(i))
+    }
+
+    /// dp_A/dt over the flow into the cylinder, E/V [Pa/m³].
+    #[inline(always)]
+    pub fn cylinder_stiffness<P: Ports<S>>(&self, p_a: S, x: S, ports: &P) -> S {
+        cylinder::stiffness(ports.bulk_modulus(self.bulk.at(p_a)), self.v_0, self.balance.area, x)
+    }
+
+    /// Rates of the valve and of the oil; those of the mechanics stand in [`Mast::rates`].
+    #[inline(always)]
+    fn oil_rates<P: Ports<S>>(&self, s: &LiftState<S>, ports: &P) -> (S, S, S) {
+        let nu = ports.viscosity(self.nu);
+        let p_d = ports.return_pressure(self.p_tank);
+        // The floor of Figure A.10.
+        let a_comp = s.a_comp.max(S::constant(f64::EPSILON));
+        let q_a = self.orifice_a.flow(self.orifice_a.critical_squared(nu), self.opening(s.i, ports), s.p_a - s.p_b);
+        let q_b = self.orifice_b.flow(self.orifice_b.critical_squared(nu), a_comp, s.p_b - p_d);
+        let p_set = ports.preset_pressure(self.compensator.p_set);
+        let into = ports.cylinder_flow(-q_a) - self.balance.area * s.v;
+        (
+            self.cylinder_stiffness(s.p_a, s.x, ports) * into,
+            volume::pressure_rate(self.volume_stiffness, q_a, q_b),
+            self.compensator.rate(s.p_a - s.p_b, s.p_b - p_d, a_comp, p_set),
+        )
+    }
+}
+
+/// What effects may read: the states and inputs of the simulated lifts.
+#[derive(Debug, Clone, Copy)]
+pub struct Bus<S, const L: usize> {
+    pub lifts: [LiftState<S>; L],
+    /// Commands [A].
+    pub command: [S; L],
+    /// Pressures in the tank [Pa].
+    pub p_tank: [S; L],
+    pub oil_temperature_degc: S,
+}
+
+/// What stands beside the thesis model: nothing, or effects.
+pub trait Physics<S: Scalar>: Clone {
+    type Ports: Ports<S>;
+    /// True where the lifts' accelerations may be joined.
+    const JOINED: bool;
+    /// How many states the effects own.
+    fn states(&self) -> usize;
+    fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Self::Ports; L], S);
+    fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]);
+}
+
+/// The thesis and nothing else: no state, no arithmetic of the catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct Thesis;
+
+impl<S: Scalar> Physics<S> for Thesis {
+    type Ports = Closed;
+    const JOINED: bool = false;
+    #[inline(always)]
+    fn states(&self) -> usize {
+        0
+    }
+    #[inline(always)]
+    fn ports<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S]) -> ([Closed; L], S) {
+        ([Closed; L], S::zero())
+    }
+    #[inline(always)]
+    fn rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
+}
+
+/// The thesis with effects.
+#[derive(Debug, Clone)]
+pub struct Extended<S> {
+    /// Each effect with the number of its states.
+    terms: Vec<(Term<S>, usize)>,
+}
+
+impl<S: Scalar> Extended<S> {
+    /// `effects`: which, at which simulated lift, with which values.
+    pub fn new(effects: &[(Instance, usize, Vec<S>)], lifts: &[Lift<S>]) -> Self {
+        let terms = effects
+            .iter()
+            .map(|(instance, place, values)| {
+                (Term::new(instance.kind, values, lifts, *place), instance.kind.spec().states.len())
+            })
+            .collect();
+        Extended { terms }
+    }
+}
+
+impl<S: Scalar> Physics<S> for Extended<S> {
+    type Ports = Open<S>;
+    const JOINED: bool = true;
+    fn states(&self) -> usize {
+        self.terms.iter().map(|(_, n)| n).sum()
+    }
+    #[inline(always)]
+    fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Open<S>; L], S) {
+        let mut ports = MastPorts { lifts: [Open::quiet(); L], joint_inertia: S::zero() };
+        let mut rest = own;
+        for (term, n) in &self.terms {
+            let (mine, others) = rest.split_at(*n);
+            term.act(bus, mine, &mut ports);
+            rest = others;
+        }
+        (ports.lifts, ports.joint_inertia)
+    }
+    #[inline(always)]
+    fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
+        let (mut rest, mut out) = (own, rates);
+        for (term, n) in &self.terms {
+            let (mine, others) = rest.split_at(*n);
+            let (mine_out, others_out) = out.split_at_mut(*n);
+            term.rates(bus, mine, mine_out);
+            (rest, out) = (others, others_out);
+        }
+    }
+}
+
+/// L lifts in one mast. The state vector is lift after lift, then the effects' states.
+#[derive(Debug, Clone)]
+pub struct Mast<S, X, const L: usize> {
+    pub lifts: [Lift<S>; L],
+    pub physics: X,
+    pub command: [S; L],
+    pub oil_temperature_degc: S,
+}
+
+impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
+    /// Length of the state vector.
+    pub fn dim(&self) -> usize {
+        L * STATES + self.physics.states()
+    }
+
+    /// Holds the command [A] and the oil temperature [°C] from now on.
+    #[inline(always)]
+    pub fn set_inputs(&mut self, command: [S; L], oil_temperature_degc: S) {
+        self.command = command;
+        self.oil_temperature_degc = oil_temperature_degc;
+        for lift in &mut self.lifts {
+            lift.nu = viscosity(lift.nu_0, lift.lambda, lift.t_0, oil_temperature_degc);
+        }
+    }
+
+    #[inline(always)]
+    pub fn bus(&self, lifts: [LiftState<S>; L]) -> Bus<S, L> {
+        Bus {
+            lifts,
+            command: self.command,
+            p_tank: std::array::from_fn(|k| self.lifts[k].p_tank),
+            oil_temperature_degc: self.oil_temperature_degc,
+        }
+    }
+
+    /// Accelerations [m/s²] from net forces [N]: each lift's own, or joined by an inertia between
+    /// them (Gaussian elimination, which at zero joint inertia leaves every bit as it was).
+    #[inline(always)]
+    pub fn accelerations(&self, force: [S; L], joint_inertia: S) -> [S; L] {
+        let mut a = force;
+        if X::JOINED && L == 2 {
+            let (first, second) = (self.lifts[0].balance.inertia, self.lifts[1].balance.inertia);
+            let ratio = joint_inertia / first;
+            a[1] = (force[1] - ratio * force[0]) / (second - ratio * joint_inertia);
+            a[0] = (force[0] - joint_inertia * a[1]) / first;
+        } else {
+            for k in 0..L {
+                a[k] = force[k] / self.lifts[k].balance.inertia;
+            }
+        }
+        a
+    }
+
+    /// Time derivatives of the whole state vector.
+    pub fn rates(&self, x: &[S], dx: &mut [S]) {
+        let lifts: [LiftState<S>; L] = std::array::from_fn(|k| LiftState::from_slice(&x[k * STATES..(k + 1) * STATES]));
+        let own = &x[L * STATES..];
+        let bus = self.bus(lifts);
+        let (ports, joint) = self.physics.ports(&bus, own);
+        let mechanics: [(S, S); L] = std::array::from_fn(|k| {
+            let s = &lifts[k];
+            self.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k])
+        });
+        let acceleration = self.accelerations(std::array::from_fn(|k| mechanics[k].0), joint);
+        for k in 0..L {
+            let (lift, s) = (&self.lifts[k], &lifts[k]);
+            let command = ports[k].current(self.command[k]);
+            let valve = lift.valve.rates(ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle }, command);
+            let (dp_a, dp_b, da_comp) = lift.oil_rates(s, &ports[k]);
+            let zero = S::zero();
+            LiftState {
+                i: valve.i,
+                i_rate: valve.rate,
+                i_bristle: valve.bristle,
+                x: S::select(lift.stop.blocks(s.x, s.v), zero, s.v),
+                v: S::select(lift.stop.blocks(s.x, acceleration[k]), zero, acceleration[k]),
+                z: mechanics[k].1,
+                p_a: dp_a,
+                p_b: dp_b,
+                a_comp: da_comp,
+            }
+            .write(&mut dx[k * STATES..(k + 1) * STATES]);
+        }
+        self.physics.rates(&bus, own, &mut dx[L * STATES..]);
+    }
+}

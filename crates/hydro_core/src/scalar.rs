@@ -1,0 +1,163 @@
+//! What physics may do with a number.
+//!
+//! The scalar has no ordering: `if x < 0` does not compile in physics. A comparison gives a
+//! [`Mask`] and a choice is [`Scalar::select`]; both arms are evaluated, so guard the argument of
+//! a root, a logarithm or a division, not its result.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::elementary;
+
+/// One truth value per lane.
+pub trait Mask: Copy + Debug {
+    fn and(self, other: Self) -> Self;
+    fn or(self, other: Self) -> Self;
+    fn not(self) -> Self;
+    /// True if any lane is.
+    fn any(self) -> bool;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self & other
+    }
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self | other
+    }
+    #[inline(always)]
+    fn not(self) -> Self {
+        !self
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+/// A real number as the physics sees it: `f64`, [`crate::lanes::Lanes`], or [`crate::dual::Dual`] of either.
+pub trait Scalar:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    type Mask: Mask;
+    /// The same number without derivatives.
+    type Real: Scalar<Mask = Self::Mask, Real = Self::Real>;
+
+    /// A constant, the same in every lane, with zero derivative.
+    fn constant(value: f64) -> Self;
+    /// A value with zero derivative.
+    fn from_real(value: Self::Real) -> Self;
+    /// The value without its derivatives.
+    fn real(self) -> Self::Real;
+    /// The number whose value is `root` and whose derivatives follow from the implicit function
+    /// theorem: `residual` is F at the root (its value is ignored), `slope` is ∂F/∂root.
+    fn implicit(root: Self::Real, residual: Self, slope: Self::Real) -> Self;
+
+    fn lt(self, other: Self) -> Self::Mask;
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// False where the value is infinite or not a number.
+    fn is_finite(self) -> Self::Mask;
+
+    fn sqrt(self) -> Self;
+    fn exp(self) -> Self;
+    /// Natural logarithm; the argument must be positive.
+    fn ln(self) -> Self;
+    fn cos(self) -> Self;
+    fn sin(self) -> Self;
+    /// x^(−1/4); the argument must be positive.
+    fn inverse_fourth_root(self) -> Self;
+
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::constant(0.0)
+    }
+    #[inline(always)]
+    fn one() -> Self {
+        Self::constant(1.0)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.lt(other), other, self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(other.lt(self), other, self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::select(self.lt(Self::zero()), -self, self)
+    }
+    /// The nearest value in [lower, upper].
+    #[inline(always)]
+    fn clamp_to(self, lower: Self, upper: Self) -> Self {
+        self.max(lower).min(upper)
+    }
+}
+
+impl Scalar for f64 {
+    type Mask = bool;
+    type Real = f64;
+
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn from_real(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn real(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn implicit(root: f64, _residual: f64, _slope: f64) -> Self {
+        root
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask {
+            yes
+        } else {
+            no
+        }
+    }
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+    fn cos(self) -> Self {
+        libm::cos(self)
+    }
+    fn sin(self) -> Self {
+        libm::sin(self)
+    }
+    #[inline(always)]
+    fn inverse_fourth_root(self) -> Self {
+        elementary::inverse_fourth_root(self)
+    }
+}

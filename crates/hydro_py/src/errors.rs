@@ -1,0 +1,28 @@
+//! The core's errors as `forklift.errors.ForkliftError`.
+
+use hydro_core::error::{Error, Fact};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A core error as the exception a Python caller meets; an interrupted run is a KeyboardInterrupt.
+pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
+    if let Error::Interrupted { .. } = error {
+        return PyErr::take(py).unwrap_or_else(|| PyKeyboardInterrupt::new_err(error.to_string()));
+    }
+    let sentence = error.to_string();
+    let make = || -> PyResult<PyErr> {
+        let facts = PyDict::new(py);
+        for (name, fact) in error.facts() {
+            match fact {
+                Fact::Text(text) => facts.set_item(name, text)?,
+                Fact::Number(number) => facts.set_item(name, number)?,
+                Fact::Count(count) => facts.set_item(name, count)?,
+            }
+        }
+        let class = py.import("forklift.errors")?.getattr("ForkliftError")?;
+        let message = format!("{}{}.", sentence[..1].to_uppercase(), &sentence[1..]);
+        Ok(PyErr::from_value(class.call((error.code(), message), Some(&facts))?))
+    };
+    make().unwrap_or_else(|failure| failure)
+}

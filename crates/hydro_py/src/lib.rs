@@ -1,0 +1,16 @@
+//! `forklift._core`: conversions and errors, no arithmetic.
+
+mod errors;
+mod signals;
+mod tables;
+mod truck;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    m.add_class::<truck::PyTruck>()?;
+    tables::register(m)?;
+    signals::register(m)
+}

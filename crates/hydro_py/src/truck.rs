@@ -1,0 +1,134 @@
+//! The truck: checked parameters, and its simulation.
+
+use std::collections::BTreeMap;
+
+use hydro_core::error::Error;
+use hydro_core::mast::LiftName;
+use hydro_core::outputs::{outputs, OUTPUTS};
+use hydro_core::run::{simulate, Inputs, Lifts, Solver};
+use hydro_core::truck::{Truck, Value};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::raise;
+
+/// A truck's parameters, checked against the tables; its effects are those whose parameters are given.
+#[pyclass(name = "Truck", module = "forklift._core", frozen)]
+pub struct PyTruck(Truck);
+
+#[derive(FromPyObject)]
+enum Given {
+    Number(f64),
+    Table(Vec<f64>),
+}
+
+fn argument(name: &str, value: &str, requirement: &str) -> Error {
+    Error::Argument { name: name.into(), value: value.into(), requirement: requirement.into() }
+}
+
+fn lifts_of(name: &str) -> Result<(Lifts, Vec<LiftName>), Error> {
+    match name {
+        "both" => Ok((Lifts::Both, LiftName::BOTH.to_vec())),
+        "free" => Ok((Lifts::One(LiftName::Free), vec![LiftName::Free])),
+        "main" => Ok((Lifts::One(LiftName::Main), vec![LiftName::Main])),
+        other => Err(argument("lifts", other, "both, free or main")),
+    }
+}
+
+fn solver_of(name: &str, tolerance: f64, substeps: usize) -> Result<Solver, Error> {
+    match name {
+        "adaptive" => Ok(Solver::Adaptive { tolerance }),
+        "fixed" => Ok(Solver::Fixed { substeps }),
+        other => Err(argument("solver", other, "adaptive or fixed")),
+    }
+}
+
+#[pymethods]
+impl PyTruck {
+    #[new]
+    fn new(py: Python<'_>, values: BTreeMap<String, Given>) -> PyResult<Self> {
+        let values = values
+            .into_iter()
+            .map(|(name, given)| match given {
+                Given::Number(number) => (name, Value::Number(number)),
+                Given::Table(table) => (name, Value::Table(table)),
+            })
+            .collect();
+        Truck::from_values(values).map(PyTruck).map_err(|e| raise(py, &e))
+    }
+
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.0.names()
+    }
+
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.values().into_pyarray(py)
+    }
+
+    #[getter]
+    fn effects(&self) -> Vec<String> {
+        self.0.effects().map(|effect| effect.name()).collect()
+    }
+
+    #[pyo3(signature = (time, command_time, command, oil_temperature, load, *, lifts="both", solver="adaptive",
+                        tolerance=Solver::DEFAULT_TOLERANCE, substeps=Solver::DEFAULT_SUBSTEPS, start=None))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments in Python
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        time: PyReadonlyArray1<'py, f64>,
+        command_time: PyReadonlyArray1<'py, f64>,
+        command: PyReadonlyArray2<'py, f64>,
+        oil_temperature: PyReadonlyArray1<'py, f64>,
+        load: f64,
+        lifts: &str,
+        solver: &str,
+        tolerance: f64,
+        substeps: usize,
+        start: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let fail = |error: Error| raise(py, &error);
+        let (lifts, which) = lifts_of(lifts).map_err(fail)?;
+        let solver = solver_of(solver, tolerance, substeps).map_err(fail)?;
+        if command.shape()[1] != 2 {
+            let got = format!("{:?}", command.shape());
+            return Err(fail(Error::Shape { name: "command".into(), got, expected: "(m, 2), free and main".into() }));
+        }
+        let (time, command_time) = (time.as_array().to_vec(), command_time.as_array().to_vec());
+        let command: Vec<[f64; 2]> = command.as_array().rows().into_iter().map(|row| [row[0], row[1]]).collect();
+        let temperature = oil_temperature.as_array().to_vec();
+        let start = start.map(|start| start.as_array().to_vec());
+        let interrupt = || Python::attach(|py| py.check_signals().is_err());
+        let result = py.detach(|| {
+            let inputs = Inputs {
+                time: &command_time,
+                command: &command,
+                oil_temperature_degc: &temperature,
+                load_kg: load,
+            };
+            let asked = std::cell::Cell::new(0u32);
+            // Signals are looked at now and then: taking the interpreter's lock costs more than a step.
+            let now_and_then = || {
+                asked.set(asked.get().wrapping_add(1));
+                asked.get().is_multiple_of(512) && interrupt()
+            };
+            simulate(&self.0, lifts, &inputs, &time, solver, start.as_deref(), &now_and_then)
+        });
+        let run = result.map_err(|e| raise(py, &e))?;
+        let n = run.state_names.len();
+        let rows: Vec<f64> = run.states.chunks_exact(n).flat_map(|x| outputs(&which, x)).collect();
+        let statistics = PyDict::new(py);
+        for (name, count) in run.statistics.rows() {
+            statistics.set_item(name, count)?;
+        }
+        let answer = PyDict::new(py);
+        answer.set_item("outputs", rows.into_pyarray(py).reshape([time.len(), OUTPUTS.len()])?)?;
+        answer.set_item("states", run.states.into_pyarray(py).reshape([time.len(), n])?)?;
+        answer.set_item("state_names", run.state_names)?;
+        answer.set_item("statistics", statistics)?;
+        Ok(answer)
+    }
+}

@@ -1,0 +1,434 @@
+"""The command line: one thin function per command, which calls the verb and prints its result."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from forklift.errors import ForkliftError
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from forklift.commands import Command
+
+REFUSED = 2
+"""Exit status of a mistake in the call, its files or its numbers; also of a run that failed."""
+INTERRUPTED = 130
+"""Exit status after Ctrl-C (128 + SIGINT)."""
+
+app = typer.Typer(
+    name="forklift",
+    help="Simulate a forklift's hydraulic lowering function and compare it with recordings.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class _Lift(StrEnum):
+    BOTH = "both"
+    FREE = "free"
+    MAIN = "main"
+
+
+class _Role(StrEnum):
+    ESTIMATE = "estimate"
+    VALIDATE = "validate"
+
+
+class _Solver(StrEnum):
+    ADAPTIVE = "adaptive"
+    FIXED = "fixed"
+
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, for a script.")]
+TruckName = Annotated[
+    str, typer.Option("--truck", help="A shipped truck's name, or the path of a truck's TOML file.")
+]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from forklift import __version__
+
+        typer.echo(f"forklift {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _forklift(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(
+    epilog="Example: forklift simulate --lift free --load 800 --temperature 40 --command prms --seed 1 "
+    "--out lowering.csv --plot lowering.html"
+)
+def simulate(
+    load: Annotated[float, typer.Option("--load", help="Mass on the forks [kg].")],
+    temperature: Annotated[float, typer.Option("--temperature", help="Oil temperature in the tank [°C].")],
+    lift: Annotated[
+        _Lift, typer.Option("--lift", help="The lifts to simulate, and to move if the command is generated.")
+    ] = _Lift.BOTH,
+    command: Annotated[
+        str,
+        typer.Option(
+            "--command",
+            help="prms, staircase, or a CSV file with time_s, current_free_a, current_main_a.",
+        ),
+    ] = "prms",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a generated prms.")] = 1,
+    duration: Annotated[float, typer.Option("--duration", help="Length of a generated command [s].")] = 12.0,
+    truck: TruckName = "thesis",
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write all outputs over time: a .csv or .parquet file.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Write the curves as an .html page.")] = None,
+    with_states: Annotated[bool, typer.Option("--states", help="Write the states too.")] = False,
+    solver: Annotated[_Solver | None, typer.Option("--solver", help="Which integrator.")] = None,
+    tolerance: Annotated[float | None, typer.Option("--tolerance", help="Of the adaptive solver.")] = None,
+    substeps: Annotated[
+        int | None, typer.Option("--substeps", help="Per sample, of the fixed solver.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Simulate one lowering under a command, from rest."""
+    from forklift import output, tables
+    from forklift.simulate import simulate as verb
+    from forklift.truck import Truck
+
+    chosen = Truck.read(truck)
+    result = verb(
+        chosen,
+        _command(command, lift.value, seed, duration),
+        load_kg=load,
+        oil_temperature_degc=temperature,
+        lifts=lift.value,
+        solver=solver.value if solver else None,
+        tolerance=tolerance,
+        substeps=substeps,
+    )
+    written = []
+    if out:
+        written.append(result.write(out, with_states=with_states))
+    if plot:
+        from forklift.plots import simulation_page
+
+        written.append(output.write_text(plot, simulation_page(result)))
+    if as_json:
+        _print_json(result.to_dict() | {"written": [str(path) for path in written]})
+    else:
+        _print(tables.simulation_table(result))
+        _say_written(*written)
+
+
+@app.command(epilog="Example: forklift compare campaign --truck thesis --out result")
+def compare(
+    campaign: Annotated[Path, typer.Argument(help="The campaign's folder, with its campaign.toml.")],
+    truck: TruckName = "thesis",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder to write predictions, fit.csv, compare.json and compare.html to."),
+    ] = None,
+    temperature: Annotated[
+        float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Replay every recording of a campaign on a truck and tell how well it fits."""
+    from forklift import compare as verb
+    from forklift import output, tables
+    from forklift.campaign import Campaign
+    from forklift.compare import MARK, RESULT
+    from forklift.truck import Truck
+
+    if out:
+        output.check_folder(out, RESULT, MARK)
+    chosen = Truck.read(truck)
+    found = Campaign.read(campaign)
+    with _progress("Replaying recordings", len(found.recordings)) as step:
+        result = verb(found, chosen, oil_temperature_degc=temperature, progress=lambda _: step())
+    if out:
+        result.write(out)
+    if as_json:
+        _print_json(result.to_dict())
+        return
+    for sentence in result.verdict:
+        typer.echo(sentence)
+    _print(*tables.comparison_tables(result))
+    if out:
+        _say_written(out / "compare.html", out / "fit.csv", out / "predictions")
+
+
+@app.command(epilog="Example: forklift info thesis")
+def info(
+    what: Annotated[
+        str | None, typer.Argument(help="A campaign's folder, a shipped truck's name or a truck's file.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Tell what a campaign or a truck holds; of nothing: version, trucks, effects and parameters."""
+    from forklift import tables
+
+    if what is None:
+        _print_json(_about()) if as_json else _print_about()
+    elif Path(what).is_dir() or Path(what).name == "campaign.toml":
+        from forklift.campaign import Campaign
+
+        campaign = Campaign.read(what)
+        _print_json(campaign.to_dict()) if as_json else _print(tables.campaign_table(campaign))
+    else:
+        from forklift.truck import Truck
+
+        truck = Truck.read(what)
+        _print_json(truck.to_dict()) if as_json else _print(tables.truck_table(truck))
+
+
+@app.command(
+    epilog="Example: forklift convert day1.mf4 day2.mf4 --lift free --load 800 --out campaign "
+    "--channel ValveCurrFL=current_free_a,0.001"
+)
+def convert(
+    source: Annotated[
+        list[Path], typer.Argument(help="A campaign, or recordings: .mf4, .mat, .parquet, .csv.")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="Folder of the plain campaign to write.")],
+    lift: Annotated[_Lift | None, typer.Option("--lift", help="Which valves were commanded.")] = None,
+    load: Annotated[float | None, typer.Option("--load", help="Mass on the forks [kg].")] = None,
+    role: Annotated[
+        _Role | None, typer.Option("--role", help="May it be fitted on, or only judged on?")
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", help="Of the campaign; else the folder's.")] = None,
+    rate: Annotated[
+        float | None, typer.Option("--rate", help="Sample rate to bring everything to [Hz].")
+    ] = None,
+    channel: Annotated[
+        list[str] | None,
+        typer.Option("--channel", help="NAME=CHANNEL,SCALE,OFFSET: what a signal is; may be repeated."),
+    ] = None,
+    ignore: Annotated[
+        list[str] | None, typer.Option("--ignore", help="A column to pass over; may be repeated.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier campaign.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Turn recordings of any format and unit into a campaign of CSV files in SI units."""
+    from forklift import convert as verb
+    from forklift import tables
+
+    with _busy("Reading and checking"):
+        campaign = verb(
+            source if len(source) > 1 else source[0],
+            out,
+            lift=lift.value if lift else None,
+            load_kg=load,
+            role=role.value if role else None,
+            name=name,
+            sample_rate_hz=rate,
+            channels=dict(map(_mapping, channel)) if channel else None,
+            ignore=ignore or (),
+            overwrite=overwrite,
+        )
+    if as_json:
+        _print_json(campaign.to_dict())
+    else:
+        _print(tables.campaign_table(campaign))
+        _say_written(out)
+
+
+@app.command(epilog="Example: forklift demo demo")
+def demo(
+    out: Annotated[Path, typer.Argument(help="Folder to make; it must not exist yet.")] = Path("demo"),
+    as_json: Json = False,
+) -> None:
+    """Make a small campaign of a truck a little unlike the thesis's, and compare it with the thesis's."""
+    from forklift.demo import RECORDINGS
+    from forklift.demo import demo as verb
+
+    with _progress("Recording and replaying", 2 * len(RECORDINGS)) as step:
+        result = verb(out, progress=step)
+    if as_json:
+        _print_json(result.to_dict())
+        return
+    for sentence in result.verdict:
+        typer.echo(sentence)
+    page, campaign = out / "compare" / "compare.html", out / "campaign"
+    typer.echo(f"Look at {page} in a browser; the recordings are in {campaign}.")
+    typer.echo(f"The same again: forklift compare {campaign} --truck thesis --out {page.parent}")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit: 0 done, 2 refused with one sentence, 130 interrupted."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """Run the command line and give its exit status; never a traceback."""
+    try:
+        status = app(arguments, prog_name="forklift", standalone_mode=False)
+    except KeyboardInterrupt:
+        status = INTERRUPTED
+    except ForkliftError as error:
+        if error.code != "interrupted":
+            return _refuse(error.message)
+        status = INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except Exception as error:
+        if type(error).__name__ == "Abort":
+            status = INTERRUPTED
+        elif explain := getattr(error, "format_message", None):
+            return _refuse(f"{explain().rstrip('.')}; `{_help_for(error)} --help` tells how")
+        else:
+            return _refuse(_unforeseen(error))
+    if status == INTERRUPTED:
+        print("forklift: interrupted; nothing was left half-written.", file=sys.stderr)
+    return status if isinstance(status, int) else 0
+
+
+def _refuse(message: str) -> int:
+    sentence = " ".join(message.split())
+    print(f"forklift: {sentence}{'' if sentence.endswith('.') else '.'}", file=sys.stderr)
+    return REFUSED
+
+
+def _help_for(error: Exception) -> str:
+    context = getattr(error, "ctx", None)
+    return context.command_path if context else "forklift"
+
+
+def _unforeseen(error: Exception) -> str:
+    if os.environ.get("FORKLIFT_TRACEBACK"):
+        import traceback
+
+        traceback.print_exception(error)
+    if isinstance(error, MemoryError):
+        return "there is not enough memory; ask for a shorter run or fewer recordings"
+    if isinstance(error, OSError):
+        return f"{error.filename or 'a file'}: {(error.strerror or str(error)).lower()}"
+    return (
+        f"a mistake in forklift itself ({type(error).__name__}: {error}); "
+        "set FORKLIFT_TRACEBACK=1, run it again and report what it prints"
+    )
+
+
+def _command(name: str, lift: str, seed: int, duration: float) -> Command:
+    from forklift import commands
+
+    if name in commands.GENERATORS:
+        return commands.generate(name, lift, duration_s=duration, seed=seed)  # type: ignore[arg-type]
+    if not Path(name).exists():
+        raise ForkliftError(
+            "file-unreadable",
+            f"there is no command file {name}; give {' or '.join(commands.GENERATORS)} or a CSV file's path",
+            file=name,
+        )
+    return commands.Command.read(name)
+
+
+def _mapping(text: str) -> tuple[str, dict[str, str | float]]:
+    """``ValveCurrFL=current_free_a,0.001,0`` as an entry of ``[channels]``."""
+    name, equals, rest = text.partition("=")
+    channel, *numbers = rest.split(",")
+    try:
+        scaled: dict[str, str | float] = dict(zip(("scale", "offset"), map(float, numbers), strict=False))
+        if not (equals and name and channel) or len(numbers) > len(scaled):
+            raise ValueError
+    except ValueError:
+        raise ForkliftError(
+            "argument-invalid",
+            f"--channel {text!r} is not NAME=CHANNEL,SCALE,OFFSET; "
+            "write it like ValveCurrFL=current_free_a,0.001",
+            name="channel",
+            value=text,
+        ) from None
+    return name, {"channel": channel, **scaled}
+
+
+def _about() -> dict[str, Any]:
+    from forklift import __version__, _core, names
+    from forklift.truck import shipped
+
+    return {
+        "version": __version__,
+        "trucks": list(shipped()),
+        "effects": _core.effect_table(),
+        "parameters": _core.parameter_table(),
+        "states": list(names.states().values()),
+        "outputs": list(names.outputs().values()),
+        "channels": list(names.channels().values()),
+    }
+
+
+def _print_about() -> None:
+    from forklift import __version__, tables
+    from forklift.truck import shipped
+
+    typer.echo(f"forklift {__version__}; trucks that ship with it: {', '.join(shipped())}")
+    _print(tables.effect_table(), tables.parameter_table())
+
+
+def _print_json(value: Any) -> None:
+    typer.echo(json.dumps(value, indent=1, ensure_ascii=False))
+
+
+def _print(*tables: RenderableType) -> None:
+    from forklift.tables import plain
+
+    if sys.stdout.isatty():
+        from rich.console import Console
+
+        Console().print(*tables, sep="\n")
+    else:
+        for table in tables:
+            typer.echo(f"\n{plain(table)}")
+
+
+def _say_written(*paths: Path) -> None:
+    for path in paths:
+        typer.echo(f"Written: {path}")
+
+
+@contextmanager
+def _progress(what: str, total: int) -> Iterator[Callable[[], None]]:
+    """A bar on a terminal, gone when it is done; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda: bar.advance(task)
+
+
+@contextmanager
+def _busy(what: str) -> Iterator[None]:
+    """A sign of life on a terminal while nothing can be counted; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(what):
+        yield
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,322 @@
+"""Compare a campaign with a truck: predictions, fits as in Tables 5.4 and 5.5, and where the misfit lies."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite
+from os import cpu_count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import polars as pl
+
+from forklift import fits, output
+from forklift.campaign import csv_name
+from forklift.names import LIFTS, Lift, channels, commanded, outputs
+from forklift.phases import PHASES, phases, shut_current
+from forklift.signals import Signal, signals
+from forklift.simulate import Simulation, mean_temperature, predict
+from forklift.verdict import sentence
+
+if TYPE_CHECKING:
+    from forklift.campaign import Campaign
+    from forklift.fits import Floats
+    from forklift.recording import Recording
+    from forklift.truck import Truck
+
+PREDICTED = (
+    "position_free_m",
+    "position_main_m",
+    "velocity_free_m_s",
+    "velocity_main_m_s",
+    "pressure_free_pa",
+    "pressure_main_pa",
+)
+"""The columns of a prediction after ``time_s``."""
+
+SAME_TEMPERATURE_K = 5.0
+"""Recordings whose oil temperatures follow each other this closely count as one operating point."""
+
+RESULT = frozenset({"predictions", "fit.csv", "compare.json", "compare.html"})
+MARK = "compare.json"
+
+FIT_COLUMNS = {
+    "file": pl.String,
+    "role": pl.String,
+    "lift": pl.String,
+    "load_kg": pl.Float64,
+    "oil_temperature_degc": pl.Float64,
+    "channel": pl.String,
+    "unit": pl.String,
+    "commanded": pl.Boolean,
+    "measured_from": pl.String,
+    "samples": pl.Int64,
+    "nmse_percent": pl.Float64,
+    "nrmse_percent": pl.Float64,
+    "rmse": pl.Float64,
+}
+
+PHASE_COLUMNS = {
+    "file": pl.String,
+    "role": pl.String,
+    "lift": pl.String,
+    "phase": pl.String,
+    "seconds": pl.Float64,
+    "squared_error": pl.Float64,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A recording, its free-running simulation, and the signals that both have."""
+
+    recording: Recording
+    simulation: Simulation
+    oil_temperature_degc: float
+    signals: tuple[Signal, ...]
+
+    def signal(self, channel: str) -> Signal | None:
+        """The signal of this name, if it was measured."""
+        return next((signal for signal in self.signals if signal.channel == channel), None)
+
+    def to_polars(self) -> pl.DataFrame:
+        """``time_s`` and the columns `PREDICTED`, as the model has them, without noise or quantisation."""
+        return pl.DataFrame(
+            {"time_s": self.simulation.time_s} | {name: self.simulation[name] for name in PREDICTED}
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """What `compare` gives; `write` puts all of it into a folder."""
+
+    campaign: Campaign
+    truck: Truck
+    predictions: tuple[Prediction, ...]
+    fits: pl.DataFrame
+    """One row per recording and signal: both fits [%] and the RMSE in the signal's unit."""
+    phases: pl.DataFrame
+    """One row per commanded lift, recording and phase: seconds, and share of the velocity's misfit."""
+
+    @cached_property
+    def verdict(self) -> tuple[str, ...]:
+        """One plain sentence per lift: how good the fit is and where it is poor."""
+        return tuple(said for lift in LIFTS if (said := sentence(self, lift)))
+
+    def validation(self, lift: Lift) -> pl.DataFrame:
+        """Table 5.4 (free) or 5.5 (main): temperature, load and both velocity fits of validate recordings.
+
+        Without validate recordings of this lift: of all of them.
+        """
+        rows = self.fits.filter((pl.col("channel") == f"velocity_{lift}_m_s") & pl.col("commanded"))
+        judged = rows.filter(pl.col("role") == "validate")
+        rows = judged if len(judged) else rows
+        return (
+            rows.with_columns(
+                temperature_degc=pl.Series(
+                    _operating_points(rows["oil_temperature_degc"].to_numpy()), dtype=pl.Float64
+                )
+            )
+            .sort("temperature_degc", "load_kg", "file")
+            .select("temperature_degc", "load_kg", "nmse_percent", "nrmse_percent", "rmse", "role", "file")
+        )
+
+    def where(self, lift: Lift) -> pl.DataFrame:
+        """Phase by phase, the worst first: its share of the time and of the velocity's squared error.
+
+        Over the recordings of `validation`.
+        """
+        files = self.validation(lift)["file"].implode()
+        sums = (
+            self.phases.filter((pl.col("lift") == lift) & pl.col("file").is_in(files))
+            .group_by("phase", maintain_order=True)
+            .agg(pl.col("seconds").sum(), pl.col("squared_error").sum())
+        )
+        shares = {"share_of_time": "seconds", "share_of_misfit": "squared_error"}
+        return (
+            sums.with_columns(**{name: pl.col(of) / pl.col(of).sum() for name, of in shares.items()})
+            .drop("squared_error")
+            .sort("share_of_misfit", descending=True)
+        )
+
+    def write(self, out: str | Path) -> Path:
+        """Write ``predictions/baseline/FILE.csv``, ``fit.csv``, ``compare.json`` and ``compare.html``.
+
+        The folder appears whole or not at all; an earlier result there is replaced.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `out` holds anything but an earlier result, ``"not-writable"``.
+        """
+        from forklift.plots import comparison_page
+
+        with output.folder(out, RESULT, MARK) as temporary:
+            names = [csv_name(prediction.recording.file) for prediction in self.predictions]
+            for prediction, name in zip(self.predictions, names, strict=True):
+                # a.csv and a.mf4 are two recordings
+                file = name if names.count(name) == 1 else f"{prediction.recording.file}.csv"
+                path = temporary / "predictions" / "baseline" / file
+                path.parent.mkdir(parents=True, exist_ok=True)
+                prediction.to_polars().write_csv(path)
+            self.fits.write_csv(temporary / "fit.csv")
+            (temporary / MARK).write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+            (temporary / "compare.html").write_text(comparison_page(self), encoding="utf-8")
+        return Path(out)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Verdict, tables, and the version and hashes of what they were made from, for JSON."""
+        from forklift import __version__
+
+        return {
+            "schema": 1,
+            "forklift": __version__,
+            "campaign": {
+                "name": self.campaign.name,
+                "sha256": self.campaign.sha256,
+                "recordings": [
+                    {"file": found.file, "sha256": found.sha256} for found in self.campaign.recordings
+                ],
+            },
+            "truck": {
+                "name": self.truck.name,
+                "origin": self.truck.origin,
+                "sha256": self.truck.sha256,
+                "effects": list(self.truck.effects),
+            },
+            "verdict": list(self.verdict),
+            "validation": {lift: _rows(table) for lift in LIFTS if len(table := self.validation(lift))},
+            "fits": _rows(self.fits),
+            "phases": _rows(self.phases),
+        }
+
+    def __str__(self) -> str:
+        from forklift.tables import comparison_tables, plain
+
+        return "\n".join([*self.verdict, "", *map(plain, comparison_tables(self))])
+
+    def __repr__(self) -> str:
+        return (
+            f"Comparison({self.campaign.name!r} with {self.truck.name!r}, "
+            f"{len(self.predictions)} recordings, {len(self.fits)} fits)"
+        )
+
+
+def compare(
+    campaign: Campaign,
+    truck: Truck,
+    *,
+    oil_temperature_degc: float | None = None,
+    progress: Callable[[Prediction], None] | None = None,
+    **settings: Any,
+) -> Comparison:
+    """Replay every recording of a campaign on a truck, free-running, and judge every signal.
+
+    Velocities are compared as measured (`forklift.fits.derivative`): the derivative of ``fork_height_m``
+    where it exists and a single lift is commanded, else of the lift's own encoder, measured and simulated
+    through the same filter. Positions, pressures and fork height are compared as they stand.
+
+    Parameters
+    ----------
+    campaign, truck
+        What was measured, and the truck that should explain it.
+    oil_temperature_degc
+        For recordings without an oil temperature [°C].
+    progress
+        Called after each recording, from the calling thread.
+    settings
+        `forklift.simulate.simulate`'s ``solver``, ``tolerance`` and ``substeps``.
+
+    Raises
+    ------
+    ForkliftError
+        Those of `forklift.simulate.predict`.
+    """
+
+    def one(recording: Recording) -> Prediction:
+        simulation = predict(truck, recording, oil_temperature_degc=oil_temperature_degc, **settings)
+        temperature = mean_temperature(recording, oil_temperature_degc)
+        return Prediction(recording, simulation, temperature, tuple(signals(recording, simulation)))
+
+    predictions = []
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        try:
+            for prediction in pool.map(one, campaign.recordings):
+                predictions.append(prediction)
+                if progress:
+                    progress(prediction)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    table = pl.DataFrame(
+        [row for found in predictions for row in _fit_rows(found)], schema=FIT_COLUMNS, orient="row"
+    )
+    return Comparison(campaign, truck, tuple(predictions), table, _phase_table(truck, predictions))
+
+
+def _fit_rows(prediction: Prediction) -> Iterator[tuple[Any, ...]]:
+    recording = prediction.recording
+    for signal in prediction.signals:
+        pair = (signal.measured, signal.simulated)
+        yield (
+            recording.file,
+            recording.role,
+            signal.lift,
+            recording.load_kg,
+            prediction.oil_temperature_degc,
+            signal.channel,
+            (outputs() | channels())[signal.channel]["unit"],
+            signal.commanded,
+            signal.measured_from,
+            int(np.isfinite(signal.measured).sum()),
+            _defined(fits.nmse(*pair)),
+            _defined(fits.nrmse(*pair)),
+            _defined(fits.rmse(*pair)),
+        )
+
+
+def _phase_table(truck: Truck, predictions: list[Prediction]) -> pl.DataFrame:
+    rows = []
+    for prediction in predictions:
+        recording = prediction.recording
+        for lift in commanded(recording.lift):
+            velocity = prediction.signal(f"velocity_{lift}_m_s")
+            if velocity is None:
+                continue
+            squared = np.nan_to_num((velocity.measured - velocity.simulated) ** 2)
+            seconds = np.diff(recording.time_s, append=recording.time_s[-1:])
+            found = phases(
+                recording.time_s, recording.channels[f"current_{lift}_a"], shut_current(truck, lift)
+            )
+            for index, phase in enumerate(PHASES):
+                here = found == index
+                rows.append(
+                    (recording.file, recording.role, lift, phase, seconds[here].sum(), squared[here].sum())
+                )
+    table = pl.DataFrame(rows, schema=PHASE_COLUMNS, orient="row")
+    total = pl.col("squared_error").sum().over("file", "lift")
+    return table.with_columns(share_of_misfit=pl.when(total > 0).then(pl.col("squared_error") / total))
+
+
+def _operating_points(temperature: Floats) -> list[float]:
+    """Each recording's operating temperature: the mean of those that follow each other closely."""
+    order = np.argsort(temperature)
+    breaks = np.flatnonzero(np.diff(temperature[order]) > SAME_TEMPERATURE_K) + 1
+    point = np.empty(len(temperature))
+    for group in np.split(order, breaks):
+        if len(group):
+            point[group] = round(float(temperature[group].mean()), 1)
+    return point.tolist()
+
+
+def _rows(table: pl.DataFrame) -> list[dict[str, Any]]:
+    return [{key: _defined(value) for key, value in row.items()} for row in table.to_dicts()]
+
+
+def _defined(value: Any) -> Any:
+    return None if isinstance(value, float) and not isfinite(value) else value

@@ -1,0 +1,222 @@
+"""Results as tables for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from io import StringIO
+from itertools import pairwise
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.console import Console, RenderableType
+from rich.markup import escape
+from rich.table import Table
+
+from forklift.names import LIFTS, Lift, of_effect, outputs, parameters
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from forklift.campaign import Campaign
+    from forklift.compare import Comparison
+    from forklift.simulate import Simulation
+    from forklift.truck import Truck
+
+WIDTH = 160
+"""Columns of a table that is printed into a string."""
+
+
+def plain(table: RenderableType) -> str:
+    """A table as text without colours."""
+    stream = StringIO()
+    Console(file=stream, width=WIDTH, color_system=None).print(table)
+    return "\n".join(line.rstrip() for line in stream.getvalue().rstrip().splitlines())
+
+
+def truck_table(truck: Truck) -> Table:
+    """Every parameter with value, unit and source."""
+    title = f"Truck {truck.name} ({truck.origin}, sha256 {truck.sha256[:12]})"
+    rows = (
+        (name, parameters()[name]["symbol"], _value(value), parameters()[name]["unit"], truck.sources[name])
+        for name, value in truck.values.items()
+    )
+    return _table(title, ["parameter", "symbol", ">value", "unit", "source"], rows)
+
+
+def parameter_table() -> Table:
+    """What a truck's file must give: every parameter of a lift with unit, bounds and meaning."""
+    specs = (spec for name, spec in parameters().items() if name in _of_one_lift())
+    rows = (
+        (
+            spec["name"],
+            spec["symbol"],
+            spec["unit"],
+            f"{spec['lower']:g}",
+            f"{spec['upper']:g}",
+            spec["meaning"],
+        )
+        for spec in specs
+    )
+    title = "Parameters of each lift, in a truck's file below [free] and [main]"
+    return _table(title, ["parameter", "symbol", "unit", ">least", ">greatest", "meaning"], rows)
+
+
+def effect_table() -> Table:
+    """The effects that a truck's parameters may add to the thesis's model."""
+    from forklift import _core
+
+    rows = (
+        (
+            effect["id"],
+            effect["scope"],
+            name,
+            spec["unit"],
+            f"{effect['quiet']:g}" if first else "",
+            effect["equation"],
+        )
+        for effect in _core.effect_table()
+        for first, (name, spec) in _first_marked(of_effect(effect))
+    )
+    title = "Effects: present if a truck gives their parameters"
+    return _table(title, ["effect", "scope", "parameter", "unit", ">quiet at", "equation"], rows)
+
+
+def campaign_table(campaign: Campaign) -> Table:
+    """The recordings of a campaign."""
+    rows = (
+        (
+            found.file,
+            found.lift,
+            f"{found.load_kg:g}",
+            found.role,
+            str(len(found.time_s)),
+            f"{found.time_s[-1] - found.time_s[0]:.1f}",
+            ", ".join(found.channels),
+        )
+        for found in campaign.recordings
+    )
+    title = (
+        f"Campaign {campaign.name} ({len(campaign.recordings)} recordings at {campaign.sample_rate_hz:g} Hz, "
+        f"sha256 {campaign.sha256[:12]})"
+    )
+    return _table(title, ["file", "lift", ">load [kg]", "role", ">samples", ">seconds", "channels"], rows)
+
+
+def simulation_table(simulation: Simulation) -> Table:
+    """Each output's last, least and greatest value."""
+    rows = (
+        (
+            name,
+            spec["unit"],
+            *(f"{value:.5g}" for value in (found[-1], found.min(), found.max())),
+            spec["meaning"],
+        )
+        for name, spec in outputs().items()
+        for found in [simulation[name]]
+    )
+    title = (
+        f"{simulation.truck.name}: {simulation.load_kg:g} kg, {simulation.oil_temperature_degc.mean():.1f} °C"
+    )
+    return _table(title, ["output", "unit", ">last", ">least", ">greatest", "meaning"], rows)
+
+
+def validation_table(comparison: Comparison, lift: Lift) -> Table:
+    """Laid out as Table 5.4 or 5.5: both velocity fits for each temperature and load."""
+    table = comparison.validation(lift)
+    role = "" if (table["role"] == "validate").all() else " (there are no validate recordings: all of them)"
+    title = f"Model fit of the velocity, {lift} lift, as Table {'5.4' if lift == 'free' else '5.5'}{role}"
+    names = [">temperature [°C]", ">load [kg]", ">fit (NMSE) [%]", ">fit (NRMSE) [%]", "recording"]
+    return _table(title, names, validation_rows(table))
+
+
+def validation_rows(table: pl.DataFrame) -> list[tuple[str, ...]]:
+    """The cells of `Comparison.validation`; a temperature is said once, as the thesis's tables do."""
+    temperature = table["temperature_degc"].to_list()
+    again = [before == here for before, here in pairwise([None, *temperature])]
+    return [
+        (
+            "" if known else f"{row['temperature_degc']:.0f}",
+            f"{row['load_kg']:g}",
+            percent(row["nmse_percent"]),
+            percent(row["nrmse_percent"]),
+            row["file"],
+        )
+        for known, row in zip(again, table.iter_rows(named=True), strict=True)
+    ]
+
+
+def fit_table(comparison: Comparison) -> Table:
+    """Every recording and signal."""
+    rows = (
+        (
+            row["file"],
+            row["role"],
+            row["channel"] if row["commanded"] else f"{row['channel']} (at rest)",
+            percent(row["nmse_percent"]),
+            percent(row["nrmse_percent"]),
+            "" if row["rmse"] is None else f"{row['rmse']:.3g}",
+            row["unit"],
+        )
+        for row in comparison.fits.iter_rows(named=True)
+    )
+    names = ["recording", "role", "signal", ">fit (NMSE) [%]", ">fit (NRMSE) [%]", ">RMSE", "unit"]
+    return _table("All signals", names, rows)
+
+
+def phase_table(comparison: Comparison, lift: Lift) -> Table:
+    """Where in the motion the velocity's misfit lies, over all recordings of one lift."""
+    rows = (
+        (
+            row["phase"],
+            f"{row['seconds']:.1f}",
+            share(row["share_of_time"]),
+            share(row["share_of_misfit"]),
+        )
+        for row in comparison.where(lift).iter_rows(named=True)
+    )
+    title = f"Where the misfit of the {lift} lift's velocity lies"
+    return _table(title, ["phase", ">seconds", ">share of time [%]", ">share of misfit [%]"], rows)
+
+
+def comparison_tables(comparison: Comparison) -> list[Table]:
+    """The tables of a comparison that fit a page: validation and phases of each lift."""
+    lifts = [lift for lift in LIFTS if len(comparison.validation(lift))]
+    return [table(comparison, lift) for lift in lifts for table in (validation_table, phase_table)]
+
+
+def _table(title: str, names: list[str], rows: Iterable[tuple[str, ...]]) -> Table:
+    table = Table(
+        title=escape(title), title_justify="left", box=box.SIMPLE_HEAD, title_style="bold", pad_edge=False
+    )
+    for name in names:
+        table.add_column(
+            name.lstrip(">"), justify="right" if name.startswith(">") else "left", overflow="fold"
+        )
+    for row in rows:
+        table.add_row(*map(escape, row))
+    return table
+
+
+def _value(value: float | tuple[float, ...]) -> str:
+    return " ".join(f"{knot:.6g}" for knot in (value if isinstance(value, tuple) else (value,)))
+
+
+def percent(value: float | None) -> str:
+    """A fit as a table shows it; a dash where it is not defined."""
+    return "—" if value is None else f"{value:.1f}"
+
+
+def share(value: float | None) -> str:
+    """A share as a table shows it, in percent; a dash where there is nothing to share."""
+    return "—" if value is None or not isfinite(value) else f"{100 * value:.0f}"
+
+
+def _of_one_lift() -> set[str]:
+    from forklift import _core
+
+    return {f"{LIFTS[0]}.{spec['name']}" for spec in _core.parameter_table()}
+
+
+def _first_marked(items: dict[str, Any]) -> list[tuple[bool, tuple[str, Any]]]:
+    return [(position == 0, item) for position, item in enumerate(items.items())]
