@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +31,7 @@ def signals(lift: str = "free") -> dict[str, np.ndarray]:
 def csv_text(columns: dict[str, np.ndarray]) -> str:
     """A CSV file of columns; NaN becomes an empty cell."""
     rows = zip(*columns.values(), strict=True)
-    cells = ("," .join("" if np.isnan(x) else repr(float(x)) for x in row) for row in rows)
+    cells = (",".join("" if np.isnan(x) else repr(float(x)) for x in row) for row in rows)
     return "\n".join([",".join(columns), *cells]) + "\n"
 
 
@@ -121,7 +120,9 @@ def write_mat73(path: Path, columns: dict[str, np.ndarray]) -> None:
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in columns.items():
             file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
-        letters = file.create_dataset("comment", data=np.frombuffer(b"abc", np.uint8).astype(np.uint16)[None, :])
+        letters = file.create_dataset(
+            "comment", data=np.frombuffer(b"abc", np.uint8).astype(np.uint16)[None, :]
+        )
         letters.attrs["MATLAB_class"] = np.bytes_("char")
     with path.open("r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
@@ -137,15 +138,6 @@ def write_mdf4(path: Path, columns: dict[str, np.ndarray]) -> None:
 
 
 WRITERS = {".csv": write_csv, ".parquet": write_parquet, ".mat": write_mat5, ".mf4": write_mdf4}
-
-
-def shared() -> Path:
-    """The folder of data that are not part of the repository; skips the test if it is not there."""
-    named = os.environ.get("FORKLIFT_SHARED")
-    folder = Path(named) if named else Path(__file__).resolve().parents[2] / "shared"
-    if not (folder / "campaigns").is_dir():
-        pytest.skip(f"no shared campaigns in {folder}; set FORKLIFT_SHARED")
-    return folder
 
 
 def snapshot(folder: Path) -> dict[str, bytes]:

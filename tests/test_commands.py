@@ -48,8 +48,11 @@ def test_a_low_pass_starts_at_rest_and_reaches_a_step():
 
 
 def test_dither_leaves_the_mean_as_it_was():
-    time = np.arange(0, 2, 1e-3)
-    assert np.mean(commands.dither(time, np.full_like(time, 0.8), 0.02, 60.0)) == pytest.approx(0.8, abs=1e-3)
+    command = Command.of_samples(50.0, free=np.full(51, 0.8)).with_dither(0.05, 100.0)
+    held = np.diff(command.time_s)
+    assert np.sum(held * command.current_free_a[:-1]) / held.sum() == pytest.approx(0.8)
+    assert np.ptp(command.current_free_a) == pytest.approx(0.1)
+    assert not command.current_main_a.any()
 
 
 @pytest.mark.parametrize("kind", commands.GENERATORS)
@@ -75,6 +78,11 @@ def test_both_lifts_move_differently():
         lambda: commands.prms(100, 1, switching_probability=2.0),
         lambda: commands.prms(100, 1, low=174, high=58),
         lambda: commands.prms(100, 1, high=300),
+        lambda: commands.prms(-1, 1),
+        lambda: commands.prms(100, 2**70),
+        lambda: commands.staircase([300], 5),
+        lambda: commands.steps_to_current([0.5]),
+        lambda: commands.dither([0.0, 1.0], [0.5, 0.5], -1.0, 60.0),
         lambda: commands.low_pass([1.0, 2.0], 50.0, -1.0),
         lambda: commands.low_pass("strong", 50.0, 3.0),
         lambda: Command.of_samples(50.0),

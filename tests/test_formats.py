@@ -5,11 +5,19 @@ from __future__ import annotations
 import csv as stdlib_csv
 import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+
+from forklift import Campaign, ForkliftError, convert
+from forklift.checks import Sampled
+from forklift.formats import FORMATS, format_of, isolation, mdf4
+from forklift.formats.csv import _carefully, _quickly
+from forklift.formats.signals import Place, Signals
+from forklift.resample import onto_grid
 from small_campaign import (
     MAPPED,
     RATE_HZ,
@@ -24,13 +32,6 @@ from small_campaign import (
     snapshot,
     write_mat73,
 )
-
-from forklift import Campaign, ForkliftError, convert
-from forklift.checks import Sampled
-from forklift.formats import FORMATS, format_of, isolation, mdf4
-from forklift.formats.csv import _carefully, _quickly
-from forklift.formats.signals import Place, Signals
-from forklift.resample import onto_grid
 
 SUFFIXES = (".csv", ".parquet", ".mat", ".mf4")
 
@@ -107,7 +108,7 @@ def test_conversion_says_what_it_needs_and_writes_nothing(tmp_path):
     assert raised(convert, [], out, lift="free", load_kg=0.0).code == "recordings-missing"
     assert raised(convert, [file, file], out, lift="free", load_kg=0.0).code == "recording-repeated"
     assert raised(convert, tmp_path / "no.csv", out, lift="free", load_kg=0.0).code == "recording-missing"
-    assert raised(convert, file, out, lift="free", load_kg=0.0).code == "column-missing"
+    assert raised(convert, file, out, lift="free", load_kg=0.0).code == "column-unknown"
     assert raised(convert, file, out, lift="up", load_kg=0.0).code == "lift-unknown"
     assert snapshot(tmp_path) == before
     assert [path.name for path in tmp_path.iterdir()] == ["mapped"]
@@ -175,7 +176,9 @@ def mdf_on_three_clocks(path):
     """Currents at 50 Hz, pressure at 1 kHz with a gap from 0.5 to 0.6 s, temperature at 10 Hz."""
     asammdf = pytest.importorskip("asammdf", reason="asammdf (the extra mdf) is not installed")
     columns = foreign()
-    currents = [asammdf.Signal(columns[name], columns["t"], name=name) for name in ("ValveCurrFL", "ValveCurrML")]
+    currents = [
+        asammdf.Signal(columns[name], columns["t"], name=name) for name in ("ValveCurrFL", "ValveCurrML")
+    ]
     fast = np.arange(0.0005, 1.2, 0.001)
     fast = fast[(fast < 0.5) | (fast > 0.6)]
     slow = np.arange(0.0, 1.25, 0.1)
@@ -259,7 +262,9 @@ def test_a_signal_that_several_groups_have_must_be_named_with_its_group(tmp_path
     assert (error.code, error.column, error.value) == ("column-repeated", "pA", ["0/pA", "1/pA"])
     for name in ("1/pA", "DAQ/pA"):
         (folder / "campaign.toml").write_text(MAPPED.format(file="run.mf4").replace('"pA"', f'"{name}"'))
-        np.testing.assert_allclose(Campaign.read(folder)[0]["pressure_free_pa"], expected()["pressure_free_pa"])
+        np.testing.assert_allclose(
+            Campaign.read(folder)[0]["pressure_free_pa"], expected()["pressure_free_pa"]
+        )
 
 
 def test_a_struct_with_its_own_time_is_read_from_both_kinds_of_mat_file(tmp_path):
@@ -334,7 +339,7 @@ def test_a_mixed_campaign_takes_each_file_by_its_suffix(tmp_path):
     folder = make_mapped(tmp_path / "mapped", ".csv")
     toml = folder / "campaign.toml"
     text = toml.read_text()
-    head, _, entry = text.partition("[[recording]]")
+    _, _, entry = text.partition("[[recording]]")
     for suffix in SUFFIXES[1:]:
         other = make_mapped(tmp_path / f"mapped{suffix}", suffix)
         (other / f"run{suffix}").rename(folder / f"other_{suffix[1:]}{suffix}")
@@ -432,6 +437,24 @@ def test_a_library_that_crashes_hangs_or_exits_is_one_error(readers):
         assert error.code == "recording-unreadable"
         assert (error.file, cause in error.cause) == (name, True)
         assert readers("good.x") == Signals({})
+
+
+def test_nothing_is_left_of_a_reader_s_temporary_files(readers):
+    assert readers("good.x") == Signals({})
+    folder = Path(isolation._child._folder)
+    (folder / "left by a library").touch()
+    raised(readers, "crash.x")
+    assert not folder.exists()
+
+
+def test_without_a_process_the_file_is_read_here(readers, monkeypatch, capsys):
+    def refuse(*_, **__):
+        raise OSError("no processes here")
+
+    monkeypatch.setattr(isolation.subprocess, "Popen", refuse)
+    assert readers("good.x") == Signals({})
+    assert capsys.readouterr().out
+    assert raised(readers, "raise.x").code == "recording-unreadable"
 
 
 def test_an_interrupt_leaves_no_answer_for_the_next_file(readers, monkeypatch):

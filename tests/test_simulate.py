@@ -3,13 +3,13 @@
 import numpy as np
 import polars as pl
 import pytest
-from reference import trajectory
 
 from forklift import ForkliftError, Truck, commands, predict, simulate
 from forklift.commands import Command
 from forklift.names import LIFTS, outputs
 from forklift.recording import Recording
 from forklift.simulate import encoder_count_m
+from reference import trajectory
 
 COMMAND = commands.generate("prms", "free", duration_s=4.0)
 
@@ -104,6 +104,12 @@ def test_a_written_simulation_reads_back_equal(tmp_path, lowering, suffix):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_simulation_is_immutable(lowering):
+    with pytest.raises(ValueError, match="read-only"):
+        lowering["velocity_free_m_s"][0] = 1.0
+    lowering.dataset["velocity_free_m_s"].mean()
+
+
 def test_a_simulation_tells_what_it_is(lowering):
     assert "800 kg" in repr(lowering)
     assert lowering.to_dict()["outputs"]["velocity_free_m_s"]["unit"] == "m/s"
@@ -124,6 +130,8 @@ def test_a_simulation_tells_what_it_is(lowering):
         ({"solver": "euler"}, "solver"),
         ({"tolerance": -1e-4}, "tolerance"),
         ({"solver": "fixed", "substeps": 0}, "substeps"),
+        ({"solver": "fixed", "substeps": -1}, "simulate"),
+        ({"time": [[0.0, 1.0]]}, "simulate"),
         ({"start": [1.0, 2.0]}, "start"),
     ],
 )

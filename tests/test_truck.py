@@ -36,7 +36,9 @@ def test_the_thesis_truck_has_every_parameter_of_both_lifts_with_a_source():
     thesis = {name for name in parameters() if name.partition(".")[0] in LIFTS}
     of_effects = {name for effect in _core.effect_table() for name in of_effect(effect)}
     assert set(truck.values) == thesis - of_effects
-    assert all("Table 5." in source or "Figure" in source or "chosen" in source for source in truck.sources.values())
+    assert all(
+        "Table 5." in source or "Figure" in source or "chosen" in source for source in truck.sources.values()
+    )
     assert truck.effects == ()
     assert truck.origin == "shipped"
 
@@ -51,7 +53,7 @@ def test_the_thesis_truck_holds_the_readings_and_not_the_misprints():
 
 
 def test_a_parameter_without_a_source_is_refused(tmp_path):
-    error = refused(written(tmp_path, NU_0, 'nu_0 = { value = 4.45e-5 } # { source'))
+    error = refused(written(tmp_path, NU_0, "nu_0 = { value = 4.45e-5 } # { source"))
     assert error.code == "parameter-malformed"
     assert "source" in error.message
 
@@ -98,7 +100,7 @@ def test_a_missing_parameter_is_named(tmp_path):
 
 def test_bytes_that_are_not_text_are_refused(tmp_path):
     path = tmp_path / "truck.toml"
-    path.write_bytes(b"name = \"\xff\xfe\"\n")
+    path.write_bytes(b'name = "\xff\xfe"\n')
     assert refused(path).code == "file-unreadable"
 
 

@@ -1,13 +1,37 @@
 """The Rust core, as Python sees it. Tables are the single home of names, units, bounds and meanings."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, Self, TypedDict, final, type_check_only
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+_Floats = NDArray[np.float64]
+_Steps = NDArray[np.int64]
 
+__version__: str
+
+__all__ = [
+    "Truck",
+    "__version__",
+    "channel_table",
+    "dither",
+    "effect_table",
+    "encoder",
+    "height_sensor",
+    "low_pass",
+    "output_table",
+    "parameter_table",
+    "pressure_sensor",
+    "prms",
+    "quantise_current",
+    "staircase",
+    "state_table",
+    "steps_to_current",
+    "temperature_sensor",
+]
+
+@type_check_only
 class ParameterSpec(TypedDict):
     name: str  # within a lift: "viscosity.nu_0"; in a truck "free.viscosity.nu_0"
     symbol: str  # as the thesis prints it
@@ -21,12 +45,24 @@ class ParameterSpec(TypedDict):
     bounds_reason: str
     length: Literal["scalar", "knots"]
 
+@type_check_only
 class QuantitySpec(TypedDict):
     name: str
     unit: str
     meaning: str
-    scale: float
 
+@type_check_only
+class StateSpec(QuantitySpec):
+    scale: float  # a typical size: what the error control measures against
+
+@type_check_only
+class ChannelSpec(QuantitySpec):
+    lower: float
+    upper: float
+    typical_lower: float | None  # of the largest absolute value of a recording
+    typical_upper: float | None
+
+@type_check_only
 class EffectSpec(TypedDict):
     id: str
     scope: Literal["lift", "mast"]  # lift: "main.leakage.coefficient"; mast: "mast_coupling.factor"
@@ -34,36 +70,62 @@ class EffectSpec(TypedDict):
     source: str
     parameters: list[ParameterSpec]
     quiet: float  # value of the first parameter (the amplitude) at which the model is the one without it
-    states: list[QuantitySpec]
+    states: list[StateSpec]
 
 def parameter_table() -> list[ParameterSpec]: ...
-def state_table() -> list[QuantitySpec]: ...
+def state_table() -> list[StateSpec]: ...
 def output_table() -> list[QuantitySpec]: ...
-def channel_table() -> list[QuantitySpec]: ...
+def channel_table() -> list[ChannelSpec]: ...
 def effect_table() -> list[EffectSpec]: ...
+def prms(
+    n_samples: int,
+    seed: int,
+    low: int = 58,
+    high: int = 174,
+    levels: int = 8,
+    switching_probability: float = 0.05,
+) -> _Steps: ...
+def staircase(levels: Sequence[int] | _Steps, samples_per_level: int) -> _Steps: ...
+def steps_to_current(steps: Sequence[int] | NDArray[Any]) -> _Floats: ...
+def quantise_current(current: _Floats) -> _Floats: ...
+def low_pass(current: _Floats, sample_rate_hz: float, cutoff_hz: float) -> _Floats: ...
+def dither(
+    time: _Floats, current: _Floats, amplitude: float, frequency_hz: float
+) -> tuple[_Floats, _Floats]: ...
+def encoder(position: _Floats) -> _Floats: ...
+def pressure_sensor(
+    signal: _Floats, seed: int, stream: int, noise: float = ..., step: float = ...
+) -> _Floats: ...
+def temperature_sensor(
+    signal: _Floats, seed: int, stream: int, noise: float = ..., step: float = ...
+) -> _Floats: ...
+def height_sensor(
+    signal: _Floats, seed: int, stream: int, noise: float = ..., step: float = ...
+) -> _Floats: ...
 
+@final
 class Truck:
     """A truck's parameters, checked against the tables; effects are those whose parameters are given."""
 
-    def __init__(self, values: Mapping[str, float | Sequence[float]]) -> None: ...
+    def __new__(cls, values: Mapping[str, float | Sequence[float]]) -> Self: ...
     @property
     def names(self) -> list[str]: ...
     @property
-    def values(self) -> Floats: ...
+    def values(self) -> _Floats: ...
     @property
     def effects(self) -> list[str]: ...
     def simulate(
         self,
-        time: Floats,  # (n,) s, strictly increasing: where the result is wanted
-        command_time: Floats,  # (m,) s, strictly increasing, command_time[0] <= time[0]
-        command: Floats,  # (m, 2) A, free and main, held from command_time[k] until the next
-        oil_temperature: Floats,  # (m,) degC, held likewise
+        time: _Floats,  # (n,) s, strictly increasing: where the result is wanted
+        command_time: _Floats,  # (m,) s, strictly increasing, command_time[0] <= time[0]
+        command: _Floats,  # (m, 2) A, free and main, held from command_time[k] until the next
+        oil_temperature: _Floats,  # (m,) degC, held likewise
         load: float,  # kg
         *,
         lifts: Literal["both", "free", "main"] = "both",
         solver: Literal["adaptive", "fixed"] = "adaptive",
         tolerance: float = ...,
         substeps: int = ...,
-        start: Floats | None = None,  # initial state, else at rest at the sensors' usual start
+        start: _Floats | None = None,  # initial state, else at rest at the sensors' usual start
     ) -> dict[str, Any]:
         """``{"outputs": (n, outputs), "states": (n, states), "state_names": [...], "statistics": {...}}``."""

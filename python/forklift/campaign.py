@@ -175,8 +175,8 @@ class Campaign:
 
     def __repr__(self) -> str:
         return (
-            f"Campaign({self.name!r}, {len(self.estimate)} recordings to estimate on, {len(self.validate)} "
-            f"to validate on, at {self.sample_rate_hz:g} Hz)"
+            f"Campaign({self.name!r}, {len(self)} recordings ({len(self.estimate)} estimate, "
+            f"{len(self.validate)} validate) at {self.sample_rate_hz:g} Hz)"
         )
 
 
@@ -241,7 +241,8 @@ def replaceable(folder: Path, overwrite: bool) -> frozenset[str]:
     if not overwrite and (folder / FILE).exists():
         raise ForkliftError(
             "output-exists",
-            f"{folder} already holds a campaign; name a folder that does not exist yet, or ask to overwrite it",
+            f"{folder} already holds a campaign; name a folder that does not exist yet, or ask to "
+            "overwrite it",
             file=str(folder),
         )
     try:

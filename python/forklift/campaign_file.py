@@ -20,7 +20,6 @@ from forklift.formats.signals import Place, quoted
 from forklift.names import Lifts
 from forklift.recording import Recording, Role
 
-NAME = "campaign.toml"
 HEAVIEST_KG = 10_000.0
 """The largest rated capacity of the trucks that EN 1726-1:1998 is about [kg]."""
 
@@ -104,8 +103,11 @@ def check(document: Mapping[str, Any], place: Place, text: str = "") -> Campaign
     try:
         found = CampaignFile.model_validate(document)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        raise _structural(first, document, place, text) from error
+        found_wrong = error.errors(include_url=False, include_context=False)
+        misspelt = [
+            wrong for wrong in found_wrong if wrong["type"] == "extra_forbidden"
+        ]  # else told as missing
+        raise _structural((misspelt or found_wrong)[0], document, place, text) from error
     check_rate(found.sample_rate_hz, place, line_of(text, ("sample_rate_hz",)))
     if not found.recording:
         raise _no_recordings(place)
@@ -341,7 +343,7 @@ def line_of(text: str, path: Sequence[str | int]) -> int | None:
         tables, key = ["channels"], path[1]
     lines, start, end = text.splitlines(), 0, None
     headers = [(k, found[1], found[2]) for k, line in enumerate(lines) if (found := _HEADER.fullmatch(line))]
-    if len(path) == 2 and path[0] == "recording":
+    if len(path) <= 2 and path[0] == "recording":
         tables, key = list(path), ""
     if tables:
         same = [k for k, _, name in headers if name == tables[0]]

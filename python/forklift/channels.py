@@ -86,14 +86,13 @@ _OWN: dict[str, tuple[Conversion, ...]] = {
     "Pa": (Conversion("bar", 1e5), Conversion("MPa", 1e6), Conversion("kPa", 1e3)),
     "degC": (Conversion("K", 1.0, -273.15),),
     "m": (Conversion("mm", 1e-3), Conversion("cm", 1e-2)),
+    "s": (Conversion("ms", 1e-3), Conversion("µs", 1e-6)),
 }
-_PREFIXES = {"m": 1e-3, "µ": 1e-6}
 
 
 def conversions(unit: str) -> tuple[Conversion, ...]:
     """What values that ought to be in `unit` may have been measured in, the likeliest first."""
-    prefixed = tuple(Conversion(prefix + unit, scale) for prefix, scale in _PREFIXES.items())
-    return _OWN.get(unit, prefixed)
+    return _OWN.get(unit, (Conversion(f"m{unit}", 1e-3),))
 
 
 def looks_like(channel: Channel, values: Floats) -> list[Conversion]:

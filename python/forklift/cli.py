@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -112,16 +113,18 @@ def simulate(
     from forklift.truck import Truck
 
     chosen = Truck.read(truck)
-    result = verb(
-        chosen,
-        _command(command, lift.value, seed, duration),
-        load_kg=load,
-        oil_temperature_degc=temperature,
-        lifts=lift.value,
-        solver=solver.value if solver else None,
-        tolerance=tolerance,
-        substeps=substeps,
-    )
+    commanded = _command(command, lift.value, seed, duration)
+    with _busy("Simulating"):
+        result = verb(
+            chosen,
+            commanded,
+            load_kg=load,
+            oil_temperature_degc=temperature,
+            lifts=lift.value,
+            solver=solver.value if solver else None,
+            tolerance=tolerance,
+            substeps=substeps,
+        )
     written = []
     if out:
         written.append(result.write(out, with_states=with_states))
@@ -273,7 +276,13 @@ def demo(
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 2 refused with one sentence, 130 interrupted."""
+    signal.signal(signal.SIGTERM, _terminated)
     sys.exit(run(arguments))
+
+
+def _terminated(number: int, _: object) -> None:
+    """Leave as an exception does, so that nothing half-written stays behind."""
+    sys.exit(128 + number)
 
 
 def run(arguments: list[str] | None = None) -> int:
@@ -293,6 +302,8 @@ def run(arguments: list[str] | None = None) -> int:
         if type(error).__name__ == "Abort":
             status = INTERRUPTED
         elif explain := getattr(error, "format_message", None):
+            if not explain():  # the help that a call without arguments gets
+                return REFUSED
             return _refuse(f"{explain().rstrip('.')}; `{_help_for(error)} --help` tells how")
         else:
             return _refuse(_unforeseen(error))

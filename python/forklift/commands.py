@@ -13,7 +13,7 @@ Defaults that are not given here are the core's. Source: Fri & Fahlén (2017), s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -80,7 +80,7 @@ def prms(
         ``"argument-invalid"`` for a setting out of its range.
     """
     given = _given(low=low, high=high, levels=levels, switching_probability=switching_probability)
-    return np.asarray(_core.prms(n_samples, seed, **given), np.int64)
+    return np.asarray(_of_core(_core.prms, n_samples, seed, **given), np.int64)
 
 
 def staircase(levels: Sequence[int] | Steps, samples_per_level: int) -> Steps:
@@ -90,17 +90,17 @@ def staircase(levels: Sequence[int] | Steps, samples_per_level: int) -> Steps:
     -------
     (len(levels) * samples_per_level,) integer steps of the ECU.
     """
-    return np.asarray(_core.staircase(np.asarray(levels), samples_per_level), np.int64)
+    return np.asarray(_of_core(_core.staircase, np.asarray(levels), samples_per_level), np.int64)
 
 
 def steps_to_current(steps: ArrayLike) -> Floats:
     """The valve current [A] that integer steps (0 to 255) of the ECU stand for; same shape."""
-    return np.asarray(_core.steps_to_current(np.asarray(steps)), np.float64)
+    return np.asarray(_of_core(_core.steps_to_current, np.asarray(steps)), np.float64)
 
 
 def quantise_current(current: ArrayLike) -> Floats:
     """The current [A] as the ECU commands it: rounded to its steps; same shape."""
-    return np.asarray(_core.quantise_current(_floats(current)), np.float64)
+    return np.asarray(_of_core(_core.quantise_current, _floats(current)), np.float64)
 
 
 def low_pass(current: ArrayLike, sample_rate_hz: float, cutoff_hz: float) -> Floats:
@@ -115,19 +115,27 @@ def low_pass(current: ArrayLike, sample_rate_hz: float, cutoff_hz: float) -> Flo
     cutoff_hz
         Where the gain is 1/√2 [Hz].
     """
-    return np.asarray(_core.low_pass(_floats(current), sample_rate_hz, cutoff_hz), np.float64)
+    return np.asarray(_of_core(_core.low_pass, _floats(current), sample_rate_hz, cutoff_hz), np.float64)
 
 
 def dither(
-    time_s: ArrayLike, current: ArrayLike, amplitude: float, frequency: float, **settings: Any
-) -> Floats:
-    """`current` [A] with a small oscillation of `amplitude` [A] and `frequency` [Hz] on top; (n,).
+    time_s: ArrayLike, current: ArrayLike, amplitude: float, frequency_hz: float
+) -> tuple[Floats, Floats]:
+    """A square wave on a held command, where that is above zero; it acts through the hysteresis, (3.11).
 
-    It acts through the valve's hysteresis, (3.11). Recorded currents are those before dither.
+    Parameters
+    ----------
+    time_s, current
+        (n,) [s] and (n,) [A], held between samples.
+    amplitude, frequency_hz
+        Of the square wave [A], [Hz].
+
+    Returns
+    -------
+    Times (m,) [s] and currents (m,) [A] of the refined command: every sample and every edge.
     """
-    return np.asarray(
-        _core.dither(_floats(time_s), _floats(current), amplitude, frequency, **settings), np.float64
-    )
+    refined = _of_core(_core.dither, _floats(time_s), _floats(current), amplitude, frequency_hz)
+    return np.asarray(refined[0], np.float64), np.asarray(refined[1], np.float64)
 
 
 def generate(kind: Literal["prms", "staircase"], lift: Lifts, *, duration_s: float, seed: int = 1) -> Command:
@@ -265,6 +273,14 @@ class Command:
         """Write the CSV file that `Command.read` reads back equal; whole or not at all."""
         return output.write_file(path, lambda temporary: self.to_polars().write_csv(temporary))
 
+    def with_dither(self, amplitude: float, frequency_hz: float) -> Command:
+        """The command with `dither` on both currents. Recorded commands are those before dither."""
+        both = [
+            dither(self.time_s, current, amplitude, frequency_hz)
+            for current in (self.current_free_a, self.current_main_a)
+        ]
+        return Command(both[0][0], both[0][1], both[1][1])
+
     def to_polars(self) -> pl.DataFrame:
         """The three columns as a `polars.DataFrame`."""
         import polars as pl
@@ -345,3 +361,13 @@ def _floats(values: ArrayLike) -> Floats:
 def _given(**settings: Any) -> dict[str, Any]:
     """The settings that were given; the core has the others' defaults."""
     return {name: value for name, value in settings.items() if value is not None}
+
+
+def _of_core(function: Callable[..., Any], *arguments: Any, **settings: Any) -> Any:
+    """A function of the core; what it cannot even convert is refused like what it does not accept."""
+    try:
+        return function(*arguments, **settings)
+    except (TypeError, OverflowError) as error:
+        raise ForkliftError(
+            "argument-invalid", f"an argument of {function.__name__} is of the wrong kind or size: {error}"
+        ) from None

@@ -18,7 +18,7 @@ from forklift.simulate import Simulation, simulate
 from forklift.truck import Truck
 
 SEED = 1
-SCATTER = 0.06
+SCATTER = 0.12
 """Standard deviation of the logarithm of what the thesis estimated: a truck of the same make."""
 
 RESULT = frozenset({"campaign", "compare", "truth.toml"})

@@ -33,14 +33,7 @@ def parameters() -> dict[str, ParameterSpec]:
 def of_effect(effect: EffectSpec) -> dict[str, ParameterSpec]:
     """An effect's parameters by full name: ``"main.leakage.coefficient"``, ``"mast_coupling.factor"``."""
     heads = [f"{lift}." for lift in LIFTS] if effect["scope"] == "lift" else [""]
-    return {
-        head
-        + (
-            spec["name"] if spec["name"].startswith(f"{effect['id']}.") else f"{effect['id']}.{spec['name']}"
-        ): spec
-        for head in heads
-        for spec in effect["parameters"]
-    }
+    return {f"{head}{effect['id']}.{spec['name']}": spec for head in heads for spec in effect["parameters"]}
 
 
 @cache

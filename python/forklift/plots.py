@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.names import LIFTS, Lift, commanded, outputs
+from forklift.names import LIFTS, Lift, amount, commanded, outputs
 from forklift.tables import percent, share, validation_rows
 
 if TYPE_CHECKING:
@@ -72,28 +72,43 @@ def comparison_page(comparison: Comparison) -> str:
 
 def simulation_page(simulation: Simulation) -> str:
     """The page of a simulation: command, velocity, pressure and position of each lift."""
-    time = simulation.time_s
-    driven = simulation.to_polars()
-    panels = []
-    for lift in LIFTS:
-        for channel in (f"velocity_{lift}_m_s", f"pressure_{lift}_pa", f"position_{lift}_m"):
-            if np.isfinite(simulation[channel]).any():
-                panels.append(
-                    _panel(f"{lift} lift", outputs()[channel]["unit"], time, simulated=simulation[channel])
-                )
-        panels.append(_panel(f"{lift} valve", "A", time, simulated=driven[f"current_{lift}_a"].to_numpy()))
+    lifts = [lift for lift in LIFTS if np.isfinite(simulation[f"position_{lift}_m"]).any()]
     work = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in simulation.statistics.items())
+    conditions = (
+        f"{simulation.load_kg:g} kg on the forks, oil at {simulation.oil_temperature_degc.mean():.0f} °C, "
+        f"{simulation.time_s[-1] - simulation.time_s[0]:.1f} s"
+    )
     return _page(
         title=f"{simulation.truck.name} lowering {simulation.load_kg:g} kg",
-        summary=[
-            f"{time[-1] - time[0]:.1f} s with {simulation.load_kg:g} kg on the forks and oil at "
-            f"{simulation.oil_temperature_degc.mean():.0f} °C."
-        ],
+        summary=[_lowering(simulation, lift) for lift in lifts],
         tables=[],
         details=[],
-        figures=[{"title": "Simulation", "note": "", "panels": panels}],
+        figures=[
+            {"title": f"{lift.capitalize()} lift", "note": conditions, "panels": _simulated(simulation, lift)}
+            for lift in lifts
+        ],
         footer=[f"Truck {simulation.truck.name}, sha256 {simulation.truck.sha256[:12]}", f"Solver: {work}"],
     )
+
+
+def _lowering(simulation: Simulation, lift: Lift) -> str:
+    """What one lift does, in a sentence."""
+    position, velocity = simulation[f"position_{lift}_m"], simulation[f"velocity_{lift}_m_s"]
+    pressure = simulation[f"pressure_{lift}_pa"]
+    return (
+        f"{lift.capitalize()} lift: from {position[0]:.2f} to {position[-1]:.2f} m, lowering at up to "
+        f"{max(-velocity.min(), 0.0):.2f} m/s, with {amount(float(pressure.min()), 'Pa')} to "
+        f"{amount(float(pressure.max()), 'Pa')} in its cylinder."
+    )
+
+
+def _simulated(simulation: Simulation, lift: Lift) -> list[dict[str, Any]]:
+    time, driven = simulation.time_s, simulation.to_polars()
+    names = (f"velocity_{lift}_m_s", f"pressure_{lift}_pa", f"position_{lift}_m")
+    return [
+        *(_panel("", outputs()[name]["unit"], time, simulated=simulation[name]) for name in names),
+        _panel("commanded", "A", time, simulated=driven[f"current_{lift}_a"].to_numpy()),
+    ]
 
 
 def decimate(time: Floats, *curves: Floats) -> tuple[Floats, ...]:

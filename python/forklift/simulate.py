@@ -52,6 +52,12 @@ class Simulation:
     statistics: Mapping[str, Any]
     """How much work the solver did."""
 
+    def __post_init__(self) -> None:
+        for name in ("oil_temperature_degc", "time_s", "outputs", "states"):
+            own = np.array(getattr(self, name))
+            own.flags.writeable = False
+            object.__setattr__(self, name, own)
+
     def __getitem__(self, name: str) -> Floats:
         if name in outputs():
             return self.outputs[:, list(outputs()).index(name)]
@@ -89,13 +95,16 @@ class Simulation:
         )
 
     def to_polars(self, *, with_states: bool = False) -> pl.DataFrame:
-        """Time, what drove the truck and all outputs, a column each; with `with_states` the states too."""
+        """Time, what drove the truck and all outputs, a column each; with `with_states` the states too.
+
+        What belongs to a lift that was not simulated is null.
+        """
         import polars as pl
 
         columns = {"time_s": self.time_s, **self._driving()} | {name: self[name] for name in outputs()}
         if with_states:
             columns |= {name: self[name] for name in self.state_names}
-        return pl.DataFrame(columns)
+        return pl.DataFrame(columns).fill_nan(None)
 
     def write(self, path: str | Path, *, with_states: bool = False) -> Path:
         """Write `to_polars` as ``.csv`` or ``.parquet``; whole or not at all.
@@ -205,19 +214,20 @@ def simulate(
     temperature = np.asarray(_column("oil_temperature_degc", oil_temperature_degc))
     if temperature.ndim == 0:
         temperature = np.full(len(command.time_s), float(temperature))
-    found = truck.core.simulate(
-        at,
-        command.time_s,
-        command.currents,
-        temperature,
-        float(_column("load_kg", load_kg)),
-        lifts=lifts,
-        **{name: value for name, value in given.items() if value is not None},
-    )
+    load = float(_column("load_kg", load_kg))
+    settings = {name: value for name, value in given.items() if value is not None}
+    try:
+        found = truck.core.simulate(
+            at, command.time_s, command.currents, temperature, load, lifts=lifts, **settings
+        )
+    except (TypeError, OverflowError) as error:
+        raise ForkliftError(
+            "argument-invalid", f"an argument of simulate is of the wrong kind, shape or size: {error}"
+        ) from None
     return Simulation(
         truck,
         command,
-        float(load_kg),
+        load,
         temperature,
         at,
         found["outputs"],
@@ -250,8 +260,12 @@ def predict(
     command = Command(recording.time_s, *(recording.channels[name] for name in COLUMNS[1:]))
     temperature = mean_temperature(recording, oil_temperature_degc)
     conditions = {"load_kg": recording.load_kg, "oil_temperature_degc": temperature, **settings}
-    at_rest = simulate(truck, command, time=command.time_s[:1], **conditions)
-    return simulate(truck, command, start=_recorded_start(recording, at_rest), **conditions)
+    try:
+        at_rest = simulate(truck, command, time=command.time_s[:1], **conditions)
+        return simulate(truck, command, start=_recorded_start(recording, at_rest), **conditions)
+    except ForkliftError as error:
+        sentence = f"{recording.file}: {error.message[:1].lower()}{error.message[1:]}"
+        raise ForkliftError(error.code, sentence, **error.facts | {"file": recording.file}) from None
 
 
 def mean_temperature(recording: Recording, otherwise: float | None = None) -> float:

@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from io import StringIO
 from itertools import pairwise
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import numpy as np
 from rich import box
 from rich.console import Console, RenderableType
 from rich.markup import escape
@@ -46,20 +47,14 @@ def truck_table(truck: Truck) -> Table:
 
 def parameter_table() -> Table:
     """What a truck's file must give: every parameter of a lift with unit, bounds and meaning."""
-    specs = (spec for name, spec in parameters().items() if name in _of_one_lift())
+    from forklift import _core
+
     rows = (
-        (
-            spec["name"],
-            spec["symbol"],
-            spec["unit"],
-            f"{spec['lower']:g}",
-            f"{spec['upper']:g}",
-            spec["meaning"],
-        )
-        for spec in specs
+        (spec["name"], spec["unit"], f"{spec['lower']:g}", f"{spec['upper']:g}", spec["meaning"])
+        for spec in _core.parameter_table()
     )
     title = "Parameters of each lift, in a truck's file below [free] and [main]"
-    return _table(title, ["parameter", "symbol", "unit", ">least", ">greatest", "meaning"], rows)
+    return _table(title, ["parameter", "unit", ">least", ">greatest", "meaning"], rows)
 
 
 def effect_table() -> Table:
@@ -67,19 +62,12 @@ def effect_table() -> Table:
     from forklift import _core
 
     rows = (
-        (
-            effect["id"],
-            effect["scope"],
-            name,
-            spec["unit"],
-            f"{effect['quiet']:g}" if first else "",
-            effect["equation"],
-        )
+        (name, spec["unit"], f"{spec['lower']:g}", f"{spec['upper']:g}", effect["equation"])
         for effect in _core.effect_table()
-        for first, (name, spec) in _first_marked(of_effect(effect))
+        for name, spec in of_effect(effect).items()
     )
-    title = "Effects: present if a truck gives their parameters"
-    return _table(title, ["effect", "scope", "parameter", "unit", ">quiet at", "equation"], rows)
+    title = "Effects, present if a truck's file gives their parameters"
+    return _table(title, ["parameter", "unit", ">least", ">greatest", "equation"], rows)
 
 
 def campaign_table(campaign: Campaign) -> Table:
@@ -92,7 +80,7 @@ def campaign_table(campaign: Campaign) -> Table:
             found.role,
             str(len(found.time_s)),
             f"{found.time_s[-1] - found.time_s[0]:.1f}",
-            ", ".join(found.channels),
+            str(len(found.channels)),
         )
         for found in campaign.recordings
     )
@@ -100,25 +88,25 @@ def campaign_table(campaign: Campaign) -> Table:
         f"Campaign {campaign.name} ({len(campaign.recordings)} recordings at {campaign.sample_rate_hz:g} Hz, "
         f"sha256 {campaign.sha256[:12]})"
     )
-    return _table(title, ["file", "lift", ">load [kg]", "role", ">samples", ">seconds", "channels"], rows)
+    return _table(title, ["file", "lift", ">load [kg]", "role", ">samples", ">seconds", ">channels"], rows)
 
 
 def simulation_table(simulation: Simulation) -> Table:
-    """Each output's last, least and greatest value."""
+    """Each output's first, last, least and greatest value."""
     rows = (
         (
             name,
             spec["unit"],
-            *(f"{value:.5g}" for value in (found[-1], found.min(), found.max())),
-            spec["meaning"],
+            *(f"{value:.5g}" for value in (found[0], found[-1], found.min(), found.max())),
         )
         for name, spec in outputs().items()
         for found in [simulation[name]]
+        if np.isfinite(found).any()
     )
     title = (
         f"{simulation.truck.name}: {simulation.load_kg:g} kg, {simulation.oil_temperature_degc.mean():.1f} °C"
     )
-    return _table(title, ["output", "unit", ">last", ">least", ">greatest", "meaning"], rows)
+    return _table(title, ["output", "unit", ">first", ">last", ">least", ">greatest"], rows)
 
 
 def validation_table(comparison: Comparison, lift: Lift) -> Table:
@@ -189,9 +177,12 @@ def _table(title: str, names: list[str], rows: Iterable[tuple[str, ...]]) -> Tab
     table = Table(
         title=escape(title), title_justify="left", box=box.SIMPLE_HEAD, title_style="bold", pad_edge=False
     )
-    for name in names:
+    for place, name in enumerate(names):
         table.add_column(
-            name.lstrip(">"), justify="right" if name.startswith(">") else "left", overflow="fold"
+            escape(name.lstrip(">").replace(" [", "\n[")),
+            justify="right" if name.startswith(">") else "left",
+            overflow="fold",
+            no_wrap=place < len(names) - 1,
         )
     for row in rows:
         table.add_row(*map(escape, row))
@@ -210,13 +201,3 @@ def percent(value: float | None) -> str:
 def share(value: float | None) -> str:
     """A share as a table shows it, in percent; a dash where there is nothing to share."""
     return "—" if value is None or not isfinite(value) else f"{100 * value:.0f}"
-
-
-def _of_one_lift() -> set[str]:
-    from forklift import _core
-
-    return {f"{LIFTS[0]}.{spec['name']}" for spec in _core.parameter_table()}
-
-
-def _first_marked(items: dict[str, Any]) -> list[tuple[bool, tuple[str, Any]]]:
-    return [(position == 0, item) for position, item in enumerate(items.items())]

@@ -44,8 +44,9 @@ class Truck:
     def __post_init__(self) -> None:
         values = {name: _number(name, value) for name, value in self.values.items()}
         object.__setattr__(self, "core", _core.Truck(values))
-        order = {name: position for position, name in enumerate(parameters())}
-        names = sorted(values, key=lambda name: order.get(name, len(order)))
+        order = list(parameters())
+        part = {name.rpartition(".")[0]: place for place, name in reversed(list(enumerate(order)))}
+        names = sorted(values, key=lambda name: (part[name.rpartition(".")[0]], order.index(name)))
         object.__setattr__(self, "values", MappingProxyType({name: values[name] for name in names}))
         sources = {name: self.sources.get(name, "set in Python") for name in names}
         object.__setattr__(self, "sources", MappingProxyType(sources))
@@ -75,7 +76,7 @@ class Truck:
             line = truck_file.line_of(found.text, name) if isinstance(name, str) else None
             raise ForkliftError(
                 error.code,
-                f"{truck_file.where(path, line)}: {error.message}",
+                f"{truck_file.where(path, line)}: {error.message[:1].lower()}{error.message[1:]}",
                 **error.facts | {"file": str(path), "line": line},
             ) from None
 

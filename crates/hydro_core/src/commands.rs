@@ -83,9 +83,8 @@ pub fn steps_to_current(steps: &[i64]) -> Result<Vec<f64>, Error> {
 
 /// The nearest current the ECU can command [A], between 0 and 1.75 A.
 pub fn quantise_current(current: &[f64]) -> Vec<f64> {
-    let per_ampere = f64::from(STEPS - 1) / FULL_CURRENT;
     let most = f64::from(STEPS - 1);
-    current.iter().map(|&u| (u * per_ampere).round().clamp(0.0, most) / per_ampere).collect()
+    current.iter().map(|&u| (u * most / FULL_CURRENT).round().clamp(0.0, most) * FULL_CURRENT / most).collect()
 }
 
 /// First-order low-pass at `cutoff_hz`, exact for an input held between samples:

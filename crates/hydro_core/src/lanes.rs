@@ -12,7 +12,8 @@ use crate::scalar::{Mask, Scalar};
 pub struct Lanes<const N: usize>(pub [f64; N]);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LaneMask<const N: usize>(pub [bool; N]);
+#[repr(align(64))]
+pub struct LaneMask<const N: usize>(pub [u64; N]);
 
 #[inline(always)]
 fn map<const N: usize>(a: Lanes<N>, f: impl Fn(f64) -> f64) -> Lanes<N> {
@@ -56,7 +57,7 @@ impl<const N: usize> Neg for Lanes<N> {
 impl<const N: usize> Mask for LaneMask<N> {
     #[inline(always)]
     fn and(self, other: Self) -> Self {
-        let mut out = [false; N];
+        let mut out = [0u64; N];
         for i in 0..N {
             out[i] = self.0[i] & other.0[i];
         }
@@ -64,7 +65,7 @@ impl<const N: usize> Mask for LaneMask<N> {
     }
     #[inline(always)]
     fn or(self, other: Self) -> Self {
-        let mut out = [false; N];
+        let mut out = [0u64; N];
         for i in 0..N {
             out[i] = self.0[i] | other.0[i];
         }
@@ -72,7 +73,7 @@ impl<const N: usize> Mask for LaneMask<N> {
     }
     #[inline(always)]
     fn not(self) -> Self {
-        let mut out = [false; N];
+        let mut out = [0u64; N];
         for i in 0..N {
             out[i] = !self.0[i];
         }
@@ -80,11 +81,11 @@ impl<const N: usize> Mask for LaneMask<N> {
     }
     #[inline(always)]
     fn any(self) -> bool {
-        let mut any = false;
+        let mut any = 0;
         for i in 0..N {
             any |= self.0[i];
         }
-        any
+        any != 0
     }
 }
 
@@ -110,9 +111,9 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> LaneMask<N> {
-        let mut out = [false; N];
+        let mut out = [0u64; N];
         for i in 0..N {
-            out[i] = self.0[i] < other.0[i];
+            out[i] = if self.0[i] < other.0[i] { u64::MAX } else { 0 };
         }
         LaneMask(out)
     }
@@ -120,15 +121,15 @@ impl<const N: usize> Scalar for Lanes<N> {
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
         let mut out = [0.0; N];
         for i in 0..N {
-            out[i] = if mask.0[i] { yes.0[i] } else { no.0[i] };
+            out[i] = f64::from_bits((mask.0[i] & yes.0[i].to_bits()) | (!mask.0[i] & no.0[i].to_bits()));
         }
         Lanes(out)
     }
     #[inline(always)]
     fn is_finite(self) -> LaneMask<N> {
-        let mut out = [false; N];
+        let mut out = [0u64; N];
         for i in 0..N {
-            out[i] = self.0[i].is_finite();
+            out[i] = if self.0[i].is_finite() { u64::MAX } else { 0 };
         }
         LaneMask(out)
     }

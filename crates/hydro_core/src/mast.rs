@@ -344,7 +344,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
         a
     }
 
-    /// Time derivatives of the whole state vector.
+    /// Time derivatives of the whole state vector between the ends of the strokes, of which the
+    /// integrators take care.
     pub fn rates(&self, x: &[S], dx: &mut [S]) {
         let lifts: [LiftState<S>; L] = std::array::from_fn(|k| LiftState::from_slice(&x[k * STATES..(k + 1) * STATES]));
         let own = &x[L * STATES..];
@@ -360,13 +361,12 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
             let command = ports[k].current(self.command[k]);
             let valve = lift.valve.rates(ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle }, command);
             let (dp_a, dp_b, da_comp) = lift.oil_rates(s, &ports[k]);
-            let zero = S::zero();
             LiftState {
                 i: valve.i,
                 i_rate: valve.rate,
                 i_bristle: valve.bristle,
-                x: S::select(lift.stop.blocks(s.x, s.v), zero, s.v),
-                v: S::select(lift.stop.blocks(s.x, acceleration[k]), zero, acceleration[k]),
+                x: s.v,
+                v: acceleration[k],
                 z: mechanics[k].1,
                 p_a: dp_a,
                 p_b: dp_b,

@@ -3,7 +3,7 @@
 use crate::dual::Dual;
 use crate::effects::StateSpec;
 use crate::error::Error;
-use crate::mast::{Extended, LiftName, LiftState, Mast, Physics, Thesis, LIFT_STATES, STATES};
+use crate::mast::{Extended, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
 use crate::scalar::Scalar;
 use crate::solver::fixed::{valve_steps, Fixed};
 use crate::solver::radau::{Radau, System};
@@ -103,7 +103,7 @@ fn with_lifts<const L: usize>(
             match solver {
                 Solver::Adaptive { tolerance } => {
                     let scale = scales::<L>(effects.iter().flat_map(|(i, ..)| i.kind.spec().states));
-                    let mut mast = Differentiable { plain, dual, scale, names };
+                    let mut mast = Differentiable { plain, dual, held: [Held::Free; L], scale, names };
                     adaptive(&mut mast, &which, inputs, wanted, tolerance, &start, interrupt)
                 }
                 Solver::Fixed { substeps } => fixed(plain, &which, names, inputs, wanted, substeps, &start, interrupt),
@@ -224,9 +224,24 @@ type Direction = Dual<f64, STATES>;
 struct Differentiable<X, Y, const L: usize> {
     plain: Mast<f64, X, L>,
     dual: Mast<Direction, Y, L>,
+    /// Whether a lift rests at an end of its stroke.
+    held: [Held; L],
     scale: Vec<f64>,
     names: Vec<String>,
 }
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Held {
+    Free,
+    Lower,
+    Upper,
+}
+
+/// Places of position and velocity among a lift's states.
+const POSITION: usize = 3;
+const VELOCITY: usize = 4;
+/// An acceleration away from a stop [m/s²] that releases a lift is compared with a depth [m] times this.
+const RELEASE_PER_DEPTH: f64 = 1e4;
 
 impl<X: Physics<f64>, Y: Physics<Direction>, const L: usize> Differentiable<X, Y, L> {
     fn set_inputs(&mut self, command: [f64; L], oil_temperature_degc: f64) {
@@ -241,9 +256,19 @@ impl<X: Physics<f64>, Y: Physics<Direction>, const L: usize> System for Differen
     }
     fn rates(&self, _t: f64, x: &[f64], dx: &mut [f64]) {
         self.plain.rates(x, dx);
+        for k in (0..L).filter(|&k| self.held[k] != Held::Free) {
+            dx[k * STATES + POSITION] = 0.0;
+            dx[k * STATES + VELOCITY] = 0.0;
+        }
     }
     fn jacobian(&self, _t: f64, x: &[f64], jacobian: &mut [f64]) {
         jacobian_by_duals::<STATES>(x, jacobian, |x, dx| self.dual.rates(x, dx));
+        let n = x.len();
+        for k in (0..L).filter(|&k| self.held[k] != Held::Free) {
+            for row in [POSITION, VELOCITY] {
+                jacobian[(k * STATES + row) * n..(k * STATES + row + 1) * n].fill(0.0);
+            }
+        }
     }
     fn scale(&self) -> &[f64] {
         &self.scale
@@ -251,19 +276,45 @@ impl<X: Physics<f64>, Y: Physics<Direction>, const L: usize> System for Differen
     fn state_name(&self, k: usize) -> String {
         self.names[k].clone()
     }
-    fn beyond(&self, x: &[f64]) -> f64 {
-        (0..L).fold(0.0, |worst: f64, k| {
-            let (stop, position) = (&self.plain.lifts[k].stop, x[k * STATES + 3]);
-            worst.max(stop.lower - position).max(position - stop.upper)
-        })
-    }
-    fn limit(&self, x: &mut [f64]) {
+    fn past_event(&self, x: &[f64]) -> f64 {
+        let mut past = 0.0f64;
         for k in 0..L {
-            let slice = &mut x[k * STATES..(k + 1) * STATES];
-            let mut s = LiftState::from_slice(slice);
-            (s.x, s.v) = self.plain.lifts[k].stop.limit(s.x, s.v);
-            s.write(slice);
+            let (stop, position) = (&self.plain.lifts[k].stop, x[k * STATES + POSITION]);
+            past = past.max(match self.held[k] {
+                Held::Free => (stop.lower - position).max(position - stop.upper),
+                Held::Lower => self.acceleration(x, k) / RELEASE_PER_DEPTH,
+                Held::Upper => -self.acceleration(x, k) / RELEASE_PER_DEPTH,
+            });
         }
+        past
+    }
+    /// A lift that meets a stop loses its velocity, and stays there while it is pressed onto it.
+    fn switch(&mut self, x: &mut [f64]) {
+        for k in 0..L {
+            let stop = self.plain.lifts[k].stop;
+            let at = k * STATES;
+            let end = match (x[at + POSITION] <= stop.lower, x[at + POSITION] >= stop.upper) {
+                (true, _) => Held::Lower,
+                (_, true) => Held::Upper,
+                _ => continue,
+            };
+            if self.held[k] == Held::Free {
+                (x[at + POSITION], x[at + VELOCITY]) = stop.limit(x[at + POSITION], x[at + VELOCITY]);
+            }
+            let acceleration = self.acceleration(x, k);
+            let pressed = if end == Held::Lower { acceleration <= 0.0 } else { acceleration >= 0.0 };
+            let moves = x[at + VELOCITY] != 0.0;
+            self.held[k] = if pressed && !moves { end } else { Held::Free };
+        }
+    }
+}
+
+impl<X: Physics<f64>, Y: Physics<Direction>, const L: usize> Differentiable<X, Y, L> {
+    /// The acceleration lift `k` would have without a stop [m/s²].
+    fn acceleration(&self, x: &[f64], k: usize) -> f64 {
+        let mut dx = vec![0.0; x.len()];
+        self.plain.rates(x, &mut dx);
+        dx[k * STATES + VELOCITY]
     }
 }
 

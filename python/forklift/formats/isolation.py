@@ -2,17 +2,22 @@
 
 On a damaged file their libraries do not only raise: asammdf and scipy.io can crash the interpreter or read
 memory that is not theirs, polars can abort, asammdf can go in circles. In a child, all of that is one error.
-The child starts with the first such file and serves the following ones; it ends with its parent.
+The child starts with the first such file and serves the following ones; it ends with its parent, and its
+temporary files with it. Where no process can be started, the file is read here.
 """
 
 from __future__ import annotations
 
 import atexit
+import importlib
 import os
 import pickle
+import shutil
 import subprocess
 import sys
+import tempfile
 import threading
+import warnings
 from pathlib import Path
 from typing import IO, Any
 
@@ -40,7 +45,10 @@ def read(module: str, place: Place, choose: Choose) -> Signals:
 
     name = module.rpartition(".")[2]
     limit = LONGEST_S + Path(place.path).stat().st_size * LONGEST_S_PER_BYTE
-    kind, result = _child.ask((module, place, choose), limit)
+    try:
+        kind, result = _child.ask((module, place, choose), limit)
+    except OSError:
+        kind, result = _answer(module, place, choose)
     if kind == "signals":
         assert isinstance(result, Signals)
         return result
@@ -54,11 +62,18 @@ class _Child:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
+        self._folder = ""
         self._parent = 0
         self._lock = threading.Lock()
 
     def ask(self, request: Any, limit: float) -> tuple[str, Any]:
-        """The child's answer: ``("signals", …)``, ``("error", …)`` or ``("failed", why)``."""
+        """The child's answer: ``("signals", …)``, ``("error", …)`` or ``("failed", why)``.
+
+        Raises
+        ------
+        OSError
+            If the child cannot be started.
+        """
         with self._lock:
             process = self._running()
             assert process.stdin is not None
@@ -82,10 +97,13 @@ class _Child:
 
     def _running(self) -> subprocess.Popen[bytes]:
         if self._parent != os.getpid():  # a fork must not speak through its parent's pipes
-            self._process, self._parent = None, os.getpid()
+            self._process, self._folder, self._parent = None, "", os.getpid()
         if self._process is None or self._process.poll() is not None:
+            self._end()
+            self._folder = tempfile.mkdtemp(prefix="forklift-")
             self._process = subprocess.Popen(
-                [sys.executable, "-c", _START.format(path=sys.path)],
+                [sys.executable or "python", "-c", _START.format(path=[str(path) for path in sys.path])],
+                env=os.environ | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -95,9 +113,14 @@ class _Child:
 
     def _end(self) -> None:
         process, self._process = self._process, None
-        if process is not None and self._parent == os.getpid():
+        if self._parent != os.getpid():
+            return
+        if process is not None:
             process.kill()
             process.communicate()
+        if self._folder:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder = ""
 
 
 def _give_up(process: subprocess.Popen[bytes], out_of_time: threading.Event) -> None:
@@ -111,9 +134,6 @@ atexit.register(_child._end)
 
 def serve() -> None:
     """The child's loop. Whatever a library prints goes nowhere: the pipe carries answers alone."""
-    import importlib
-    import warnings
-
     warnings.simplefilter("ignore")
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -124,14 +144,20 @@ def serve() -> None:
         except (EOFError, KeyboardInterrupt):
             return
         try:
-            answer: tuple[str, Any] = ("signals", importlib.import_module(module).read(place, choose))
-        except ForkliftError as error:
-            answer = ("error", error)
+            _send(answers, _answer(module, place, choose))
         except KeyboardInterrupt:
             return
-        except BaseException as error:  # a panic in polars is no Exception
-            answer = ("failed", f"{type(error).__name__}: {error}"[:1000])
-        _send(answers, answer)
+
+
+def _answer(module: str, place: Place, choose: Choose) -> tuple[str, Any]:
+    try:
+        return "signals", importlib.import_module(module).read(place, choose)
+    except ForkliftError as error:
+        return "error", error
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # a panic in polars is no Exception
+        return "failed", f"{type(error).__name__}: {error}"[:1000]
 
 
 def _send(pipe: IO[bytes], message: Any) -> None:

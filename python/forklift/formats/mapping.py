@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 
+import numpy as np
+
 from forklift.channels import REQUIRED, TIME
 from forklift.formats import Format
 from forklift.formats.signals import Place, Series, Signals, quoted
@@ -24,7 +26,8 @@ class Source:
         """The series in the channel's unit; a time of its own is in seconds already."""
         if self.scale == 1.0 and self.offset == 0.0:
             return series
-        return replace(series, values=series.values * self.scale + self.offset)
+        with np.errstate(over="ignore"):  # what becomes infinite is found among the samples
+            return replace(series, values=series.values * self.scale + self.offset)
 
 
 @dataclass(frozen=True)

@@ -4,3 +4,4 @@ pub mod fixed;
 pub mod linear;
 pub mod radau;
 pub mod statistics;
+pub mod vectors;

@@ -21,12 +21,13 @@ pub trait System {
     fn state_name(&self, k: usize) -> String {
         format!("state {k}")
     }
-    /// How far `x` lies beyond an end of a stroke [m]; zero or less if it does not.
-    fn beyond(&self, _x: &[f64]) -> f64 {
+    /// Above zero where the motion has gone past the point at which its kind changes (a stroke's
+    /// end reached, or left). The integrator finds that point before it goes on.
+    fn past_event(&self, _x: &[f64]) -> f64 {
         0.0
     }
-    /// Puts `x` back on its stroke; the velocity into the stop vanishes.
-    fn limit(&self, _x: &mut [f64]) {}
+    /// Changes the kind of motion at that point.
+    fn switch(&mut self, _x: &mut [f64]) {}
 }
 
 /// One accepted step, with the collocation polynomial as its dense output.
@@ -90,8 +91,8 @@ const NEWTON_LIMIT: usize = 7;
 /// A step may shrink or grow by these factors at once.
 const LEAST_FACTOR: f64 = 0.2;
 const MOST_FACTOR: f64 = 8.0;
-/// A stroke's end counts as reached within this depth [m].
-const STOP_DEPTH: f64 = 1e-10;
+/// An event counts as met if [`System::past_event`] lies between zero and this.
+const EVENT_DEPTH: f64 = 1e-10;
 
 /// The integrator between two calls: where it stands and what it remembers.
 pub struct Radau {
@@ -101,6 +102,7 @@ pub struct Radau {
     tolerance: f64,
     step_limit: usize,
     h: f64,
+    longest: f64,
     f: Vec<f64>,
     jacobian: Vec<f64>,
     jacobian_is_current: bool,
@@ -150,6 +152,7 @@ impl Radau {
             tolerance,
             step_limit,
             h: 0.0,
+            longest: f64::INFINITY,
             f: vec![0.0; n],
             jacobian: vec![0.0; n * n],
             jacobian_is_current: false,
@@ -173,6 +176,12 @@ impl Radau {
         radau.inputs_changed(system);
         radau.h = radau.first_step(system);
         radau
+    }
+
+    /// The next step is tried with length `h`, and none is longer: where the error allows it, all are equal.
+    pub fn set_longest_step(&mut self, h: f64) {
+        self.longest = h;
+        self.h = h;
     }
 
     /// To be called when the right-hand side has jumped at the present time.
@@ -206,7 +215,7 @@ impl Radau {
     /// [`Error::StepTooSmall`], [`Error::TooManySteps`], or what `watch` returns.
     pub fn advance<M: System>(
         &mut self,
-        system: &M,
+        system: &mut M,
         end: f64,
         mut watch: impl FnMut(&Step) -> Result<(), Error>,
     ) -> Result<(), Error> {
@@ -259,7 +268,7 @@ impl Radau {
     }
 
     /// One attempt at a step of length `self.h`; sets the length of the next.
-    fn attempt<M: System>(&mut self, system: &M) -> Attempt {
+    fn attempt<M: System>(&mut self, system: &mut M) -> Attempt {
         self.set_weights(system);
         let h = self.h;
         if self.factors.as_ref().is_none_or(|(made_for, ..)| *made_for != h) && !self.factor(system) {
@@ -282,7 +291,7 @@ impl Radau {
             self.h *= (safety * self.factor_for(h, error)).max(LEAST_FACTOR);
             return Attempt::Retry;
         }
-        if let Some(shorter) = self.cut_at_end_stop(system) {
+        if let Some(shorter) = self.cut_at_event(system) {
             self.h = shorter;
             return Attempt::Retry;
         }
@@ -366,8 +375,8 @@ impl Radau {
             let size = (sum / (3 * n) as f64).sqrt();
             if let Some(last) = last_size {
                 rate = size / last;
-                let left = (NEWTON_LIMIT - iteration) as i32;
-                if rate >= 1.0 || rate.powi(left) / (1.0 - rate) * size > tolerance {
+                let left_to_come = (iteration..NEWTON_LIMIT).fold(1.0, |power, _| power * rate);
+                if rate >= 1.0 || left_to_come / (1.0 - rate) * size > tolerance {
                     return None;
                 }
             }
@@ -428,18 +437,20 @@ impl Radau {
         if error == 0.0 {
             return MOST_FACTOR;
         }
-        let plain = error.powf(-0.25);
+        // Square roots round alike on every machine, powers do not.
+        let fourth_root = |x: f64| x.sqrt().sqrt();
+        let plain = 1.0 / fourth_root(error);
         match self.previous {
             Some((last_h, last_error)) if last_error > 0.0 => {
-                plain.min(h / last_h * (last_error / error).powf(0.25) * plain)
+                plain.min(h / last_h * fourth_root(last_error / error) * plain)
             }
             _ => plain,
         }
     }
 
-    /// If the step went beyond the end of a stroke, the length of the step that just reaches it.
-    fn cut_at_end_stop<M: System>(&mut self, system: &M) -> Option<f64> {
-        if system.beyond(&self.work.x_new) <= STOP_DEPTH {
+    /// If the step went past an event, the length of the step that just meets it.
+    fn cut_at_event<M: System>(&mut self, system: &M) -> Option<f64> {
+        if system.past_event(&self.work.x_new) <= EVENT_DEPTH {
             return None;
         }
         self.set_polynomial();
@@ -448,7 +459,7 @@ impl Radau {
         for _ in 0..60 {
             let middle = 0.5 * (before + after);
             evaluate(&self.x, &self.polynomial, middle, &mut w.stage);
-            if system.beyond(&w.stage) > 0.5 * STOP_DEPTH {
+            if system.past_event(&w.stage) > 0.5 * EVENT_DEPTH {
                 after = middle;
             } else {
                 before = middle;
@@ -468,7 +479,7 @@ impl Radau {
         }
     }
 
-    fn accept<M: System>(&mut self, system: &M, error: f64, iterations: usize, rate: f64, safety: f64) {
+    fn accept<M: System>(&mut self, system: &mut M, error: f64, iterations: usize, rate: f64, safety: f64) {
         self.set_polynomial();
         let h = self.h;
         let mut factor = (safety * self.factor_for(h, error)).clamp(LEAST_FACTOR, MOST_FACTOR);
@@ -478,10 +489,10 @@ impl Radau {
         self.polynomial_step = Some(h);
         self.previous = Some((h, error.max(1e-2)));
         self.statistics.steps += 1;
-        let at_stop = system.beyond(&self.x) > 0.0;
-        system.limit(&mut self.x);
-        if at_stop {
-            self.statistics.end_stops += 1;
+        let event = system.past_event(&self.x) > 0.0;
+        if event {
+            system.switch(&mut self.x);
+            self.statistics.events += 1;
             self.polynomial_step = None;
             self.previous = None;
         }
@@ -489,11 +500,52 @@ impl Radau {
         self.statistics.rates += 1;
         self.jacobian_is_current = false;
         // Slow convergence asks for a new Jacobian; else small changes of the step keep the factors.
-        if (iterations > 2 && rate > 1e-3) || at_stop {
+        if (iterations > 2 && rate > 1e-3) || event {
             self.factors = None;
         } else if (1.0..1.2).contains(&factor) {
             factor = 1.0;
         }
-        self.h = h * factor;
+        self.h = (h * factor).min(self.longest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_transformation_inverts_the_collocation_matrix_of_the_nodes() {
+        // Aᵀ⁻¹ = TΛT⁻¹ maps (cⱼᵏ/k) to (cⱼᵏ⁻¹): the collocation conditions (IV.5.6) for k = 1, 2, 3.
+        for k in 1..=3 {
+            let integral = C.map(|c| c.powi(k) / f64::from(k));
+            let along = |row: [f64; 3]| row[0] * integral[0] + row[1] * integral[1] + row[2] * integral[2];
+            let pair = Complex64::new(MU_COMPLEX.0, MU_COMPLEX.1) * Complex64::new(along(TI[1]), along(TI[2]));
+            let scaled = [MU_REAL * along(TI[0]), pair.re, pair.im];
+            for i in 0..3 {
+                let back: f64 = (0..3).map(|j| T[i][j] * scaled[j]).sum();
+                assert!((back - C[i].powi(k - 1)).abs() < 1e-13, "{k} {i} {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_dense_output_meets_the_stages() {
+        for i in 0..3 {
+            for (j, row) in P.iter().enumerate() {
+                let value = C[i] * (row[0] + C[i] * (row[1] + C[i] * row[2]));
+                assert!((value - f64::from(u8::from(i == j))).abs() < 1e-13, "{i} {j} {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_error_estimate_sees_nothing_of_a_cubic() {
+        for k in 1..=3 {
+            let start_rate = f64::from(u8::from(k == 1));
+            let estimate: f64 = start_rate + (0..3).map(|i| E[i] * C[i].powi(k)).sum::<f64>();
+            assert!(estimate.abs() < 1e-13, "{k} {estimate}");
+        }
+        let quartic: f64 = (0..3).map(|i| E[i] * C[i].powi(4)).sum();
+        assert!(quartic.abs() > 1e-3);
     }
 }

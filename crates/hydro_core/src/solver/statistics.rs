@@ -19,8 +19,8 @@ pub struct Statistics {
     pub factorisations: usize,
     /// Jumps of an input at which the integrator stopped.
     pub stops: usize,
-    /// Ends of a stroke that were reached.
-    pub end_stops: usize,
+    /// Ends of a stroke that were reached or left.
+    pub events: usize,
 }
 
 impl Statistics {
@@ -35,7 +35,7 @@ impl Statistics {
             ("jacobians", self.jacobians),
             ("factorisations", self.factorisations),
             ("stops", self.stops),
-            ("end_stops", self.end_stops),
+            ("events", self.events),
         ]
     }
 }

@@ -5,12 +5,18 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use hydro_core::error::Error;
 use hydro_core::mast::LiftName;
 use hydro_core::run::{Inputs, Lifts, Run, Solver};
 use hydro_core::truck::{Truck, Value};
 
 fn repository() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A file of the repository.
+pub fn read(path: &str) -> String {
+    std::fs::read_to_string(repository().join(path)).unwrap()
 }
 
 fn flatten(prefix: &str, table: &toml::Table, values: &mut BTreeMap<String, Value>) {
@@ -32,9 +38,8 @@ fn flatten(prefix: &str, table: &toml::Table, values: &mut BTreeMap<String, Valu
 }
 
 pub fn thesis_values() -> BTreeMap<String, Value> {
-    let text = std::fs::read_to_string(repository().join("python/forklift/trucks/thesis.toml")).unwrap();
     let mut values = BTreeMap::new();
-    flatten("", &text.parse().unwrap(), &mut values);
+    flatten("", &read("python/forklift/trucks/thesis.toml").parse().unwrap(), &mut values);
     values
 }
 
@@ -63,10 +68,10 @@ pub fn references() -> Vec<Reference> {
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|file| file.extension().is_some_and(|e| e == "csv"));
     files.sort();
-    files.iter().map(|file| read(file)).collect()
+    files.iter().map(|file| read_reference(file)).collect()
 }
 
-fn read(file: &std::path::Path) -> Reference {
+fn read_reference(file: &std::path::Path) -> Reference {
     let name = file.file_stem().unwrap().to_str().unwrap().to_string();
     let parts: Vec<&str> = name.split('_').collect();
     let lift = if parts[0] == "free" { LiftName::Free } else { LiftName::Main };
@@ -109,6 +114,49 @@ pub fn replay(truck: &Truck, reference: &Reference, solver: Solver) -> Run {
         &|| false,
     );
     run.unwrap_or_else(|error| panic!("{}: {error}", reference.name))
+}
+
+/// One lift under a command sampled at 50 Hz, from its usual start, shown at the samples.
+pub struct Lowering<'a> {
+    pub lift: LiftName,
+    pub load_kg: f64,
+    pub oil_temperature_degc: f64,
+    pub command: &'a [f64],
+}
+
+/// Period of the controller [s].
+pub const TICK: f64 = 0.02;
+
+impl Lowering<'_> {
+    pub fn run(&self, truck: &Truck, solver: Solver) -> Result<Run, Error> {
+        self.run_from(truck, solver, None)
+    }
+
+    /// From `start`, or at rest.
+    pub fn run_from(&self, truck: &Truck, solver: Solver, start: Option<&[f64]>) -> Result<Run, Error> {
+        let time: Vec<f64> = (0..self.command.len()).map(|k| k as f64 * TICK).collect();
+        let free = self.lift == LiftName::Free;
+        let command: Vec<[f64; 2]> = self.command.iter().map(|&u| if free { [u, 0.0] } else { [0.0, u] }).collect();
+        let inputs = Inputs {
+            time: &time,
+            command: &command,
+            oil_temperature_degc: &vec![self.oil_temperature_degc; time.len()],
+            load_kg: self.load_kg,
+        };
+        hydro_core::run::simulate(truck, Lifts::One(self.lift), &inputs, &time, solver, start, &|| false)
+    }
+}
+
+/// A state of the first lift of a run at all its times.
+pub fn column(run: &Run, state: usize) -> Vec<f64> {
+    run.states.chunks_exact(run.state_names.len()).map(|row| row[state]).collect()
+}
+
+/// Places of a lift's states in the state vector.
+pub mod state {
+    pub const POSITION: usize = 3;
+    pub const VELOCITY: usize = 4;
+    pub const PRESSURE: usize = 6;
 }
 
 /// max |Δv| in m/s and max |Δp_A|/p_A of a run against its reference.

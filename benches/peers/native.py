@@ -1,0 +1,53 @@
+"""Builds the peers written in C and runs one of them over a file of lowerings."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+from lowerings import read_trajectories
+
+HERE = Path(__file__).parent
+C = ["gcc", "-std=gnu11", "-O3", "-march=native"]
+FORTRAN = ["gfortran", "-w", "-std=legacy", "-O3", "-march=native"]
+SUNDIALS = ["cvode", "nvecserial", "sunlinsoldense", "sunmatrixdense"]
+
+
+def build_lift(folder: Path) -> Path:
+    """The right-hand side and Jacobian as a shared library."""
+    library = folder / "free_lift.so"
+    _run([*C, "-shared", "-fPIC", str(HERE / "free_lift.c"), "-o", str(library), "-lm"])
+    return library
+
+
+def build_cvode(folder: Path) -> Path:
+    """CVODE of the system's SUNDIALS (6.0 to 6.x)."""
+    program = folder / "cvode"
+    libraries = [f"-lsundials_{name}" for name in SUNDIALS]
+    _run([*C, str(HERE / "cvode.c"), "-o", str(program), *libraries, "-lm"])
+    return program
+
+
+def build_radau(folder: Path, source: Path) -> Path:
+    """RADAU of Hairer and Wanner; `source` holds radau.f, decsol.f and dc_decsol.f."""
+    objects = []
+    for name in ("radau", "decsol", "dc_decsol"):
+        objects.append(str(folder / f"{name}.o"))
+        _run([*FORTRAN, "-c", str(source / f"{name}.f"), "-o", objects[-1]])
+    program = folder / "radau"
+    _run([*C, str(HERE / "radau.c"), *objects, "-o", str(program), "-lgfortran", "-lm"])
+    return program
+
+
+def integrate(command: list[str], lowerings: Path, options: dict[str, float]) -> tuple[np.ndarray, float]:
+    """Run `command LOWERINGS TRAJECTORIES name=value ...`; trajectories and seconds of all lowerings."""
+    out = lowerings.with_suffix(".out")
+    _run([*command, str(lowerings), str(out), *(f"{name}={value!r}" for name, value in options.items())])
+    return read_trajectories(out)
+
+
+def _run(command: list[str]) -> None:
+    env = os.environ | {"OMP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1"}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(f"{' '.join(command)}\n{done.stderr}")

@@ -1,0 +1,24 @@
+"""The rows of this package's own Rust core: a program that reads and writes the files of lowerings.h."""
+
+import shlex
+import tempfile
+from pathlib import Path
+
+import native
+import numpy as np
+from lowerings import Lowerings
+
+# What to try, one row each: the label in the table, and what follows the two file names as name=value.
+SETTINGS: dict[str, dict[str, float]] = {}
+
+
+def ours(lowerings: Lowerings, setting: dict[str, float], program: str) -> tuple[np.ndarray, float]:
+    """Run `program LOWERINGS TRAJECTORIES name=value ...`; x, v, p_A, p_B at each tick, and the seconds.
+
+    The seconds are what the program itself writes: the integration of all lowerings on one core, without
+    starting up and without files. `program` may carry arguments of its own.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "lowerings"
+        lowerings.write(path)
+        return native.integrate(shlex.split(program), path, setting)

@@ -1,0 +1,40 @@
+//! Runs a piece of work with the widest vectors the processor has, chosen at run time.
+//!
+//! The work's code must be `#[inline(always)]` down to the arithmetic, so that it is compiled anew
+//! for each kind of vector. No fused multiply-add is involved: the bits are the same on all of them.
+
+/// Work that is compiled once per kind of vector.
+pub trait Work {
+    type Output;
+    fn run(self) -> Self::Output;
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
+fn with_avx512<W: Work>(work: W) -> W::Output {
+    work.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn with_avx2<W: Work>(work: W) -> W::Output {
+    work.run()
+}
+
+/// Runs `work` with AVX-512 or AVX2 where the processor has it, else as compiled.
+#[inline(always)]
+pub fn widest<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::is_x86_feature_detected as has;
+        if has!("avx512f") && has!("avx512dq") && has!("avx512vl") && has!("avx512bw") {
+            // SAFETY: the processor has every feature the function is compiled with.
+            return unsafe { with_avx512(work) };
+        }
+        if has!("avx2") {
+            // SAFETY: as above.
+            return unsafe { with_avx2(work) };
+        }
+    }
+    work.run()
+}

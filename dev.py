@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+"""Everything there is to run, each with its own set-up: `python3 dev.py demo`, `python3 dev.py test`.
+
+A virtual environment is made in .venv (FORKLIFT_VENV names another folder), forklift is built into it
+with what the task needs, and both are used again as long as no source has changed. Needs Python 3.11 or
+later and Rust; nothing is installed outside that folder and target/.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+VENV = Path(os.environ.get("FORKLIFT_VENV") or ROOT / ".venv").absolute()
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
+STAMP = VENV / "forklift.json"
+
+
+def demo():
+    """build, record a simulated truck, compare it with the thesis's and say where to look"""
+    install()
+    out = os.path.relpath(ROOT / "demo")
+    failed = run("forklift", "demo", out, cwd=None)
+    if not failed:
+        print(f"forklift itself is {os.path.relpath(BIN / 'forklift')}.")
+    return failed
+
+
+def test():
+    """all tests, of Rust and of Python"""
+    install("test")
+    return max(
+        run("cargo", "test", "--release", "--workspace"),
+        run(PYTHON, "-m", "pytest"),
+    )
+
+
+def lint():
+    """formatting, lints and types of Rust and of Python, and the stub of the Rust core"""
+    install("lint")
+    return max(
+        run("cargo", "fmt", "--all", "--check"),
+        run("cargo", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings"),
+        run(PYTHON, "-m", "ruff", "check"),
+        run(PYTHON, "-m", "ruff", "format", "--check"),
+        run(PYTHON, "-m", "mypy"),
+        run(PYTHON, "-m", "mypy.stubtest", "forklift._core"),
+    )
+
+
+def docs():
+    """the documentation as pages, in docs/_build/html"""
+    install("docs")
+    failed = run(PYTHON, "-m", "sphinx", "-W", "--keep-going", "-q", "docs", "docs/_build/html")
+    if not failed:
+        print(f"Look at {os.path.relpath(ROOT / 'docs/_build/html/index.html')} in a browser.")
+    return failed
+
+
+def bench():
+    """speed, as ratios against peers measured in the same run"""
+    install("bench")
+    return run("cargo", "bench", "--workspace")
+
+
+def install(*extras):
+    """Put forklift with these extras into the environment, unless what is there is still the same."""
+    if not shutil.which("cargo"):
+        sys.exit("dev.py: there is no cargo; install Rust (rustup.rs tells how) and run this again.")
+    if not PYTHON.exists():
+        make_environment()
+    there = json.loads(STAMP.read_text()) if STAMP.exists() else {"source": "", "extras": []}
+    source, wanted = fingerprint(), sorted({*there["extras"], *extras})
+    if there == {"source": source, "extras": wanted}:
+        return
+    print("Building forklift and installing what it needs; the first time takes some minutes.", flush=True)
+    STAMP.unlink(missing_ok=True)
+    what = f"{ROOT}[{','.join(wanted)}]" if wanted else str(ROOT)
+    if run(PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", what):
+        sys.exit("dev.py: forklift could not be built or installed; what is above tells why.")
+    STAMP.write_text(json.dumps({"source": source, "extras": wanted}))
+
+
+def make_environment():
+    try:
+        import ensurepip
+        import venv
+    except ImportError as error:
+        sys.exit(
+            f"dev.py: this Python lacks {error.name}, which makes virtual environments; install it "
+            "(on Debian and Ubuntu: apt-get install python3-venv) and run this again."
+        )
+    print(f"Making the virtual environment {VENV} with Python {sys.version.split()[0]}.", flush=True)
+    del ensurepip  # looked for only: without it venv fails halfway
+    venv.create(VENV, with_pip=True, clear=VENV.exists())
+
+
+def fingerprint():
+    """A hash of every file that goes into the package, by name and content."""
+    files = [ROOT / "pyproject.toml", ROOT / "Cargo.toml", ROOT / "Cargo.lock", ROOT / "README.md"]
+    for folder in ("crates", "python"):
+        files += sorted(path for path in (ROOT / folder).rglob("*") if path.is_file())
+    digest = hashlib.sha256()
+    for path in files:
+        if path.suffix not in (".so", ".pyd", ".pyc"):
+            digest.update(f"{path.relative_to(ROOT)}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def run(*command, cwd=ROOT):
+    """Run a command in the environment and give its exit status."""
+    command = [str(word) for word in command]
+    print("$", *(os.path.relpath(word) if os.path.isabs(word) else word for word in command), flush=True)
+    environment = os.environ | {
+        "VIRTUAL_ENV": str(VENV),
+        "PATH": f"{BIN}{os.pathsep}{os.environ.get('PATH', '')}",
+        "PYO3_PYTHON": str(PYTHON),
+    }
+    program = shutil.which(command[0], path=environment["PATH"]) or command[0]
+    return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
+
+
+def main():
+    if sys.version_info < (3, 11):  # noqa: UP036  (older ones are told so)
+        sys.exit(f"dev.py: this is Python {sys.version.split()[0]}; run it with Python 3.11 or later.")
+    tasks = {task.__name__: task for task in (demo, test, lint, docs, bench)}
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0], epilog="\n\n".join(__doc__.split("\n\n")[1:])
+    )
+    commands = parser.add_subparsers(dest="task", required=True, metavar="task")
+    for name, task in tasks.items():
+        commands.add_parser(name, help=task.__doc__, description=task.__doc__)
+    try:
+        sys.exit(tasks[parser.parse_args().task]())
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()
