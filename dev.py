@@ -32,12 +32,12 @@ def demo():
     return failed
 
 
-def test():
-    """all tests, of Rust and of Python"""
+def test(*arguments):
+    """all tests, of Rust and of Python; further arguments go to pytest"""
     install("test")
     return max(
-        run("cargo", "test", "--release", "--workspace"),
-        run(PYTHON, "-m", "pytest"),
+        run("cargo", "test", "--release", "--workspace", "--no-fail-fast"),
+        run(PYTHON, "-m", "pytest", *arguments),
     )
 
 
@@ -63,10 +63,15 @@ def docs():
     return failed
 
 
-def bench():
-    """speed, as ratios against peers measured in the same run"""
+def bench(*arguments):
+    """speed, as ratios against peers of the same run; further arguments go to benches/peers/run.py"""
     install("bench")
-    return run("cargo", "bench", "--workspace")
+    ours = "cargo bench --quiet --bench lowerings --"
+    out = ROOT / "benches" / "measurements.md"
+    return max(
+        run("cargo", "bench", "--bench", "lowering"),
+        run(PYTHON, "benches/peers/run.py", "--out", out, "--ours", ours, *arguments),
+    )
 
 
 def install(*extras):
@@ -137,7 +142,10 @@ def main():
     for name, task in tasks.items():
         commands.add_parser(name, help=task.__doc__, description=task.__doc__)
     try:
-        sys.exit(tasks[parser.parse_args().task]())
+        known, others = parser.parse_known_args()
+        if others and known.task not in ("test", "bench"):
+            parser.error(f"{known.task} takes no {' '.join(others)}")
+        sys.exit(tasks[known.task](*others))
     except KeyboardInterrupt:
         sys.exit(130)
 

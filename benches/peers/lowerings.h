@@ -2,8 +2,8 @@
  *
  * lowerings:     int64 n, int64 ticks, float64 tick [s]; then n times:
  *                float64 load [kg], temperature [degC], command[ticks] [A], each held for one tick.
- * trajectories:  int64 n, int64 points (= ticks + 1), float64 seconds (the integration of all n, without
- *                files); then n times points times 4 float64: x [m], v [m/s], p_A [Pa], p_B [Pa]. */
+ * trajectories:  int64 n, int64 points (= ticks + 1), float64 seconds (processor time of one core for
+ *                the integration of all n, without files); then n times points times 4 float64: x [m], v [m/s], p_A [Pa], p_B [Pa]. */
 #ifndef LOWERINGS_H
 #define LOWERINGS_H
 
@@ -62,10 +62,11 @@ static inline double option(int argc, char **argv, const char *name, double othe
     return otherwise;
 }
 
+/* Processor time of this process [s]: unlike the wall's, it does not count waiting for a busy core. */
 static inline double now(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 

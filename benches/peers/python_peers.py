@@ -62,14 +62,14 @@ class Lift:
         self._fill, self._rates, self._jacobian, self._fill_jacobian = fill, rates, jacobian, fill_jacobian
 
     def integrate(self, solve: Solve, lowerings: Lowerings, rtol: float) -> tuple[np.ndarray, float]:
-        """All lowerings by one method; trajectories and seconds as the C peers give them."""
+        """All lowerings by one method; trajectories and processor seconds, as the C peers give."""
         out = np.empty((len(lowerings), lowerings.command_a.shape[1] + 1, 4))
         times = np.arange(out.shape[1]) * TICK_S
         self._one(solve, lowerings, 0, times[:3], rtol)  # compiles
-        begin = time.perf_counter()
+        begin = time.process_time()
         for n in range(len(lowerings)):
             out[n] = self._one(solve, lowerings, n, times, rtol)[:, SHOWN]
-        return out, time.perf_counter() - begin
+        return out, time.process_time() - begin
 
     def _one(self, solve: Solve, lowerings: Lowerings, n: int, times: np.ndarray, rtol: float) -> np.ndarray:
         k, y = np.empty(8), np.empty(9)

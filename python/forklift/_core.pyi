@@ -1,7 +1,7 @@
 """The Rust core, as Python sees it. Tables are the single home of names, units, bounds and meanings."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Self, TypedDict, final, type_check_only
+from typing import Literal, TypedDict, final, type_check_only
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,26 +10,6 @@ _Floats = NDArray[np.float64]
 _Steps = NDArray[np.int64]
 
 __version__: str
-
-__all__ = [
-    "Truck",
-    "__version__",
-    "channel_table",
-    "dither",
-    "effect_table",
-    "encoder",
-    "height_sensor",
-    "low_pass",
-    "output_table",
-    "parameter_table",
-    "pressure_sensor",
-    "prms",
-    "quantise_current",
-    "staircase",
-    "state_table",
-    "steps_to_current",
-    "temperature_sensor",
-]
 
 @type_check_only
 class ParameterSpec(TypedDict):
@@ -53,13 +33,13 @@ class QuantitySpec(TypedDict):
 
 @type_check_only
 class StateSpec(QuantitySpec):
-    scale: float  # a typical size: what the error control measures against
+    scale: float  # a typical size, which the adaptive solver's absolute tolerance is measured by
 
 @type_check_only
 class ChannelSpec(QuantitySpec):
     lower: float
     upper: float
-    typical_lower: float | None  # of the largest absolute value of a recording
+    typical_lower: float | None  # the range in which a recording's largest value lies, where there is one
     typical_upper: float | None
 
 @type_check_only
@@ -72,11 +52,44 @@ class EffectSpec(TypedDict):
     quiet: float  # value of the first parameter (the amplitude) at which the model is the one without it
     states: list[StateSpec]
 
+@type_check_only
+class Result(TypedDict):
+    outputs: _Floats  # (n, outputs), columns as in output_table()
+    states: _Floats  # (n, states)
+    state_names: list[str]
+    statistics: dict[str, int]
+
 def parameter_table() -> list[ParameterSpec]: ...
 def state_table() -> list[StateSpec]: ...
 def output_table() -> list[QuantitySpec]: ...
 def channel_table() -> list[ChannelSpec]: ...
 def effect_table() -> list[EffectSpec]: ...
+@final
+class Truck:
+    """A truck's parameters, checked against the tables; its effects are those whose parameters are given."""
+
+    def __new__(cls, values: Mapping[str, float | Sequence[float]]) -> Truck: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def values(self) -> _Floats: ...
+    @property
+    def effects(self) -> list[str]: ...
+    def simulate(
+        self,
+        time: _Floats,  # (n,) s, strictly increasing: where the result is wanted
+        command_time: _Floats,  # (m,) s, strictly increasing, command_time[0] <= time[0]
+        command: _Floats,  # (m, 2) A, free and main, held from command_time[k] until the next
+        oil_temperature: _Floats,  # (m,) degC, held likewise
+        load: float,  # kg
+        *,
+        lifts: str = "both",  # or "free", "main"
+        solver: str = "adaptive",  # or "fixed"
+        tolerance: float = ...,
+        substeps: int = ...,
+        start: _Floats | None = None,  # initial state, else at rest at the sensors' usual start
+    ) -> Result: ...
+
 def prms(
     n_samples: int,
     seed: int,
@@ -86,7 +99,7 @@ def prms(
     switching_probability: float = 0.05,
 ) -> _Steps: ...
 def staircase(levels: Sequence[int] | _Steps, samples_per_level: int) -> _Steps: ...
-def steps_to_current(steps: Sequence[int] | NDArray[Any]) -> _Floats: ...
+def steps_to_current(steps: Sequence[int] | _Steps) -> _Floats: ...
 def quantise_current(current: _Floats) -> _Floats: ...
 def low_pass(current: _Floats, sample_rate_hz: float, cutoff_hz: float) -> _Floats: ...
 def dither(
@@ -102,30 +115,3 @@ def temperature_sensor(
 def height_sensor(
     signal: _Floats, seed: int, stream: int, noise: float = ..., step: float = ...
 ) -> _Floats: ...
-
-@final
-class Truck:
-    """A truck's parameters, checked against the tables; effects are those whose parameters are given."""
-
-    def __new__(cls, values: Mapping[str, float | Sequence[float]]) -> Self: ...
-    @property
-    def names(self) -> list[str]: ...
-    @property
-    def values(self) -> _Floats: ...
-    @property
-    def effects(self) -> list[str]: ...
-    def simulate(
-        self,
-        time: _Floats,  # (n,) s, strictly increasing: where the result is wanted
-        command_time: _Floats,  # (m,) s, strictly increasing, command_time[0] <= time[0]
-        command: _Floats,  # (m, 2) A, free and main, held from command_time[k] until the next
-        oil_temperature: _Floats,  # (m,) degC, held likewise
-        load: float,  # kg
-        *,
-        lifts: Literal["both", "free", "main"] = "both",
-        solver: Literal["adaptive", "fixed"] = "adaptive",
-        tolerance: float = ...,
-        substeps: int = ...,
-        start: _Floats | None = None,  # initial state, else at rest at the sensors' usual start
-    ) -> dict[str, Any]:
-        """``{"outputs": (n, outputs), "states": (n, states), "state_names": [...], "statistics": {...}}``."""

@@ -133,7 +133,11 @@ pub fn dither(time: &[f64], current: &[f64], amplitude: f64, frequency_hz: f64) 
     for (k, (&t, &u)) in time.iter().zip(current).enumerate() {
         let shaken = |edge: usize| {
             let sign = if edge.is_multiple_of(2) { 1.0 } else { -1.0 };
-            if u > 0.0 { u + sign * amplitude } else { u }
+            if u > 0.0 {
+                u + sign * amplitude
+            } else {
+                u
+            }
         };
         // The half period the sample falls into.
         while start + (edge + 1) as f64 * half <= t + 1e-9 * half {

@@ -64,12 +64,9 @@ impl Error {
         let text = |s: &String| Text(s.clone());
         match self {
             Error::UnknownParameter { name, nearest } => vec![("name", text(name)), ("nearest", text(nearest))],
-            Error::MissingParameter { name, unit, lower, upper } => vec![
-                ("name", text(name)),
-                ("unit", text(unit)),
-                ("lower", Number(*lower)),
-                ("upper", Number(*upper)),
-            ],
+            Error::MissingParameter { name, unit, lower, upper } => {
+                vec![("name", text(name)), ("unit", text(unit)), ("lower", Number(*lower)), ("upper", Number(*upper))]
+            }
             Error::OutOfBounds { name, value, lower, upper, unit, reason } => vec![
                 ("name", text(name)),
                 ("value", Number(*value)),

@@ -12,10 +12,26 @@ pub struct OutputSpec {
 
 /// The model's outputs, as a perfect sensor would read them.
 pub const OUTPUTS: &[OutputSpec] = &[
-    OutputSpec { name: "position_free_m", unit: "m", meaning: "forks relative to the second stage, twice the free lift's cylinder" },
-    OutputSpec { name: "position_main_m", unit: "m", meaning: "first stage relative to the base, the main lift's cylinder" },
-    OutputSpec { name: "velocity_free_m_s", unit: "m/s", meaning: "time derivative of position_free_m, upward positive" },
-    OutputSpec { name: "velocity_main_m_s", unit: "m/s", meaning: "time derivative of position_main_m, upward positive" },
+    OutputSpec {
+        name: "position_free_m",
+        unit: "m",
+        meaning: "forks relative to the second stage, twice the free lift's cylinder",
+    },
+    OutputSpec {
+        name: "position_main_m",
+        unit: "m",
+        meaning: "first stage relative to the base, the main lift's cylinder",
+    },
+    OutputSpec {
+        name: "velocity_free_m_s",
+        unit: "m/s",
+        meaning: "time derivative of position_free_m, upward positive",
+    },
+    OutputSpec {
+        name: "velocity_main_m_s",
+        unit: "m/s",
+        meaning: "time derivative of position_main_m, upward positive",
+    },
     OutputSpec { name: "pressure_free_pa", unit: "Pa", meaning: "cylinder pressure p_A of the free lift" },
     OutputSpec { name: "pressure_main_pa", unit: "Pa", meaning: "cylinder pressure p_A of the main lift" },
     OutputSpec { name: "fork_height_m", unit: "m", meaning: "forks over the ground, 2 x_ML + x_FL" },

@@ -91,14 +91,18 @@ fn with_lifts<const L: usize>(
     interrupt: Interrupt,
 ) -> Result<Run, Error> {
     let (lifts, effects) = truck.build(which, inputs.load_kg, |_, v| v)?;
-    let (dual_lifts, dual_effects) = truck.build(which, Direction::constant(inputs.load_kg), |_, v| Direction::constant(v))?;
+    let (dual_lifts, dual_effects) =
+        truck.build(which, Direction::constant(inputs.load_kg), |_, v| Direction::constant(v))?;
     let zero = Direction::zero();
     macro_rules! run {
         ($plain:expr, $dual:expr) => {{
             let (plain, dual) = ($plain, $dual);
             let plain = Mast { lifts, physics: plain, command: [0.0; L], oil_temperature_degc: 20.0 };
             let dual = Mast { lifts: dual_lifts, physics: dual, command: [zero; L], oil_temperature_degc: zero };
-            let names = state_names(&which, &effects.iter().map(|(i, ..)| (i.name(), i.kind.spec().states)).collect::<Vec<_>>());
+            let names = state_names(
+                &which,
+                &effects.iter().map(|(i, ..)| (i.name(), i.kind.spec().states)).collect::<Vec<_>>(),
+            );
             let start = start_state(&plain, &which, &names, start)?;
             match solver {
                 Solver::Adaptive { tolerance } => {
@@ -125,7 +129,11 @@ fn check(inputs: &Inputs, wanted: &[f64], solver: Solver) -> Result<(), Error> {
         expected: format!("{n}, one per command time"),
     };
     if n == 0 {
-        return Err(Error::Argument { name: "command_time".into(), value: "empty".into(), requirement: "at least one time".into() });
+        return Err(Error::Argument {
+            name: "command_time".into(),
+            value: "empty".into(),
+            requirement: "at least one time".into(),
+        });
     }
     if inputs.command.len() != n {
         return Err(shape("command", inputs.command.len()));

@@ -39,13 +39,7 @@ impl Mask for bool {
 
 /// A real number as the physics sees it: `f64`, [`crate::lanes::Lanes`], or [`crate::dual::Dual`] of either.
 pub trait Scalar:
-    Copy
-    + Debug
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     type Mask: Mask;
     /// The same number without derivatives.

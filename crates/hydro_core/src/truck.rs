@@ -78,10 +78,8 @@ impl Taker {
 
     fn lift(&mut self, lift: LiftName) -> Result<LiftValues, Error> {
         let full = |name: &str| format!("{}.{name}", lift.as_str());
-        let scalars = LIFT_PARAMETERS
-            .iter()
-            .map(|spec| self.number(&full(spec.name), spec))
-            .collect::<Result<Vec<_>, _>>()?;
+        let scalars =
+            LIFT_PARAMETERS.iter().map(|spec| self.number(&full(spec.name), spec)).collect::<Result<Vec<_>, _>>()?;
         let [current_spec, area_spec] = &TABLE_PARAMETERS;
         let (current_name, area_name) = (full(current_spec.name), full(area_spec.name));
         let current = self.table(&current_name, current_spec)?;
@@ -183,7 +181,12 @@ impl Truck {
         let tables = LiftName::BOTH
             .iter()
             .flat_map(|lift| TABLE_PARAMETERS.iter().map(move |p| format!("{}.{}", lift.as_str(), p.name)));
-        self.names().into_iter().chain(tables).chain(effects).min_by_key(|known| distance(known, name)).unwrap_or_default()
+        self.names()
+            .into_iter()
+            .chain(tables)
+            .chain(effects)
+            .min_by_key(|known| distance(known, name))
+            .unwrap_or_default()
     }
 
     /// Names of [`Truck::values`]; a table's knots carry their number, `free.valve.table_area.3`.

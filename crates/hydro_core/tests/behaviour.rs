@@ -14,7 +14,8 @@ const TEMPERATURES: [f64; 3] = [20.0, 40.0, 60.0];
 fn response(lift: LiftName, current: f64, load_kg: f64, oil_temperature_degc: f64) -> Vec<f64> {
     let mut command = vec![0.0; 25];
     command.resize(25 + 200, current);
-    let run = Lowering { lift, load_kg, oil_temperature_degc, command: &command }.run(&truck_with(&[]), SOLVER).unwrap();
+    let run =
+        Lowering { lift, load_kg, oil_temperature_degc, command: &command }.run(&truck_with(&[]), SOLVER).unwrap();
     assert!(column(&run, state::POSITION).iter().all(|&x| x > 0.1), "the lift has come near its stop");
     column(&run, state::VELOCITY)[25..].iter().map(|v| -v).collect()
 }

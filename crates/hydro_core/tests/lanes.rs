@@ -77,8 +77,7 @@ fn lower<S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f64) -> S,
     let value = |k: usize, v: f64| number(&|lane| v * set[lane].factors[k]);
     let (lifts, effects) = truck.build(LiftName::BOTH, load, value).unwrap();
     let temperature = number(&|lane| set[lane].temperature);
-    let command =
-        (0..TICKS).map(|k| [0, 1].map(|lift| number(&|lane| set[lane].command[lift][k]))).collect::<Vec<_>>();
+    let command = (0..TICKS).map(|k| [0, 1].map(|lift| number(&|lane| set[lane].command[lift][k]))).collect::<Vec<_>>();
     fn go<S: Scalar, X: Physics<S>>(mast: Mast<S, X, 2>, command: Vec<[S; 2]>, temperature: S) -> Vec<S> {
         let mut mast = mast;
         mast.set_inputs(command[0], temperature);

@@ -80,8 +80,7 @@ fn assert_pinned<const N: usize>(pinned: &[(&str, [usize; N])], counts: impl Fn(
 }
 
 /// Steps, steps rejected by their error and by Newton's iteration, Newton iterations, Jacobians, factorisations.
-const ADAPTIVE_WORK: &[(&str, [usize; 6])] = &[
-];
+const ADAPTIVE_WORK: &[(&str, [usize; 6])] = &[];
 
 #[test]
 fn the_adaptive_work_is_what_it_was_on_every_machine() {
@@ -93,8 +92,7 @@ fn the_adaptive_work_is_what_it_was_on_every_machine() {
 }
 
 /// Substeps and Newton iterations of the pressure equation, at 4 and at 8 substeps per tick.
-const FIXED_WORK: &[(&str, [usize; 4])] = &[
-];
+const FIXED_WORK: &[(&str, [usize; 4])] = &[];
 
 #[test]
 fn the_fixed_work_is_what_it_was_on_every_machine() {

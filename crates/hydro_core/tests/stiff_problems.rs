@@ -94,11 +94,7 @@ fn reference(name: &str) -> Reference {
         let number = |v: &toml::Value| v.as_float().unwrap_or_else(|| v.as_str().unwrap().parse().unwrap());
         all[name][key].as_array().unwrap().iter().map(number).collect()
     };
-    Reference {
-        start: numbers("y0"),
-        end: all[name]["t_end"].as_float().unwrap(),
-        solution: numbers("solution"),
-    }
+    Reference { start: numbers("y0"), end: all[name]["t_end"].as_float().unwrap(), solution: numbers("solution") }
 }
 
 /// Correct digits of the worst component at the end, and the work.

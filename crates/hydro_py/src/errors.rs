@@ -21,8 +21,7 @@ pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
             }
         }
         let class = py.import("forklift.errors")?.getattr("ForkliftError")?;
-        let message = format!("{}{}.", sentence[..1].to_uppercase(), &sentence[1..]);
-        Ok(PyErr::from_value(class.call((error.code(), message), Some(&facts))?))
+        Ok(PyErr::from_value(class.call((error.code(), sentence.as_str()), Some(&facts))?))
     };
     make().unwrap_or_else(|failure| failure)
 }

@@ -103,12 +103,8 @@ impl PyTruck {
         let start = start.map(|start| start.as_array().to_vec());
         let interrupt = || Python::attach(|py| py.check_signals().is_err());
         let result = py.detach(|| {
-            let inputs = Inputs {
-                time: &command_time,
-                command: &command,
-                oil_temperature_degc: &temperature,
-                load_kg: load,
-            };
+            let inputs =
+                Inputs { time: &command_time, command: &command, oil_temperature_degc: &temperature, load_kg: load };
             let asked = std::cell::Cell::new(0u32);
             // Signals are looked at now and then: taking the interpreter's lock costs more than a step.
             let now_and_then = || {

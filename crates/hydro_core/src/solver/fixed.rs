@@ -402,7 +402,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let p_a_ahead = past.p_a[0] + past.p_a[0] - past.p_a[1];
         let stiffness = lift.cylinder_stiffness(p_a_ahead, s.x, ports);
         let implicit = h * S::constant(weights.pressure[0]);
-        let rest = S::constant(weights.pressure[1]) * past.p_a_rate[0] + S::constant(weights.pressure[2]) * past.p_a_rate[1];
+        let rest =
+            S::constant(weights.pressure[1]) * past.p_a_rate[0] + S::constant(weights.pressure[2]) * past.p_a_rate[1];
         let displaced = ports.cylinder_flow(-(lift.balance.area * s.v));
         let kappa = implicit * stiffness;
         let nu = ports.viscosity(lift.nu);

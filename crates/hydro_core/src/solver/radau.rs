@@ -231,11 +231,7 @@ impl Radau {
                 return Err(self.step_too_small(system));
             }
             if self.statistics.steps >= self.step_limit {
-                return Err(Error::TooManySteps {
-                    time_s: self.t,
-                    limit: self.step_limit,
-                    tolerance: self.tolerance,
-                });
+                return Err(Error::TooManySteps { time_s: self.t, limit: self.step_limit, tolerance: self.tolerance });
             }
             let tried = self.h;
             if let Attempt::Accepted = self.attempt(system) {

@@ -2,6 +2,8 @@
 
 #![allow(dead_code)] // each test file uses its part
 
+pub mod space;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -104,15 +106,8 @@ pub fn replay(truck: &Truck, reference: &Reference, solver: Solver) -> Run {
         oil_temperature_degc: &temperature,
         load_kg: reference.load_kg,
     };
-    let run = hydro_core::run::simulate(
-        truck,
-        Lifts::One(reference.lift),
-        &inputs,
-        &reference.time,
-        solver,
-        None,
-        &|| false,
-    );
+    let run =
+        hydro_core::run::simulate(truck, Lifts::One(reference.lift), &inputs, &reference.time, solver, None, &|| false);
     run.unwrap_or_else(|error| panic!("{}: {error}", reference.name))
 }
 

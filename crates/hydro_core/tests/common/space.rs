@@ -1,0 +1,112 @@
+//! Trucks, loads and commands from anywhere within their bounds.
+//!
+//! A failing case shrinks towards the thesis's values, so that what is left names the culprits.
+
+use std::collections::BTreeMap;
+
+use hydro_core::parameters::{ParameterSpec, Scale, LIFT_PARAMETERS, TABLE_PARAMETERS};
+use hydro_core::truck::{Truck, Value};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed};
+
+/// The same cases in every run; PROPTEST_CASES and PROPTEST_RNG_SEED ask for more or others.
+pub fn cases(count: u32) -> Config {
+    let mut config = Config { failure_persistence: None, max_shrink_iters: 3_000, ..Config::default() };
+    if std::env::var("PROPTEST_CASES").is_err() {
+        config.cases = count;
+    }
+    if std::env::var("PROPTEST_RNG_SEED").is_err() {
+        config.rng_seed = RngSeed::Fixed(2017);
+    }
+    config
+}
+
+/// Evenly spread over [lower, upper] or over its logarithms; one in ten sits on a bound.
+pub fn within(lower: f64, upper: f64, scale: Scale) -> BoxedStrategy<f64> {
+    let inside = match scale {
+        Scale::Linear => (lower..=upper).boxed(),
+        Scale::Log => (lower.ln()..=upper.ln()).prop_map(move |x| x.exp().clamp(lower, upper)).boxed(),
+    };
+    prop_oneof![18 => inside, 1 => Just(lower), 1 => Just(upper)].boxed()
+}
+
+/// Of either sign, spread over decades.
+pub fn signed(smallest: f64, largest: f64) -> BoxedStrategy<f64> {
+    (within(smallest, largest, Scale::Log), any::<bool>()).prop_map(|(x, up)| if up { x } else { -x }).boxed()
+}
+
+pub fn parameter(spec: &ParameterSpec) -> BoxedStrategy<f64> {
+    within(spec.lower, spec.upper, spec.scale)
+}
+
+/// The row of the table of a lift's parameters with this name.
+pub fn spec(name: &str) -> &'static ParameterSpec {
+    LIFT_PARAMETERS.iter().find(|spec| spec.name == name).unwrap_or_else(|| panic!("no parameter {name}"))
+}
+
+/// Knots of an area table, currents a microampere apart at least.
+pub fn table(knots: std::ops::RangeInclusive<usize>) -> BoxedStrategy<(Vec<f64>, Vec<f64>)> {
+    let [current, area] = &TABLE_PARAMETERS;
+    knots
+        .prop_flat_map(move |n| {
+            let currents = proptest::collection::vec(current.lower..current.upper - 1e-3, n);
+            (currents, proptest::collection::vec(area.lower..=area.upper, n))
+        })
+        .prop_map(|(mut currents, mut areas)| {
+            currents.sort_by(f64::total_cmp);
+            areas.sort_by(f64::total_cmp);
+            for k in 1..currents.len() {
+                currents[k] = currents[k].max(currents[k - 1] + 1e-6);
+            }
+            (currents, areas)
+        })
+        .boxed()
+}
+
+/// A truck with parameters from anywhere within their bounds, some of them the thesis's.
+pub fn trucks() -> BoxedStrategy<Truck> {
+    let thesis = super::thesis_values();
+    let mut names = Vec::new();
+    let mut values = Vec::new();
+    for lift in ["free", "main"] {
+        for spec in LIFT_PARAMETERS {
+            let name = format!("{lift}.{}", spec.name);
+            let Value::Number(usual) = thesis[&name] else { unreachable!() };
+            values.push(prop_oneof![1 => Just(usual), 4 => parameter(spec)].boxed());
+            names.push(name);
+        }
+    }
+    let usual = |lift: &str| {
+        let [current, area] = [0, 1].map(|k| match &thesis[&format!("{lift}.{}", TABLE_PARAMETERS[k].name)] {
+            Value::Table(values) => values.clone(),
+            Value::Number(_) => unreachable!(),
+        });
+        prop_oneof![1 => Just((current, area)), 2 => table(2..=24)]
+    };
+    (values, usual("free"), usual("main"))
+        .prop_map(move |(values, free, main)| {
+            let mut all: BTreeMap<String, Value> =
+                names.iter().cloned().zip(values.into_iter().map(Value::Number)).collect();
+            for (lift, (current, area)) in [("free", free), ("main", main)] {
+                all.insert(format!("{lift}.valve.table_current"), Value::Table(current));
+                all.insert(format!("{lift}.valve.table_area"), Value::Table(area));
+                let (lower, upper) = (format!("{lift}.cylinder.stroke_lower"), format!("{lift}.cylinder.stroke_upper"));
+                let (Value::Number(a), Value::Number(b)) = (&all[&lower], &all[&upper]) else { unreachable!() };
+                let b = b.max(a + 0.01);
+                all.insert(upper, Value::Number(b));
+            }
+            Truck::from_values(all).unwrap()
+        })
+        .boxed()
+}
+
+/// How the two trucks' values differ: what to print of a failing case.
+pub fn differences(truck: &Truck, usual: &Truck) -> String {
+    let knots = |t: &Truck| t.names().iter().filter(|name| name.contains("table")).count();
+    if knots(truck) != knots(usual) {
+        let rows = truck.names().into_iter().zip(truck.values());
+        return rows.map(|(name, value)| format!("{name} = {value}\n")).collect();
+    }
+    let rows = truck.names().into_iter().zip(truck.values()).zip(usual.values());
+    rows.filter(|((_, a), b)| a != b).map(|((name, value), _)| format!("{name} = {value}\n")).collect()
+}
