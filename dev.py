@@ -108,7 +108,7 @@ def make_environment():
 
 def fingerprint():
     """A hash of every file that goes into the package, by name and content."""
-    files = [ROOT / "pyproject.toml", ROOT / "Cargo.toml", ROOT / "Cargo.lock", ROOT / "README.md"]
+    files = [ROOT / "pyproject.toml", ROOT / "Cargo.toml", ROOT / "Cargo.lock"]
     for folder in ("crates", "python"):
         files += sorted(path for path in (ROOT / folder).rglob("*") if path.is_file())
     digest = hashlib.sha256()

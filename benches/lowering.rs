@@ -64,6 +64,8 @@ fn bench(c: &mut Criterion) {
     row!("lanes_4", 4, |_, v| Lanes([v; 4]));
     row!("lanes_8", 8, |_, v| Lanes([v; 8]));
     row!("dual_8", 1, |k, v| if k < 8 { Dual::<f64, 8>::variable(v, k) } else { Dual::constant(v) });
+    row!("dual_16", 1, |k, v| if k < 16 { Dual::<f64, 16>::variable(v, k) } else { Dual::constant(v) });
+    row!("dual_32", 1, |k, v| if k < 32 { Dual::<f64, 32>::variable(v, k) } else { Dual::constant(v) });
     row!("dual_8_lanes_4", 4, |k, v| {
         let x = Lanes([v; 4]);
         if k < 8 {

@@ -1,7 +1,7 @@
-"""Directives that put the core's own tables into a page, so that no name, unit, bound or meaning is typed twice.
+"""Directives that put the core's own tables into a page: no name, unit, bound or meaning is typed twice.
 
 ``{parameters}`` (argument: the submodels' names, e.g. ``valve``), ``{bounds}``, ``{states}``, ``{outputs}``,
-``{channels}``, ``{effects}``, and ``{measurements}``, which includes a file of measured results if there is one.
+``{channels}``, ``{effects}``, and ``{measurements}``, which includes a file of results if there is one.
 """
 
 from collections.abc import Iterable, Sequence

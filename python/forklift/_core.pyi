@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 _Floats = NDArray[np.float64]
 _Steps = NDArray[np.int64]
 
+__all__: list[str]
 __version__: str
 
 @type_check_only

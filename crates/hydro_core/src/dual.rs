@@ -28,8 +28,8 @@ impl<S: Scalar, const P: usize> Dual<S, P> {
     #[inline(always)]
     fn chain(self, value: S, slope: S) -> Self {
         let mut eps = self.eps;
-        for e in &mut eps {
-            *e = *e * slope;
+        for k in 0..P {
+            eps[k] = eps[k] * slope;
         }
         Dual { re: value, eps }
     }
@@ -37,8 +37,8 @@ impl<S: Scalar, const P: usize> Dual<S, P> {
     #[inline(always)]
     fn zip(self, other: Self, re: S, f: impl Fn(S, S) -> S) -> Self {
         let mut eps = self.eps;
-        for (e, &o) in eps.iter_mut().zip(&other.eps) {
-            *e = f(*e, o);
+        for k in 0..P {
+            eps[k] = f(eps[k], other.eps[k]);
         }
         Dual { re, eps }
     }

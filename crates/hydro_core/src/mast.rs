@@ -166,7 +166,8 @@ impl<S: Scalar> Lift<S> {
     /// Net upward force on the cylinder [N] and the rate of the friction bristle [m/s].
     #[inline(always)]
     pub fn force_and_bristle_rate<P: Ports<S>>(&self, v: S, z: S, p_a: S, ports: &P) -> (S, S) {
-        let (friction, dz) = self.friction.force_and_rate(v, z, |sigma_2| ports.viscous_friction(sigma_2));
+        let sigma_2 = ports.viscous_friction(self.friction.sigma_2);
+        let (friction, dz) = self.friction.force_and_rate(v, z, sigma_2);
         (ports.force(self.balance.net_force(p_a, ports.friction(friction))), dz)
     }
 

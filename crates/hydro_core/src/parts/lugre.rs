@@ -14,7 +14,7 @@ pub struct LuGre<S> {
     minus_c_v: S,
     sigma_0: S,
     sigma_1: S,
-    sigma_2: S,
+    pub sigma_2: S,
 }
 
 impl<S: Scalar> LuGre<S> {
@@ -36,12 +36,12 @@ impl<S: Scalar> LuGre<S> {
         self.coulomb * (S::one() + self.breakaway_less_one * (self.minus_c_v * speed).exp())
     }
 
-    /// The friction force [N], positive with positive `v`, and dz/dt [m/s]; `viscous` is the
-    /// factor of σ2 (one in the thesis).
+    /// The friction force [N], positive with positive `v`, and dz/dt [m/s]; `sigma_2` is the
+    /// viscous coefficient that acts.
     #[inline(always)]
-    pub fn force_and_rate(&self, v: S, z: S, viscous: impl Fn(S) -> S) -> (S, S) {
+    pub fn force_and_rate(&self, v: S, z: S, sigma_2: S) -> (S, S) {
         let speed = v.abs();
         let dz = v - self.sigma_0 * z * speed / self.steady(speed);
-        (self.sigma_0 * z + self.sigma_1 * dz + viscous(self.sigma_2) * v, dz)
+        (self.sigma_0 * z + self.sigma_1 * dz + sigma_2 * v, dz)
     }
 }

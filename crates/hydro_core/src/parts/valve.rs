@@ -25,6 +25,19 @@ pub struct ValveState<S> {
     pub bristle: S,
 }
 
+impl<S: Scalar> ValveState<S> {
+    /// The state after moving along `rates` for `h` [s].
+    #[inline(always)]
+    fn along(self, rates: ValveState<S>, h: f64) -> Self {
+        let h = S::constant(h);
+        ValveState {
+            i: self.i + h * rates.i,
+            rate: self.rate + h * rates.rate,
+            bristle: self.bristle + h * rates.bristle,
+        }
+    }
+}
+
 impl<S: Scalar> Valve<S> {
     pub fn new(omega: S, damping: S, f_hs: S, sigma_0: S, sigma_1: S) -> Self {
         Valve {
@@ -58,21 +71,10 @@ impl<S: Scalar> Valve<S> {
     /// with `u` held. The valve depends on the command alone, so it can run ahead of the oil.
     #[inline(always)]
     pub fn step(&self, x: ValveState<S>, u: S, h: f64) -> ValveState<S> {
-        let along = |k: ValveState<S>, h: f64| {
-            let h = S::constant(h);
-            ValveState { i: x.i + h * k.i, rate: x.rate + h * k.rate, bristle: x.bristle + h * k.bristle }
-        };
         let k1 = self.rates(x, u);
-        let k2 = self.rates(along(k1, 0.5 * h), u);
-        let k3 = self.rates(along(k2, 0.5 * h), u);
-        let k4 = self.rates(along(k3, h), u);
-        let sixth = S::constant(h / 6.0);
-        let two = S::constant(2.0);
-        let mean = |a: S, b: S, c: S, d: S| sixth * (a + two * (b + c) + d);
-        ValveState {
-            i: x.i + mean(k1.i, k2.i, k3.i, k4.i),
-            rate: x.rate + mean(k1.rate, k2.rate, k3.rate, k4.rate),
-            bristle: x.bristle + mean(k1.bristle, k2.bristle, k3.bristle, k4.bristle),
-        }
+        let k2 = self.rates(x.along(k1, 0.5 * h), u);
+        let k3 = self.rates(x.along(k2, 0.5 * h), u);
+        let k4 = self.rates(x.along(k3, h), u);
+        x.along(k1, h / 6.0).along(k2, h / 3.0).along(k3, h / 3.0).along(k4, h / 6.0)
     }
 }

@@ -94,6 +94,13 @@ fn weigh<S: Scalar>(past: &Past<S>, weights: [f64; 3]) -> S {
     S::constant(weights[0]) * past[0] + S::constant(weights[1]) * past[1] + S::constant(weights[2]) * past[2]
 }
 
+/// One step of `h` with the new rate and three past ones.
+#[inline(always)]
+fn correct<S: Scalar>(value: S, h: S, rate: S, past: &Past<S>, weights: [f64; 4]) -> S {
+    let [new, first, second, third] = weights;
+    value + h * (S::constant(new) * rate + weigh(past, [first, second, third]))
+}
+
 /// The scalar equation for the pressure drop D across the proportional valve.
 #[derive(Debug, Clone, Copy)]
 struct DropEquation<S> {
@@ -361,12 +368,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             let (stop, old, past) = (self.mast.lifts[k].stop, &self.lifts[k], &mut self.history[k]);
             let s = &mut moved[k];
             let v_rate = S::select(stop.blocks(s.x, acceleration[k]), S::zero(), acceleration[k]);
-            let [new, first, second, third] = weights.correct;
-            let corrected = |value: S, rate: S, past: &Past<S>| {
-                value + h * (S::constant(new) * rate + weigh(past, [first, second, third]))
-            };
-            s.z = corrected(old.z, z_rate[k], &past.z_rate);
-            (s.x, s.v) = stop.limit(s.x, corrected(old.v, v_rate, &past.v_rate));
+            s.z = correct(old.z, h, z_rate[k], &past.z_rate, weights.correct);
+            (s.x, s.v) = stop.limit(s.x, correct(old.v, h, v_rate, &past.v_rate, weights.correct));
             push(&mut past.v, s.v);
             push(&mut past.v_rate, v_rate);
             push(&mut past.z_rate, z_rate[k]);
@@ -389,13 +392,15 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let valve = ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle };
         let command = ports.current(self.mast.command[k]);
         let part = self.h / self.valve_steps as f64;
-        let valve = (0..self.valve_steps).fold(valve, |x, _| lift.valve.step(x, command, part));
+        let mut valve = valve;
+        for _ in 0..self.valve_steps {
+            valve = lift.valve.step(valve, command, part);
+        }
         (s.i, s.i_rate, s.i_bristle) = (valve.i, valve.rate, valve.bristle);
 
         s.z = s.z + h * weigh(&past.z_rate, weights.predict);
         let v = s.v + h * weigh(&past.v_rate, weights.predict);
-        let [new, first, second, third] = weights.correct;
-        let x = s.x + h * (S::constant(new) * v + weigh(&past.v, [first, second, third]));
+        let x = correct(s.x, h, v, &past.v, weights.correct);
         (s.x, s.v) = lift.stop.limit(x, v);
 
         // E/V at the extrapolated pressure: it changes by less than a percent per substep.
@@ -427,8 +432,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             inverse_one_plus_r: S::one() / (S::one() + r),
         };
         let real = equation.real();
-        let guess = past.drop.map(S::real);
-        let (root, iterations) = real.root(guess[0] + guess[0] - guess[1]);
+        let (last, before) = (past.drop[0].real(), past.drop[1].real());
+        let (root, iterations) = real.root(last + last - before);
         let (_, slope, _) = real.residual(root);
         let drop = S::implicit(root, equation.residual(S::from_real(root)).0, slope);
         let solved = equation.solved(drop);

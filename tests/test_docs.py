@@ -1,0 +1,54 @@
+"""The documentation says what the source says."""
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PYTHON = sorted((ROOT / "python" / "forklift").rglob("*.py"))
+CODE = re.compile(r"[a-z]+(-[a-z]+)+")
+
+OTHER_WORDS = {"utf-8-sig"}
+"""Hyphenated strings in the source that are no error codes."""
+
+
+def documented() -> list[str]:
+    page = (ROOT / "docs" / "errors.md").read_text(encoding="utf-8")
+    return re.findall(r"^\| `([a-z-]+)` \|", page, re.MULTILINE)
+
+
+def of_rust() -> set[str]:
+    source = (ROOT / "crates" / "hydro_core" / "src" / "error.rs").read_text(encoding="utf-8")
+    return set(re.findall(r'Error::\w+ \{ \.\. \} => "([a-z-]+)"', source))
+
+
+def of_python() -> set[str]:
+    """Every string that is hyphenated like a code, and every code that a docstring names.
+
+    Codes reach the exception by more than one way, some put together from two words.
+    """
+    texts = {
+        node.value
+        for path in PYTHON
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+    plain = {text for text in texts if CODE.fullmatch(text)}
+    named = {code for text in texts for code in re.findall(r'``"([a-z-]+)"``', text) if CODE.fullmatch(code)}
+    return (plain | named) - OTHER_WORDS
+
+
+def test_every_error_code_of_the_source_is_documented_and_no_other():
+    assert set(documented()) == of_rust() | of_python()
+
+
+def test_no_error_code_is_documented_twice():
+    assert len(documented()) == len(set(documented()))
+
+
+def test_every_file_that_the_pages_name_exists():
+    for page in [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", ROOT / "ARCHITECTURE.md"]:
+        for name in re.findall(
+            r"`((?:crates|python|tests|docs|benches)/[\w./-]+)`", page.read_text(encoding="utf-8")
+        ):
+            assert (ROOT / name).exists(), f"{page.name} names {name}"
