@@ -6,12 +6,13 @@ for its parameters.
 
 from __future__ import annotations
 
-from forklift.effects import friction_temperature, mast_coupling
+from forklift.effects import friction_temperature, leakage, mast_coupling
 from forklift.effects.effect import Effect
 
 EFFECTS: tuple[Effect, ...] = (
     mast_coupling.EFFECT,
     friction_temperature.EFFECT,
+    leakage.EFFECT,
 )
 """In the order of the core's effect table."""
 

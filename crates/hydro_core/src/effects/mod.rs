@@ -139,4 +139,5 @@ macro_rules! catalogue {
 catalogue! {
     mast_coupling::MastCoupling,
     friction_temperature::FrictionTemperature,
+    leakage::Leakage,
 }

@@ -1,0 +1,47 @@
+//! Oil that leaks from the cylinder past its seals to the tank.
+
+use super::{Effect, EffectSpec, MastPorts, Scope};
+use crate::mast::{Bus, Lift};
+use crate::parameters::{Origin, ParameterSpec, Scale};
+use crate::scalar::Scalar;
+
+/// q = k·(p_A − p_T), laminar, leaves the cylinder.
+#[derive(Debug, Clone)]
+pub struct Leakage<S> {
+    coefficient: S,
+    place: usize,
+}
+
+impl<S: Scalar> Effect<S> for Leakage<S> {
+    const SPEC: EffectSpec = EffectSpec {
+        id: "leakage",
+        scope: Scope::Lift,
+        equation: "q_leak = coefficient (p_A - p_T), out of the cylinder",
+        source: "Merritt (1967), Hydraulic Control Systems, chapter 2: laminar flow through an annular gap",
+        parameters: &[ParameterSpec {
+            name: "coefficient",
+            symbol: "k",
+            unit: "m3/(s Pa)",
+            lower: 0.0,
+            upper: 1e-9,
+            scale: Scale::Linear,
+            origin: Origin::Chosen,
+            equation: "(3.20)",
+            meaning: "leakage flow per pressure over the tank's",
+            bounds_reason: "at 1e-9 a loaded lift would sink several metres a second",
+        }],
+        quiet: 0.0,
+        states: &[],
+    };
+
+    fn new(values: &[S], _lifts: &[Lift<S>], place: usize) -> Self {
+        Leakage { coefficient: values[0], place }
+    }
+
+    #[inline(always)]
+    fn act<const L: usize>(&self, bus: &Bus<S, L>, _own: &[S], ports: &mut MastPorts<S, L>) {
+        let over_tank = bus.lifts[self.place].p_a - bus.p_tank[self.place];
+        let port = &mut ports.lifts[self.place].cylinder_flow;
+        *port = *port - self.coefficient * over_tank;
+    }
+}
