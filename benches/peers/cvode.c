@@ -12,6 +12,10 @@
 #include "free_lift.h"
 #include "lowerings.h"
 
+#ifndef SUN_COMM_NULL
+#define SUN_COMM_NULL NULL /* SUNDIALS 6 */
+#endif
+
 typedef struct {
     free_lift k;
     const double *command;
@@ -20,7 +24,7 @@ typedef struct {
     int by_time;
 } lowering;
 
-static int rates(realtype t, N_Vector y, N_Vector dy, void *data)
+static int rates(sunrealtype t, N_Vector y, N_Vector dy, void *data)
 {
     lowering *l = data;
     double u = l->u;
@@ -32,7 +36,7 @@ static int rates(realtype t, N_Vector y, N_Vector dy, void *data)
     return 0;
 }
 
-static int jacobian(realtype t, N_Vector y, N_Vector fy, SUNMatrix j, void *data, N_Vector a, N_Vector b, N_Vector c)
+static int jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix j, void *data, N_Vector a, N_Vector b, N_Vector c)
 {
     (void)t, (void)fy, (void)a, (void)b, (void)c;
     free_lift_jacobian(&((lowering *)data)->k, N_VGetArrayPointer(y), SUNDenseMatrix_Data(j));
@@ -70,7 +74,7 @@ int main(int argc, char **argv)
         option(argc, argv, "spa", 1e7), option(argc, argv, "spb", 1e7),  option(argc, argv, "sac", 2e-5),
     };
     SUNContext context;
-    need(SUNContext_Create(NULL, &context) == 0, "context");
+    need(SUNContext_Create(SUN_COMM_NULL, &context) == 0, "context");
     N_Vector y = N_VNew_Serial(STATES, context), abstol = N_VNew_Serial(STATES, context);
     for (int i = 0; i < STATES; i++) N_VGetArrayPointer(abstol)[i] = atol * scale[i];
     lowering now_at = {.tick = l.tick, .ticks = l.ticks, .by_time = !stop};

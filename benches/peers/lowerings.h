@@ -3,7 +3,8 @@
  * lowerings:     int64 n, int64 ticks, float64 tick [s]; then n times:
  *                float64 load [kg], temperature [degC], command[ticks] [A], each held for one tick.
  * trajectories:  int64 n, int64 points (= ticks + 1), float64 seconds (processor time of one core for
- *                the integration of all n, without files); then n times points times 4 float64: x [m], v [m/s], p_A [Pa], p_B [Pa]. */
+ *                the integration of all n, without files); then n times points times
+ *                4 float64: x [m], v [m/s], p_A [Pa], p_B [Pa]. */
 #ifndef LOWERINGS_H
 #define LOWERINGS_H
 

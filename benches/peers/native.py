@@ -20,12 +20,34 @@ def build_lift(folder: Path) -> Path:
     return library
 
 
-def build_cvode(folder: Path) -> Path:
-    """CVODE of the system's SUNDIALS (6.0 to 6.x)."""
+def build_cvode(folder: Path, source: Path | None) -> Path:
+    """CVODE of SUNDIALS 6 or 7, from its source with full optimisation, or else the system's."""
     program = folder / "cvode"
-    libraries = [f"-lsundials_{name}" for name in SUNDIALS]
-    _run([*C, str(HERE / "cvode.c"), "-o", str(program), *libraries, "-lm"])
+    command = [*C, str(HERE / "cvode.c"), "-o", str(program)]
+    if source:
+        prefix = _build_sundials(folder, source)
+        core = "core" if (prefix / "lib/libsundials_core.a").exists() else "generic"
+        archives = [str(prefix / f"lib/libsundials_{name}.a") for name in [*SUNDIALS, core]]
+        _run([*command, f"-I{prefix}/include", *archives, "-lm"])
+    else:
+        _run([*command, *(f"-lsundials_{name}" for name in SUNDIALS), "-lm"])
     return program
+
+
+def _build_sundials(folder: Path, source: Path) -> Path:
+    prefix, build = folder / "sundials", folder / "sundials-build"
+    if not prefix.exists():
+        off = [f"-DBUILD_{name}=OFF" for name in ("SHARED_LIBS", "ARKODE", "CVODES", "IDA", "IDAS", "KINSOL")]
+        off += [f"-DEXAMPLES_{name}=OFF" for name in ("ENABLE_C", "ENABLE_CXX", "INSTALL")]
+        options = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_C_FLAGS_RELEASE=-O3 -march=native -DNDEBUG"]
+        where = [
+            f"-DCMAKE_INSTALL_PREFIX={prefix}",
+            "-DCMAKE_INSTALL_LIBDIR=lib",
+            "-DSUNDIALS_LOGGING_LEVEL=0",
+        ]
+        _run(["cmake", "-S", str(source), "-B", str(build), *options, *where, *off])
+        _run(["cmake", "--build", str(build), "--target", "install"])
+    return prefix
 
 
 def build_radau(folder: Path, source: Path) -> Path:

@@ -1,6 +1,6 @@
 """Compare ways of integrating 64 ten-second lowerings of the free lift: error against time, one table.
 
-    python benches/peers/run.py --out table.md [--radau FOLDER] [--ours PROGRAM]
+    python benches/peers/run.py --out table.md [--sundials FOLDER] [--radau FOLDER] [--ours PROGRAM]
 
 README.md beside this file says what each peer needs and how its settings were found.
 """
@@ -23,8 +23,8 @@ TARGET = 1.5e-4  # m/s, median over the lowerings of the largest error of v alon
 REFERENCE = {"rtol": 1e-11, "restart": 1}
 CVODE_PLAIN = {"restart": 1}
 CVODE_BEST = {
-    "order": 3, "stop": 0, "nls": 1.75, "setup": 15, "jacage": 10, "dgamma": 0.6,
-    "si": 0.07, "sdi": 50, "szv": 0.05, "sx": 2, "sv": 0.007, "sz": 20, "spa": 1e7, "spb": 5e5, "sac": 1e-5,
+    "order": 3, "stop": 0, "nls": 2, "setup": 15, "jacage": 10, "dgamma": 0.6,
+    "si": 0.2, "sdi": 50, "szv": 1.2, "sx": 0.6, "sv": 0.007, "sz": 10, "spa": 1e7, "spb": 5e5, "sac": 3.5e-5,
 }  # fmt: skip
 RADAU_BEST = {"stages": 3, "theta": 0.05, "sdi": 50, "spb": 1e6, "sac": 2e-6}
 
@@ -35,7 +35,7 @@ Peer = tuple[str, str, int, int, Callable[[], Solved]]  # method, setting, lower
 def peers(args: argparse.Namespace, lowerings: Lowerings, folder: Path) -> list[Peer]:
     """Every row of the table to be, with what computes it."""
     everything = folder / "lowerings"
-    cvode = [str(native.build_cvode(folder))]
+    cvode = [str(native.build_cvode(folder, args.sundials))]
     lift = Lift(native.build_lift(folder))
     found: list[Peer] = []
 
@@ -92,7 +92,9 @@ def peers(args: argparse.Namespace, lowerings: Lowerings, folder: Path) -> list[
 def reference(lowerings: Lowerings, args: argparse.Namespace, folder: Path) -> tuple[np.ndarray, list[str]]:
     """The reference trajectories, and how far from them two independent ways land."""
     lowerings.write(folder / "lowerings")
-    states, _ = native.integrate([str(native.build_cvode(folder))], folder / "lowerings", REFERENCE)
+    states, _ = native.integrate(
+        [str(native.build_cvode(folder, args.sundials))], folder / "lowerings", REFERENCE
+    )
     if states[..., 0].min() <= 0:
         raise SystemExit("a lowering meets the cylinder's bottom")
     notes = []
@@ -149,6 +151,9 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, required=True, help="where the table goes")
+    parser.add_argument(
+        "--sundials", type=Path, help="source of SUNDIALS 6 or 7; without it the system's library"
+    )
     parser.add_argument("--radau", type=Path, help="folder with radau.f, decsol.f, dc_decsol.f")
     parser.add_argument("--ours", help="program that integrates a lowerings file with this package's core")
     parser.add_argument("--n", type=int, default=64, help="lowerings")

@@ -65,6 +65,15 @@ def state_table() -> list[StateSpec]: ...
 def output_table() -> list[QuantitySpec]: ...
 def channel_table() -> list[ChannelSpec]: ...
 def effect_table() -> list[EffectSpec]: ...
+
+@final
+class Case:
+    """The inputs of one recording and the times at which its outputs are wanted."""
+
+    def __new__(
+        cls, time: _Floats, command_time: _Floats, command: _Floats, oil_temperature: _Floats
+    ) -> Case: ...
+
 @final
 class Truck:
     """A truck's parameters, checked against the tables; its effects are those whose parameters are given."""
@@ -90,6 +99,15 @@ class Truck:
         substeps: int = ...,
         start: _Floats | None = None,  # initial state, else at rest at the sensors' usual start
     ) -> Result: ...
+    def differentiate(
+        self,
+        cases: Sequence[Case],
+        unknowns: _Floats,  # (cases, 4): load [kg], oil temperature's offset [K], start of free and main [m]
+        directions: Sequence[str],  # parameters, "load", "oil_temperature", "free.start", "main.start"
+        *,
+        substeps: int = ...,
+    ) -> list[tuple[_Floats, _Floats]]:
+        """Per case outputs (n, outputs) and derivatives (n, outputs, directions)."""
 
 def prms(
     n_samples: int,

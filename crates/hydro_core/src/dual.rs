@@ -120,6 +120,9 @@ impl<S: Scalar, const P: usize> Scalar for Dual<S, P> {
     fn is_finite(self) -> S::Mask {
         self.re.is_finite()
     }
+    fn largest(self) -> f64 {
+        self.re.largest()
+    }
     #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.re.sqrt();

@@ -133,6 +133,9 @@ impl<const N: usize> Scalar for Lanes<N> {
         }
         LaneMask(out)
     }
+    fn largest(self) -> f64 {
+        self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
     #[inline(always)]
     fn sqrt(self) -> Self {
         map(self, f64::sqrt)

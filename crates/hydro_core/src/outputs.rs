@@ -1,60 +1,57 @@
 //! What a run shows and what a recording holds: the tables of both, and outputs from states.
 
-use crate::mast::{LiftName, LiftState, STATES};
+use crate::mast::{LiftName, STATES};
 
-/// An output of the model.
+/// What an output reads off a lift.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    Position,
+    Velocity,
+    Pressure,
+}
+
+/// Places among a lift's states, in the order of [`Quantity`].
+pub const LIFT_QUANTITIES: [usize; 3] = [3, 4, 6];
+
+/// An output of the model: a sum over lifts of a quantity times a factor.
 #[derive(Debug, Clone, Copy)]
 pub struct OutputSpec {
     pub name: &'static str,
     pub unit: &'static str,
     pub meaning: &'static str,
+    pub of: &'static [(LiftName, Quantity, f64)],
 }
 
-/// The model's outputs, as a perfect sensor would read them.
-pub const OUTPUTS: &[OutputSpec] = &[
-    OutputSpec {
-        name: "position_free_m",
-        unit: "m",
-        meaning: "forks relative to the second stage, twice the free lift's cylinder",
-    },
-    OutputSpec {
-        name: "position_main_m",
-        unit: "m",
-        meaning: "first stage relative to the base, the main lift's cylinder",
-    },
-    OutputSpec {
-        name: "velocity_free_m_s",
-        unit: "m/s",
-        meaning: "time derivative of position_free_m, upward positive",
-    },
-    OutputSpec {
-        name: "velocity_main_m_s",
-        unit: "m/s",
-        meaning: "time derivative of position_main_m, upward positive",
-    },
-    OutputSpec { name: "pressure_free_pa", unit: "Pa", meaning: "cylinder pressure p_A of the free lift" },
-    OutputSpec { name: "pressure_main_pa", unit: "Pa", meaning: "cylinder pressure p_A of the main lift" },
-    OutputSpec { name: "fork_height_m", unit: "m", meaning: "forks over the ground, 2 x_ML + x_FL" },
-];
+macro_rules! outputs {
+    ($($name:literal, $unit:literal, $of:expr, $meaning:literal;)*) => {
+        /// The model's outputs, as a perfect sensor would read them.
+        pub const OUTPUTS: &[OutputSpec] = &[
+            $(OutputSpec { name: $name, unit: $unit, meaning: $meaning, of: $of },)*
+        ];
+    };
+}
+
+use LiftName::{Free, Main};
+use Quantity::{Position, Pressure, Velocity};
+
+outputs! {
+    "position_free_m", "m", &[(Free, Position, 2.0)], "forks relative to the second stage, twice the free lift's cylinder";
+    "position_main_m", "m", &[(Main, Position, 1.0)], "first stage relative to the base, the main lift's cylinder";
+    "velocity_free_m_s", "m/s", &[(Free, Velocity, 2.0)], "time derivative of position_free_m, upward positive";
+    "velocity_main_m_s", "m/s", &[(Main, Velocity, 1.0)], "time derivative of position_main_m, upward positive";
+    "pressure_free_pa", "Pa", &[(Free, Pressure, 1.0)], "cylinder pressure p_A of the free lift";
+    "pressure_main_pa", "Pa", &[(Main, Pressure, 1.0)], "cylinder pressure p_A of the main lift";
+    "fork_height_m", "m", &[(Main, Position, 2.0), (Free, Position, 2.0)], "forks over the ground, 2 x_ML + x_FL";
+}
 
 /// The outputs, in the order of [`OUTPUTS`], of a state vector that starts with the lifts `which`;
 /// what belongs to a lift that is not simulated is not a number.
-pub fn outputs(which: &[LiftName], x: &[f64]) -> [f64; 7] {
-    let lift = |name: LiftName| {
-        which.iter().position(|&w| w == name).map(|k| LiftState::from_slice(&x[k * STATES..(k + 1) * STATES]))
+pub fn outputs(which: &[LiftName], x: &[f64]) -> Vec<f64> {
+    let read = |&(lift, quantity, factor): &(LiftName, Quantity, f64)| {
+        let place = which.iter().position(|&w| w == lift);
+        place.map_or(f64::NAN, |k| factor * x[k * STATES + LIFT_QUANTITIES[quantity as usize]])
     };
-    let (free, main) = (lift(LiftName::Free), lift(LiftName::Main));
-    let of = |s: &Option<LiftState<f64>>, f: fn(&LiftState<f64>) -> f64| s.as_ref().map_or(f64::NAN, f);
-    let (x_fl, x_ml) = (of(&free, |s| 2.0 * s.x), of(&main, |s| s.x));
-    [
-        x_fl,
-        x_ml,
-        of(&free, |s| 2.0 * s.v),
-        of(&main, |s| s.v),
-        of(&free, |s| s.p_a),
-        of(&main, |s| s.p_a),
-        2.0 * x_ml + x_fl,
-    ]
+    OUTPUTS.iter().map(|output| output.of.iter().map(read).sum()).collect()
 }
 
 /// A column of a recording, with the range its values lie in and the range its largest value

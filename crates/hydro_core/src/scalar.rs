@@ -60,6 +60,9 @@ pub trait Scalar:
     /// False where the value is infinite or not a number.
     fn is_finite(self) -> Self::Mask;
 
+    /// The largest value in any lane.
+    fn largest(self) -> f64;
+
     fn sqrt(self) -> Self;
     fn exp(self) -> Self;
     /// Natural logarithm; the argument must be positive.
@@ -131,6 +134,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn is_finite(self) -> bool {
         f64::is_finite(self)
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

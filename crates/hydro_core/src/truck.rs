@@ -29,6 +29,14 @@ pub struct Truck {
     effects: Vec<(Instance, Vec<f64>)>,
 }
 
+/// Where a value acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    Lift(LiftName),
+    /// Between the lifts.
+    Mast,
+}
+
 /// What [`Truck::build`] gives: lifts and effects over any scalar.
 pub type Parts<S, const L: usize> = ([Lift<S>; L], Vec<(Instance, usize, Vec<S>)>);
 
@@ -209,6 +217,20 @@ impl Truck {
     pub fn values(&self) -> Vec<f64> {
         let lifts = self.lifts.iter().flat_map(|lift| [&lift.scalars, &lift.current, &lift.area]);
         lifts.chain(self.effects.iter().map(|(_, values)| values)).flatten().copied().collect()
+    }
+
+    /// To which lift each of [`Truck::values`] belongs.
+    pub fn owners(&self) -> Vec<Owner> {
+        let mut owners = Vec::new();
+        for (&lift, values) in LiftName::BOTH.iter().zip(&self.lifts) {
+            let count = values.scalars.len() + values.current.len() + values.area.len();
+            owners.extend(std::iter::repeat_n(Owner::Lift(lift), count));
+        }
+        for (instance, values) in &self.effects {
+            let owner = instance.lift.map_or(Owner::Mast, Owner::Lift);
+            owners.extend(std::iter::repeat_n(owner, values.len()));
+        }
+        owners
     }
 
     /// The effects the truck has.

@@ -1,5 +1,6 @@
 //! `forklift._core`: conversions and errors, no arithmetic.
 
+mod case;
 mod errors;
 mod signals;
 mod tables;
@@ -11,6 +12,7 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<truck::PyTruck>()?;
+    m.add_class::<case::PyCase>()?;
     tables::register(m)?;
     signals::register(m)
 }

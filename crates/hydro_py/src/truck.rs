@@ -7,10 +7,11 @@ use hydro_core::mast::LiftName;
 use hydro_core::outputs::{outputs, OUTPUTS};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::truck::{Truck, Value};
-use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::case::{self, PyCase};
 use crate::errors::raise;
 
 /// A truck's parameters, checked against the tables; its effects are those whose parameters are given.
@@ -42,6 +43,16 @@ fn solver_of(name: &str, tolerance: f64, substeps: usize) -> Result<Solver, Erro
         "fixed" => Ok(Solver::Fixed { substeps }),
         other => Err(argument("solver", other, "adaptive or fixed")),
     }
+}
+
+/// Rows of an (m, 2) array: free and main.
+pub fn command_rows(command: &PyReadonlyArray2<'_, f64>) -> Result<Vec<[f64; 2]>, Error> {
+    let rows = command.as_array();
+    if rows.shape()[1] != 2 {
+        let got = format!("{:?}", rows.shape());
+        return Err(Error::Shape { name: "command".into(), got, expected: "(m, 2), free and main".into() });
+    }
+    Ok(rows.rows().into_iter().map(|row| [row[0], row[1]]).collect())
 }
 
 #[pymethods]
@@ -93,12 +104,8 @@ impl PyTruck {
         let fail = |error: Error| raise(py, &error);
         let (lifts, which) = lifts_of(lifts).map_err(fail)?;
         let solver = solver_of(solver, tolerance, substeps).map_err(fail)?;
-        if command.shape()[1] != 2 {
-            let got = format!("{:?}", command.shape());
-            return Err(fail(Error::Shape { name: "command".into(), got, expected: "(m, 2), free and main".into() }));
-        }
         let (time, command_time) = (time.as_array().to_vec(), command_time.as_array().to_vec());
-        let command: Vec<[f64; 2]> = command.as_array().rows().into_iter().map(|row| [row[0], row[1]]).collect();
+        let command = command_rows(&command).map_err(fail)?;
         let temperature = oil_temperature.as_array().to_vec();
         let start = start.map(|start| start.as_array().to_vec());
         let interrupt = || Python::attach(|py| py.check_signals().is_err());
@@ -126,5 +133,17 @@ impl PyTruck {
         answer.set_item("state_names", run.state_names)?;
         answer.set_item("statistics", statistics)?;
         Ok(answer)
+    }
+    #[pyo3(signature = (cases, unknowns, directions, *, substeps=Solver::DEFAULT_SUBSTEPS))]
+    #[allow(clippy::type_complexity)] // one pair of arrays per case
+    fn differentiate<'py>(
+        &self,
+        py: Python<'py>,
+        cases: Vec<PyRef<'py, PyCase>>,
+        unknowns: PyReadonlyArray2<'py, f64>,
+        directions: Vec<String>,
+        substeps: usize,
+    ) -> PyResult<Vec<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>)>> {
+        case::differentiate(py, &self.0, &cases, &unknowns, &directions, substeps)
     }
 }

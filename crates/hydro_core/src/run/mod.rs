@@ -1,0 +1,255 @@
+//! A run: a truck under recorded or generated inputs, read at given times.
+
+mod adaptive;
+mod differentiable;
+pub mod sensitivity;
+mod ticks;
+
+use crate::effects::StateSpec;
+use crate::error::Error;
+use crate::mast::{Extended, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
+use crate::scalar::Scalar;
+use crate::solver::statistics::Statistics;
+use crate::solver::vectors::widest;
+use crate::truck::Truck;
+pub use differentiable::jacobian_by_duals;
+use differentiable::{Columns, Differentiable};
+use ticks::Ticks;
+
+/// Inputs of a run, each held from its time until the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// Strictly increasing [s].
+    pub time: &'a [f64],
+    /// Free and main command [A] at each time.
+    pub command: &'a [[f64; 2]],
+    /// Oil temperature [°C] at each time.
+    pub oil_temperature_degc: &'a [f64],
+    pub load_kg: f64,
+}
+
+/// Which integrator, and how finely.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Solver {
+    /// [`crate::solver::radau::Radau`] with this tolerance.
+    Adaptive { tolerance: f64 },
+    /// [`crate::solver::fixed::Fixed`] with this many substeps per tick of the command.
+    Fixed { substeps: usize },
+}
+
+impl Solver {
+    pub const DEFAULT_TOLERANCE: f64 = 1e-4;
+    pub const DEFAULT_SUBSTEPS: usize = 8;
+}
+
+/// Which lifts are simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lifts {
+    Both,
+    One(LiftName),
+}
+
+/// States at the wanted times, row by row, and the work they took.
+#[derive(Debug, Clone)]
+pub struct Run {
+    pub state_names: Vec<String>,
+    /// (times, states), row-major.
+    pub states: Vec<f64>,
+    pub statistics: Statistics,
+}
+
+/// Asked now and then; true stops the run with [`Error::Interrupted`].
+pub type Interrupt<'a> = &'a dyn Fn() -> bool;
+
+/// Simulates `truck` and gives its states at the times `wanted`.
+///
+/// The state vector is that of [`Mast`]: lift after lift as in [`LIFT_STATES`], then the effects'.
+/// `start` replaces the usual start (at rest, [`LiftName::start_position`]).
+///
+/// # Errors
+/// Arguments that do not fit, or a run that the integrator has to give up.
+pub fn simulate(
+    truck: &Truck,
+    lifts: Lifts,
+    inputs: &Inputs,
+    wanted: &[f64],
+    solver: Solver,
+    start: Option<&[f64]>,
+    interrupt: Interrupt,
+) -> Result<Run, Error> {
+    check(inputs, wanted, solver)?;
+    match lifts {
+        Lifts::Both => with_lifts(truck, LiftName::BOTH, inputs, wanted, solver, start, interrupt),
+        Lifts::One(lift) => with_lifts(truck, [lift], inputs, wanted, solver, start, interrupt),
+    }
+}
+
+fn with_lifts<const L: usize>(
+    truck: &Truck,
+    which: [LiftName; L],
+    inputs: &Inputs,
+    wanted: &[f64],
+    solver: Solver,
+    start: Option<&[f64]>,
+    interrupt: Interrupt,
+) -> Result<Run, Error> {
+    let (lifts, effects) = truck.build(which, inputs.load_kg, |_, v| v)?;
+    let (dual_lifts, dual_effects) =
+        truck.build(which, Columns::constant(inputs.load_kg), |_, v| Columns::constant(v))?;
+    let zero = Columns::zero();
+    macro_rules! run {
+        ($plain:expr, $dual:expr) => {{
+            let (plain, dual) = ($plain, $dual);
+            let plain = Mast { lifts, physics: plain, command: [0.0; L], oil_temperature_degc: 20.0 };
+            let dual = Mast { lifts: dual_lifts, physics: dual, command: [zero; L], oil_temperature_degc: zero };
+            let names = state_names(
+                &which,
+                &effects.iter().map(|(i, ..)| (i.name(), i.kind.spec().states)).collect::<Vec<_>>(),
+            );
+            let start = start_state(&plain, &which, &names, start)?;
+            match solver {
+                Solver::Adaptive { tolerance } => {
+                    let scale = scales::<L>(effects.iter().flat_map(|(i, ..)| i.kind.spec().states));
+                    let mut mast = Differentiable::new(plain, dual, scale, names);
+                    adaptive::run(&mut mast, &which, inputs, wanted, tolerance, &start, interrupt)
+                }
+                Solver::Fixed { substeps } => {
+                    let mut states = Vec::with_capacity(wanted.len() * start.len());
+                    let ticks = Ticks {
+                        mast: plain,
+                        which: &which,
+                        inputs,
+                        warmer: 0.0,
+                        start: &start,
+                        wanted,
+                        substeps,
+                        record: |_, x: &[f64]| states.extend_from_slice(x),
+                        interrupt,
+                    };
+                    let statistics = widest(ticks).map_err(|stopped| stopped.error(&names))?;
+                    Ok(Run { state_names: names, states, statistics })
+                }
+            }
+        }};
+    }
+    if effects.is_empty() {
+        run!(Thesis, Thesis)
+    } else {
+        run!(Extended::new(&effects, &lifts), Extended::new(&dual_effects, &dual_lifts))
+    }
+}
+
+fn check(inputs: &Inputs, wanted: &[f64], solver: Solver) -> Result<(), Error> {
+    let n = inputs.time.len();
+    let shape = |name: &str, got: usize| Error::Shape {
+        name: name.into(),
+        got: got.to_string(),
+        expected: format!("{n}, one per command time"),
+    };
+    if n == 0 {
+        return Err(Error::Argument {
+            name: "command_time".into(),
+            value: "empty".into(),
+            requirement: "at least one time".into(),
+        });
+    }
+    if inputs.command.len() != n {
+        return Err(shape("command", inputs.command.len()));
+    }
+    if inputs.oil_temperature_degc.len() != n {
+        return Err(shape("oil_temperature", inputs.oil_temperature_degc.len()));
+    }
+    increasing("command_time", inputs.time)?;
+    increasing("time", wanted)?;
+    let bad = |name: &str, value: f64, requirement: &str| {
+        Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
+    };
+    if let Some(&first) = wanted.first().filter(|&&first| first < inputs.time[0]) {
+        return bad("time", first, &format!("at or after the first command time, {} s", inputs.time[0]));
+    }
+    if let Some(&value) = inputs.command.iter().flatten().find(|u| !(-0.1..=5.0).contains(*u)) {
+        return bad("command", value, "a current between -0.1 and 5 A");
+    }
+    if let Some(&value) = inputs.oil_temperature_degc.iter().find(|t| !(-50.0..=150.0).contains(*t)) {
+        return bad("oil_temperature", value, "between -50 and 150 degC");
+    }
+    if !(0.0..=2e4).contains(&inputs.load_kg) {
+        return bad("load", inputs.load_kg, "between 0 and 20000 kg");
+    }
+    match solver {
+        Solver::Adaptive { tolerance } if !(1e-12..=1e-1).contains(&tolerance) => {
+            bad("tolerance", tolerance, "between 1e-12 and 0.1")
+        }
+        Solver::Fixed { substeps } if !(1..=1000).contains(&substeps) => {
+            bad("substeps", substeps as f64, "between 1 and 1000")
+        }
+        _ => Ok(()),
+    }
+}
+
+fn increasing(name: &str, time: &[f64]) -> Result<(), Error> {
+    let requirement = "finite and strictly increasing";
+    let refuse = |value: f64| {
+        Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
+    };
+    if let Some(&value) = time.iter().find(|t| !t.is_finite()) {
+        return refuse(value);
+    }
+    match time.windows(2).find(|pair| pair[1] <= pair[0]) {
+        Some(pair) => refuse(pair[1]),
+        None => Ok(()),
+    }
+}
+
+fn state_names(which: &[LiftName], effects: &[(String, &[StateSpec])]) -> Vec<String> {
+    let lifts = which.iter().flat_map(|lift| LIFT_STATES.iter().map(move |s| format!("{}.{}", lift.as_str(), s.name)));
+    let own = effects.iter().flat_map(|(name, states)| states.iter().map(move |s| format!("{name}.{}", s.name)));
+    lifts.chain(own).collect()
+}
+
+/// What an error calls the states of a run whose effects' states have no names at hand.
+fn commanded_names(which: &[LiftName], dim: usize) -> Vec<String> {
+    let mut names = state_names(which, &[]);
+    names.extend((names.len()..dim).map(|k| format!("effect state {k}")));
+    names
+}
+
+fn scales<const L: usize>(own: impl Iterator<Item = &'static StateSpec>) -> Vec<f64> {
+    (0..L).flat_map(|_| LIFT_STATES.iter()).chain(own).map(|s| s.scale).collect()
+}
+
+fn start_state<X: Physics<f64>, const L: usize>(
+    mast: &Mast<f64, X, L>,
+    which: &[LiftName; L],
+    names: &[String],
+    start: Option<&[f64]>,
+) -> Result<Vec<f64>, Error> {
+    if let Some(start) = start {
+        if start.len() != mast.dim() {
+            return Err(Error::Shape {
+                name: "start".into(),
+                got: start.len().to_string(),
+                expected: format!("{}, one per state", mast.dim()),
+            });
+        }
+        return match start.iter().position(|x| !x.is_finite()) {
+            None => Ok(start.to_vec()),
+            Some(k) => Err(Error::Argument {
+                name: format!("start, {}", names[k]),
+                value: start[k].to_string(),
+                requirement: "finite".into(),
+            }),
+        };
+    }
+    let mut x = vec![0.0; mast.dim()];
+    for (k, &lift) in which.iter().enumerate() {
+        let stop = mast.lifts[k].stop;
+        let position = lift.start_position().clamp_to(stop.lower, stop.upper);
+        mast.lifts[k].at_rest(position).write(&mut x[k * STATES..(k + 1) * STATES]);
+    }
+    Ok(x)
+}
+
+fn commands_of<const L: usize>(which: &[LiftName; L], both: [f64; 2]) -> [f64; L] {
+    which.map(|lift| both[usize::from(lift == LiftName::Main)])
+}
