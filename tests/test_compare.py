@@ -10,13 +10,12 @@ import pytest
 from scipy.signal import savgol_filter
 
 import shared
-from forklift import Campaign, ForkliftError, Recording, Truck, commands, compare, simulate
+from forklift import Campaign, ForkliftError, Recording, Truck, _core, commands, compare, simulate
 from forklift.commands import Command
 from forklift.compare import PREDICTED, Comparison
 from forklift.demo import measured, scattered
 from forklift.phases import PHASES, phases, shut_current
 from forklift.plots import MOST_POINTS, comparison_page, decimate
-from forklift.simulate import encoder_count_m
 
 HEAD = "time_s," + ",".join(PREDICTED)
 
@@ -72,7 +71,7 @@ def test_the_right_truck_fits_to_the_sensors_noise(thesis):
     assert fit(result, "free.csv", "velocity_free_m_s")["nrmse_percent"] > 93
     assert fit(result, "free.csv", "pressure_free_pa")["rmse"] == pytest.approx(0.3e5, rel=0.1)
     assert fit(result, "free.csv", "fork_height_m")["rmse"] == pytest.approx(0.5e-3, rel=0.1)
-    assert fit(result, "free.csv", "position_free_m")["rmse"] < encoder_count_m()
+    assert fit(result, "free.csv", "position_free_m")["rmse"] < _core.ENCODER_COUNT_M
 
 
 def test_velocities_are_told_from_the_fork_height_where_one_lift_moves(comparison):

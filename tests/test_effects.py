@@ -8,6 +8,7 @@ import pytest
 
 from forklift import Truck, _core, commands, simulate
 from forklift.effects import EFFECTS
+from forklift.names import of_effect
 
 SPECS = {spec["id"]: spec for spec in _core.effect_table()}
 THESIS = Truck.read("thesis")
@@ -41,6 +42,23 @@ def test_what_an_effect_is_confused_with_is_named_by_ids_other_than_its_own(effe
     assert effect.confused_with
     assert effect.id not in effect.confused_with
     assert all(re.fullmatch(r"[a-z]+(_[a-z]+)*", other) for other in effect.confused_with)
+
+
+@pytest.mark.parametrize("solver", ["adaptive", "fixed"])
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
+def test_at_its_quiet_value_an_effect_changes_no_bit(effect, solver):
+    spec = SPECS[effect.id]
+    amplitude = spec["parameters"][0]["name"]
+    values = {
+        name: spec["quiet"] if name.endswith(f".{amplitude}") else (row["lower"] + row["upper"]) / 2
+        for name, row in of_effect(spec).items()
+    }
+    command = commands.generate("prms", "both", duration_s=4.0)
+    plain, quiet = (
+        simulate(truck, command, load_kg=800.0, oil_temperature_degc=45.0, solver=solver)
+        for truck in (THESIS, THESIS.with_values(values))
+    )
+    np.testing.assert_array_equal(quiet.outputs, plain.outputs)
 
 
 def test_friction_that_falls_with_temperature_shows_in_the_pressure_and_hardly_in_the_steady_speed():

@@ -4,11 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from forklift import ForkliftError, Truck, commands, predict, simulate
+from forklift import ForkliftError, Truck, _core, commands, predict, simulate
 from forklift.commands import Command
 from forklift.names import LIFTS, outputs
 from forklift.recording import Recording
-from forklift.simulate import encoder_count_m
 from reference import trajectory
 
 COMMAND = commands.generate("prms", "free", duration_s=4.0)
@@ -192,7 +191,7 @@ def test_a_recording_without_oil_temperature_asks_for_one(thesis, lowering):
 
 @pytest.mark.parametrize(("lift", "usual"), [("free", 1.96), ("main", 1.96)])
 def test_a_prediction_starts_where_the_recording_does(thesis, lift, usual):
-    count = encoder_count_m()
+    count = _core.ENCODER_COUNT_M
     here = np.full(len(COMMAND.time_s), usual - 1.5 * count)
     elsewhere = np.full(len(COMMAND.time_s), 100 * count)
     near = predict(thesis, recording(**{f"position_{lift}_m": here}))

@@ -9,7 +9,20 @@ import numpy as np
 from lowerings import Lowerings
 
 # What to try, one row each: the label in the table, and what follows the two file names as name=value.
-SETTINGS: dict[str, dict[str, float]] = {}
+SETTINGS: dict[str, dict[str, float]] = {
+    "f64, 2 substeps a tick": {"substeps": 2},
+    "f64, 3 substeps a tick": {"substeps": 3},
+    "f64, 4 substeps a tick": {"substeps": 4},
+    "f64, 8 substeps a tick": {"substeps": 8},
+    "8 lanes, 2 substeps a tick": {"substeps": 2, "lanes": 8},
+    "8 lanes, 3 substeps a tick": {"substeps": 3, "lanes": 8},
+    "8 lanes, 4 substeps a tick": {"substeps": 4, "lanes": 8},
+    "16 lanes, 3 substeps a tick": {"substeps": 3, "lanes": 16},
+    "16 lanes, 4 substeps a tick": {"substeps": 4, "lanes": 16},
+    "adaptive, tolerance 1e-3": {"tolerance": 1e-3},
+    "adaptive, tolerance 1e-4": {"tolerance": 1e-4},
+    "adaptive, tolerance 1e-6": {"tolerance": 1e-6},
+}
 
 
 def ours(lowerings: Lowerings, setting: dict[str, float], program: str) -> tuple[np.ndarray, float]:

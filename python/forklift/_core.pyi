@@ -9,8 +9,29 @@ from numpy.typing import NDArray
 _Floats = NDArray[np.float64]
 _Steps = NDArray[np.int64]
 
-__all__: list[str]
+__all__ = [
+    "ENCODER_COUNT_M",
+    "Case",
+    "Truck",
+    "__version__",
+    "channel_table",
+    "dither",
+    "effect_table",
+    "encoder",
+    "height_sensor",
+    "low_pass",
+    "output_table",
+    "parameter_table",
+    "pressure_sensor",
+    "prms",
+    "quantise_current",
+    "staircase",
+    "state_table",
+    "steps_to_current",
+    "temperature_sensor",
+]
 __version__: str
+ENCODER_COUNT_M: float  # travel per count of a position encoder
 
 @type_check_only
 class ParameterSpec(TypedDict):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forklift import output
+from forklift import _core, output
 from forklift.commands import COLUMNS, Command
 from forklift.errors import ForkliftError
 from forklift.names import LIFTS, Lifts, channels, outputs, states
@@ -288,7 +288,7 @@ def _recorded_start(recording: Recording, at_rest: Simulation) -> Floats | None:
 
     The encoder rounds down, so that half a count is added to what it reads.
     """
-    count = encoder_count_m()
+    count = _core.ENCODER_COUNT_M
     start = at_rest.states[0].copy()
     moved = False
     for lift in LIFTS:
@@ -321,12 +321,3 @@ def _column(name: str, values: Any) -> Floats:
 
 def _json(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
-
-
-@cache
-def encoder_count_m() -> float:
-    """What one count of a position encoder stands for [m]: the least that it reads above nothing."""
-    from forklift import _core
-
-    read = np.asarray(_core.encoder(np.linspace(0.0, 0.01, 1001)))
-    return float(read[read > 0].min())

@@ -65,7 +65,8 @@ impl<S: Scalar, const P: usize> Mul for Dual<S, P> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (x, y) = (self.re, other.re);
-        self.zip(other, x * y, |a, b| a * y + b * x)
+        #[allow(clippy::suspicious_arithmetic_impl)] // the product rule
+        { self.zip(other, x * y, |a, b| a * y + b * x) }
     }
 }
 

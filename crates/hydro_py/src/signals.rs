@@ -91,6 +91,7 @@ sensor!(temperature_sensor, sensors::TEMPERATURE_NOISE, sensors::TEMPERATURE_STE
 sensor!(height_sensor, sensors::HEIGHT_NOISE, 0.0);
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("ENCODER_COUNT_M", sensors::ENCODER_COUNT)?;
     m.add_function(wrap_pyfunction!(prms, m)?)?;
     m.add_function(wrap_pyfunction!(staircase, m)?)?;
     m.add_function(wrap_pyfunction!(steps_to_current, m)?)?;

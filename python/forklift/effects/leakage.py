@@ -10,7 +10,7 @@ EFFECT = Effect(
         "With the valve shut the lift sinks at a constant speed that grows with the load; while lowering it "
         "is faster by as much, whatever the command. Its pressure hardly differs."
     ),
-    confused_with=("valve_leakage", "position_scale", "sensor_slip"),
+    confused_with=("position_scale", "sensor_slip"),
     sentence=(
         "The {lift} lift's cylinder loses oil past its seals: {coefficient} for every pascal over the tank's."
     ),

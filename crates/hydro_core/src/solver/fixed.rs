@@ -230,25 +230,33 @@ impl<S: Scalar> DropEquation<S> {
         Solved { q_a, p_a, p_b, a_comp }
     }
 
-    /// The root, by Newton's method kept within the bracket that the residual's signs give: real
-    /// parts only; and how many iterations the slowest lane took.
+    /// The root, by Newton's method kept within a bracket, bisecting where it does not halve its
+    /// step (Press et al. 2007, section 9.4): real parts only; and how many iterations the slowest
+    /// lane took.
+    ///
+    /// The bracket: a positive drop fills the volume, so p_B is then no lower than the lower one of
+    /// its past and the tank's pressure, and p_A no higher than without the flow; and conversely.
     #[inline(always)]
     fn root(&self, guess: S) -> (S, usize) {
-        let (mut lower, mut upper) = (S::constant(-1e9), S::constant(1e9));
+        let (zero, half) = (S::zero(), S::constant(0.5));
+        let mut lower = (self.p_a_free - self.p_b_past.max(self.p_d)).min(zero);
+        let mut upper = (self.p_a_free - self.p_b_past.min(self.p_d)).max(zero);
         let mut drop = guess.clamp_to(lower, upper);
+        let mut last = upper - lower;
         let mut open = lower.lt(upper);
         for iteration in 1..=NEWTON_LIMIT {
             let (residual, slope, opening) = self.residual(drop);
-            let below = S::zero().lt(residual);
+            let below = zero.lt(residual);
             lower = S::select(below, drop, lower);
             upper = S::select(below, upper, drop);
-            let newton = drop - residual / slope;
-            let inside = lower.lt(newton).and(newton.lt(upper));
-            let step = newton - drop;
+            let step = -(residual / slope);
+            let newton = drop + step;
             let small = step.abs().lt(S::constant(CONVERGED) * drop.abs().max(S::constant(LEAST_DROP)));
             // A small step on the steep side of a kink may be far from the root on the flat one.
             let settled = small.and(opening.same_side(step));
-            let next = S::select(inside.or(small), newton, S::constant(0.5) * (lower + upper));
+            let inside = lower.lt(newton).and(newton.lt(upper)).and(step.abs().lt(half * last));
+            let next = S::select(inside.or(small), newton, half * (lower + upper));
+            last = (next - drop).abs();
             drop = S::select(open, next, drop);
             open = open.and(settled.not());
             if !open.any() {

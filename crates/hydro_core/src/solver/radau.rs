@@ -106,6 +106,8 @@ pub struct Radau {
     f: Vec<f64>,
     jacobian: Vec<f64>,
     jacobian_is_current: bool,
+    /// An attempt at the present step has failed; the next is no longer than this one.
+    retried: bool,
     /// The factors, and the step they were made for.
     factors: Option<(f64, Lu<f64>, Lu<Complex64>)>,
     polynomial: Vec<[f64; 3]>,
@@ -156,6 +158,7 @@ impl Radau {
             f: vec![0.0; n],
             jacobian: vec![0.0; n * n],
             jacobian_is_current: false,
+            retried: false,
             factors: None,
             polynomial: vec![[0.0; 3]; n],
             polynomial_step: None,
@@ -273,7 +276,10 @@ impl Radau {
         }
         let Some((iterations, rate)) = self.newton(system) else {
             self.statistics.rejected_by_newton += 1;
+            // Carried on over a longer step the polynomial may have been a bad start.
+            self.polynomial_step = None;
             if self.jacobian_is_current {
+                self.retried = true;
                 self.h *= 0.5;
             } else {
                 self.factors = None;
@@ -284,6 +290,7 @@ impl Radau {
         let safety = 0.9 * (2 * NEWTON_LIMIT + 1) as f64 / (2 * NEWTON_LIMIT + iterations) as f64;
         if error > 1.0 {
             self.statistics.rejected_by_error += 1;
+            self.retried = true;
             self.h *= (safety * self.factor_for(h, error)).max(LEAST_FACTOR);
             return Attempt::Retry;
         }
@@ -478,7 +485,9 @@ impl Radau {
     fn accept<M: System>(&mut self, system: &mut M, error: f64, iterations: usize, rate: f64, safety: f64) {
         self.set_polynomial();
         let h = self.h;
-        let mut factor = (safety * self.factor_for(h, error)).clamp(LEAST_FACTOR, MOST_FACTOR);
+        let most = if self.retried { 1.0 } else { MOST_FACTOR };
+        self.retried = false;
+        let mut factor = (safety * self.factor_for(h, error)).clamp(LEAST_FACTOR, most);
         let w = &mut self.work;
         w.start.copy_from_slice(&self.x);
         self.x.copy_from_slice(&w.x_new);
