@@ -390,6 +390,13 @@ BROKEN = [
         {"file": F, "channel": "current_free_a", "value": "main"},
         ('lift = "free"',),
     ),
+    Broken(
+        "both lifts as one",
+        "lift-contradicts-current",
+        column("current_main_a", put(20, 0.5)),
+        {"file": F, "channel": "current_main_a", "value": "free"},
+        ('lift = "both"',),
+    ),
     # [channels]
     Broken(
         "unknown channel",

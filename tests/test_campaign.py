@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -132,6 +133,18 @@ def test_a_campaign_is_not_written_over_anything(folder, tmp_path):
     (folder / "notes.txt").write_text("mine")
     assert raised(campaign.write, folder, overwrite=True).code == "output-exists"
     assert snapshot(tmp_path) == before | {"other/notes.txt": b"mine", "small/notes.txt": b"mine"}
+
+
+def test_a_foreign_file_deep_in_an_earlier_campaign_is_not_deleted(folder, tmp_path):
+    first = Campaign.read(folder).recordings[0]
+    campaign = Campaign("deep", 50.0, (replace(first, file="day1/free.csv"),))
+    out = campaign.write(tmp_path / "out")
+    campaign.write(out, overwrite=True)
+    (out / "day1" / "notes.txt").write_text("mine")
+    error = raised(campaign.write, out, overwrite=True)
+    assert error.code == "output-exists"
+    assert "day1/notes.txt" in error.message
+    assert (out / "day1" / "notes.txt").read_text() == "mine"
 
 
 def test_an_earlier_campaign_is_replaced_when_asked_for(folder, tmp_path):

@@ -12,8 +12,9 @@ from scipy.signal import savgol_filter
 import shared
 from forklift import Campaign, ForkliftError, Recording, Truck, _core, commands, compare, simulate
 from forklift.commands import Command
-from forklift.compare import PREDICTED, Comparison
+from forklift.compare import PREDICTED, Comparison, _operating_points
 from forklift.demo import measured, scattered
+from forklift.names import amount
 from forklift.phases import PHASES, phases, shut_current
 from forklift.plots import MOST_POINTS, comparison_page, decimate
 
@@ -239,7 +240,7 @@ def test_thinned_curves_keep_their_extremes():
 def test_an_earlier_result_is_replaced_and_anything_else_left_alone(tmp_path, comparison):
     out = comparison.write(tmp_path / "out")
     comparison.write(out)
-    for name, fill in [("notes.txt", "mine"), ("campaign.toml", "")]:
+    for name, fill in [("notes.txt", "mine"), ("campaign.toml", ""), ("predictions/NOTES.txt", "deep")]:
         (out / name).write_text(fill)
         with pytest.raises(ForkliftError) as caught:
             comparison.write(out)
@@ -307,7 +308,10 @@ def test_a_recording_without_sensors_still_gets_a_prediction(tmp_path, thesis):
     )  # fmt: skip
     result = compare(Campaign("bare", 50.0, (bare,)), thesis, oil_temperature_degc=30.0)
     assert len(result.fits) == 0
-    assert result.verdict == ()
+    assert result.verdict == (
+        "Free lift: no velocity can be judged: no recording of it has fork_height_m or position_free_m; "
+        "no other signal can be either.",
+    )
     out = result.write(tmp_path / "out")
     assert (out / "predictions/baseline/bare.csv").exists()
 
@@ -351,3 +355,49 @@ def test_replaying_needs_no_more_than_the_commands_samples(thesis):
     )  # fmt: skip
     result = compare(Campaign("few", 1.0, (few,)), thesis)
     assert "velocity_free_m_s" not in result.fits["channel"].to_list()
+    assert "no recording of it has 11 samples of" in result.verdict[0]
+
+
+def test_pressure_alone_is_judged_without_a_velocity(campaign, thesis):
+    first = campaign.recordings[0]
+    kept = ("current_free_a", "current_main_a", "oil_temperature_degc", "pressure_free_pa")
+    channels = {name: first.channels[name] for name in kept}
+    bare = Recording("p.csv", "free", 800.0, "validate", first.time_s, channels)
+    result = compare(Campaign("pressure", 50.0, (bare,)), thesis)
+    (sentence,) = result.verdict
+    fitted = fit(result, "p.csv", "pressure_free_pa")["nrmse_percent"]
+    assert "no velocity can be judged: no recording of it has fork_height_m" in sentence
+    assert f"pressure_free_pa to {fitted:.1f} %" in sentence
+    assert sentence in comparison_page(result)
+
+
+def test_a_lift_that_stood_still_is_not_judged_on_rounding(campaign, thesis):
+    first = campaign.recordings[0]
+    channels = {name: values for name, values in first.channels.items() if name != "fork_height_m"}
+    channels["position_free_m"] = np.full(len(first.time_s), 1.95957)
+    still = Recording("s.csv", "free", 800.0, "validate", first.time_s, channels)
+    result = compare(Campaign("still", 50.0, (still,)), thesis)
+    assert fit(result, "s.csv", "velocity_free_m_s")["nrmse_percent"] is None
+    assert "constant throughout" in result.verdict[0]
+
+
+def test_operating_points_do_not_chain(thesis):
+    temperatures = np.array([24.0, 20.0, 28.0, 32.0, 36.0, 60.0])
+    assert _operating_points(temperatures) == [22.0, 22.0, 30.0, 30.0, 36.0, 60.0]
+
+
+def test_a_negative_fit_is_said_to_be_worse_than_the_mean(campaign, thesis):
+    first = campaign.recordings[0]
+    channels = dict(first.channels) | {"pressure_free_pa": 9e6 - first.channels["pressure_free_pa"]}
+    odd = Recording("n.csv", "free", 800.0, "validate", first.time_s, channels)
+    (sentence,) = compare(Campaign("odd", 50.0, (odd,)), thesis).verdict
+    assert "pressure_free_pa in n.csv, with an NRMSE fit of -" in sentence
+    assert "%, worse than its mean (RMSE" in sentence
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [(999.7, "1 kPa"), (999.4, "999 Pa"), (999_600.0, "1 MPa"), (0.0, "0 Pa"), (-2e5, "-200 kPa")],
+)
+def test_an_amount_is_rounded_before_its_prefix_is_chosen(value, told):
+    assert amount(value, "Pa") == told

@@ -84,3 +84,17 @@ def test_joined_lifts_show_in_the_pressure_of_the_lift_whose_valve_is_shut_and_n
     assert np.ptp(alone) < 1e3
     light = lowering(joined, lift="main", load_kg=0.0)["pressure_free_pa"]
     assert np.ptp(light) < np.ptp(other)
+
+
+def test_a_leaking_cylinder_sinks_at_the_speed_of_its_leakage_with_the_valve_shut():
+    coefficient = 1.5e-12
+    leaking = THESIS.with_values({"main.leakage.coefficient": coefficient})
+    still = commands.Command.of_samples(50.0, main=np.zeros(500))
+    for load in (0.0, 1500.0):
+        plain, sinking = (
+            simulate(truck, still, load_kg=load, oil_temperature_degc=40.0) for truck in (THESIS, leaking)
+        )
+        over_tank = plain["pressure_main_pa"][-1] - THESIS.values["main.tank.pressure"]
+        sunk = (sinking["position_main_m"] - plain["position_main_m"])[[250, -1]]
+        speed = (sunk[0] - sunk[1]) / (sinking.time_s[-1] - sinking.time_s[250])
+        assert speed == pytest.approx(coefficient * over_tank / THESIS.values["main.cylinder.area"], rel=0.1)

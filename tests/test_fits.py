@@ -84,6 +84,14 @@ def test_the_derivative_is_scipys_savitzky_golay_filter_on_an_even_clock(signal)
     np.testing.assert_allclose(derivative(time, signal), expected, rtol=1e-9, atol=1e-8)
 
 
+@pytest.mark.parametrize("value", [1.95957, 0.1, -1e-300, 3e6])
+def test_a_constant_has_a_derivative_of_exactly_zero_and_no_fit(value):
+    time = np.cumsum(np.linspace(0.018, 0.022, 40))
+    slope = derivative(time, np.full(40, value))
+    assert not slope.any()
+    assert np.isnan(nrmse(slope, np.sin(time)))
+
+
 @given(st.lists(st.floats(0.5, 1.5), min_size=11, max_size=60))
 def test_a_parabola_is_differentiated_exactly_on_an_uneven_clock(gaps):
     time = np.cumsum(gaps) * 0.02

@@ -129,6 +129,8 @@ def test_a_simulation_tells_what_it_is(lowering):
         ({"solver": "euler"}, "solver"),
         ({"tolerance": -1e-4}, "tolerance"),
         ({"solver": "fixed", "substeps": 0}, "substeps"),
+        ({"solver": "fixed", "tolerance": 1e-4}, "tolerance belongs to the adaptive solver"),
+        ({"substeps": 4}, "substeps belongs to the fixed solver"),
         ({"solver": "fixed", "substeps": -1}, "simulate"),
         ({"time": [[0.0, 1.0]]}, "simulate"),
         ({"start": [1.0, 2.0]}, "start"),
@@ -200,3 +202,22 @@ def test_a_prediction_starts_where_the_recording_does(thesis, lift, usual):
     assert far[f"position_{lift}_m"][0] == pytest.approx(100.5 * count)
     other = LIFTS[1 - LIFTS.index(lift)]
     assert far[f"position_{other}_m"][0] == pytest.approx(1.96)
+
+
+@pytest.mark.parametrize(("lift", "stroke"), [("free", "0 to 2.2 m"), ("main", "0 to 2.2 m")])
+@pytest.mark.parametrize("recorded", [-0.2, 3.1])
+def test_a_start_beyond_the_stroke_is_refused(thesis, lift, stroke, recorded):
+    with pytest.raises(ForkliftError) as caught:
+        predict(thesis, recording(**{f"position_{lift}_m": np.full(len(COMMAND.time_s), recorded)}))
+    assert caught.value.code == "value-out-of-bounds"
+    assert caught.value.file == "a.csv"
+    for told in (f"position_{lift}_m", f"{recorded:g} m", stroke):
+        assert told in caught.value.message
+
+
+@pytest.mark.parametrize(("missing", "start"), [(1, 1.0), (40, 1.0), (60, 1.96)])
+def test_only_the_first_second_tells_the_start(thesis, missing, start):
+    position = np.full(len(COMMAND.time_s), 1.0)
+    position[:missing] = np.nan
+    found = predict(thesis, recording(position_free_m=position))["position_free_m"][0]
+    assert found == pytest.approx(start, abs=_core.ENCODER_COUNT_M)

@@ -231,7 +231,7 @@ def csv_name(file: str) -> str:
 
 
 def replaceable(folder: Path, overwrite: bool) -> frozenset[str]:
-    """The names that may stand in `folder` before a campaign is written there: those an earlier one lists.
+    """The files that may stand in `folder` before a campaign is written there: those an earlier one lists.
 
     Raises
     ------
@@ -249,4 +249,4 @@ def replaceable(folder: Path, overwrite: bool) -> frozenset[str]:
         _, document = document_of(folder)
     except ForkliftError:
         return frozenset()
-    return frozenset({FILE, *(PurePosixPath(entry.file).parts[0] for entry in document.recording)})
+    return frozenset({FILE, *(str(PurePosixPath(entry.file)) for entry in document.recording)})

@@ -26,6 +26,9 @@ REFUSED = 2
 INTERRUPTED = 130
 """Exit status after Ctrl-C (128 + SIGINT)."""
 
+PAGE = (".html",)
+"""Suffix of a page."""
+
 app = typer.Typer(
     name="forklift",
     help="Simulate a forklift's hydraulic lowering function and compare it with recordings.",
@@ -93,7 +96,9 @@ def simulate(
         ),
     ] = "prms",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a generated prms.")] = 1,
-    duration: Annotated[float, typer.Option("--duration", help="Length of a generated command [s].")] = 12.0,
+    duration: Annotated[
+        float, typer.Option("--duration", help="Length of a generated command [s], an hour at most.")
+    ] = 12.0,
     truck: TruckName = "thesis",
     out: Annotated[
         Path | None, typer.Option("--out", help="Write all outputs over time: a .csv or .parquet file.")
@@ -109,9 +114,14 @@ def simulate(
 ) -> None:
     """Simulate one lowering under a command, from rest."""
     from forklift import output, tables
+    from forklift.simulate import FORMATS
     from forklift.simulate import simulate as verb
     from forklift.truck import Truck
 
+    for path, suffixes in ((out, FORMATS), (plot, PAGE)):
+        if path:
+            output.check_file(path)
+            output.check_suffix(path, suffixes)
     chosen = Truck.read(truck)
     commanded = _command(command, lift.value, seed, duration)
     with _busy("Simulating"):
@@ -156,11 +166,11 @@ def compare(
     from forklift import compare as verb
     from forklift import output, tables
     from forklift.campaign import Campaign
-    from forklift.compare import MARK, RESULT
+    from forklift.compare import MARK, earlier_files
     from forklift.truck import Truck
 
     if out:
-        output.check_folder(out, RESULT, MARK)
+        output.check_folder(out, earlier_files(out), MARK)
     chosen = Truck.read(truck)
     found = Campaign.read(campaign)
     with _progress("Replaying recordings", len(found.recordings)) as step:
@@ -255,7 +265,9 @@ def convert(
 
 @app.command(epilog="Example: forklift demo demo")
 def demo(
-    out: Annotated[Path, typer.Argument(help="Folder to make; it must not exist yet.")] = Path("demo"),
+    out: Annotated[
+        Path, typer.Argument(help="A new folder, or an earlier demonstration, which is replaced.")
+    ] = Path("demo"),
     as_json: Json = False,
 ) -> None:
     """Make a small campaign of a truck a little unlike the thesis's, and compare it with the thesis's."""
@@ -314,7 +326,7 @@ def run(arguments: list[str] | None = None) -> int:
 
 def _refuse(message: str) -> int:
     sentence = " ".join(message.split())
-    print(f"forklift: {sentence}{'' if sentence.endswith('.') else '.'}", file=sys.stderr)
+    print(f"forklift: {sentence}{'' if sentence.endswith(('.', '?')) else '.'}", file=sys.stderr)
     return REFUSED
 
 

@@ -46,6 +46,10 @@ STAIRS = 6
 REST_S = 1.0
 """How long a generated command leaves the valves shut at first: chosen, to show that the truck is at rest."""
 
+LONGEST_S = 3600.0
+"""Longest generated command [s]: a lowering takes seconds and a day's recordings minutes, so that what is
+longer than an hour is a slip, and would fill the memory."""
+
 GENERATORS = ("prms", "staircase")
 
 
@@ -146,27 +150,37 @@ def generate(kind: Literal["prms", "staircase"], lift: Lifts, *, duration_s: flo
     kind
         ``"prms"``, or ``"staircase"``: levels across the working range, the valve shut in between.
     duration_s
-        Length [s], with one second at rest first.
+        Length [s], with one second at rest first; `LONGEST_S` at most.
     seed
         Of a prms; the main lift's takes the seed after it, so that both lifts move differently.
 
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"`` for another kind, or a duration that leaves no room to move.
+        ``"argument-invalid"`` for another kind, or a duration that leaves no room to move or is beyond
+        `LONGEST_S`.
     """
     if kind not in GENERATORS:
         raise ForkliftError(
             "argument-invalid", f"there is no generator {kind!r}; take {' or '.join(GENERATORS)}", name="kind"
         )
     rest = round(REST_S * SAMPLE_RATE_HZ)
-    if not (np.isfinite(duration_s) and duration_s * SAMPLE_RATE_HZ >= rest + 2 * STAIRS):
+    if not (duration_s * SAMPLE_RATE_HZ >= rest + 2 * STAIRS):
         raise ForkliftError(
             "argument-invalid",
             f"the duration is {duration_s:g} s, which leaves no room to move after {REST_S:g} s at rest; "
             "give more seconds",
             name="duration_s",
             value=duration_s,
+        )
+    if duration_s > LONGEST_S:
+        raise ForkliftError(
+            "argument-invalid",
+            f"the duration is {duration_s:g} s, where {LONGEST_S:g} s are the most, as no lowering takes "
+            "longer; give fewer seconds",
+            name="duration_s",
+            value=duration_s,
+            upper=LONGEST_S,
         )
     n = round(duration_s * SAMPLE_RATE_HZ) - rest
     currents = {}

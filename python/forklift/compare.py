@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +17,8 @@ import polars as pl
 
 from forklift import fits, output
 from forklift.campaign import csv_name
+from forklift.channels import table
+from forklift.errors import ForkliftError
 from forklift.names import LIFTS, Lift, channels, commanded, outputs
 from forklift.phases import PHASES, phases, shut_current
 from forklift.signals import Signal, signals
@@ -40,9 +42,8 @@ PREDICTED = (
 """The columns of a prediction after ``time_s``."""
 
 SAME_TEMPERATURE_K = 5.0
-"""Recordings whose oil temperatures follow each other this closely count as one operating point."""
+"""Recordings whose oil temperatures lie this closely above the coldest's count as one operating point."""
 
-RESULT = frozenset({"predictions", "fit.csv", "compare.json", "compare.html"})
 MARK = "compare.json"
 
 FIT_COLUMNS = {
@@ -105,7 +106,10 @@ class Comparison:
 
     @cached_property
     def verdict(self) -> tuple[str, ...]:
-        """One plain sentence per lift: how good the fit is and where it is poor."""
+        """One plain sentence per commanded lift: how good the fit is and where it is poor.
+
+        Where no velocity could be told, the sentence says why, and how well the other signals fit.
+        """
         return tuple(said for lift in LIFTS if (said := sentence(self, lift)))
 
     def validation(self, lift: Lift) -> pl.DataFrame:
@@ -156,12 +160,10 @@ class Comparison:
         """
         from forklift.plots import comparison_page
 
-        with output.folder(out, RESULT, MARK) as temporary:
-            names = [csv_name(prediction.recording.file) for prediction in self.predictions]
-            for prediction, name in zip(self.predictions, names, strict=True):
-                # a.csv and a.mf4 are two recordings
-                file = name if names.count(name) == 1 else f"{prediction.recording.file}.csv"
-                path = temporary / "predictions" / "baseline" / file
+        with output.folder(out, earlier_files(out), MARK) as temporary:
+            files = _prediction_files([prediction.recording.file for prediction in self.predictions])
+            for prediction, file in zip(self.predictions, files, strict=True):
+                path = temporary / file
                 path.parent.mkdir(parents=True, exist_ok=True)
                 prediction.to_polars().write_csv(path)
             self.fits.write_csv(temporary / "fit.csv")
@@ -235,8 +237,9 @@ def compare(
     Raises
     ------
     ForkliftError
-        Those of `forklift.simulate.predict`.
+        Those of `forklift.simulate.predict`; ``"argument-invalid"`` for an impossible oil temperature.
     """
+    _check_temperature(oil_temperature_degc)
 
     def one(recording: Recording) -> Prediction:
         simulation = predict(truck, recording, oil_temperature_degc=oil_temperature_degc, **settings)
@@ -257,6 +260,47 @@ def compare(
         [row for found in predictions for row in _fit_rows(found)], schema=FIT_COLUMNS, orient="row"
     )
     return Comparison(campaign, truck, tuple(predictions), table, _phase_table(truck, predictions))
+
+
+def result_files(recordings: Sequence[str]) -> frozenset[str]:
+    """The files that `Comparison.write` makes of a campaign with these recordings."""
+    return frozenset({"fit.csv", "compare.html", MARK, *_prediction_files(recordings)})
+
+
+def earlier_files(out: str | Path) -> frozenset[str]:
+    """The files of the earlier result that stands in `out`, as its ``compare.json`` tells; else none."""
+    try:
+        found = json.loads((Path(out) / MARK).read_text(encoding="utf-8"))
+        return result_files([recording["file"] for recording in found["campaign"]["recordings"]])
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return frozenset()
+
+
+def _prediction_files(recordings: Sequence[str]) -> list[str]:
+    names = [csv_name(file) for file in recordings]
+    # a.csv and a.mf4 are two recordings
+    own = [
+        name if names.count(name) == 1 else f"{file}.csv"
+        for file, name in zip(recordings, names, strict=True)
+    ]
+    return [f"predictions/baseline/{name}" for name in own]
+
+
+def _check_temperature(oil_temperature_degc: float | None) -> None:
+    """A temperature that is given is one that a recording might have, be it needed or not."""
+    possible = table()["oil_temperature_degc"]
+    lower, upper = possible.lower, possible.upper
+    if oil_temperature_degc is not None and not lower <= oil_temperature_degc <= upper:
+        raise ForkliftError(
+            "argument-invalid",
+            f"the oil temperature is {oil_temperature_degc:g} °C, where {lower:g} to {upper:g} °C is "
+            "possible; give it in °C",
+            name="oil_temperature_degc",
+            value=oil_temperature_degc,
+            lower=lower,
+            upper=upper,
+            unit="degC",
+        )
 
 
 def _fit_rows(prediction: Prediction) -> Iterator[tuple[Any, ...]]:
@@ -304,13 +348,13 @@ def _phase_table(truck: Truck, predictions: list[Prediction]) -> pl.DataFrame:
 
 
 def _operating_points(temperature: Floats) -> list[float]:
-    """Each recording's operating temperature: the mean of those that follow each other closely."""
-    order = np.argsort(temperature)
-    breaks = np.flatnonzero(np.diff(temperature[order]) > SAME_TEMPERATURE_K) + 1
+    """Each recording's operating temperature: the mean of those close above the coldest not yet grouped."""
     point = np.empty(len(temperature))
-    for group in np.split(order, breaks):
-        if len(group):
-            point[group] = round(float(temperature[group].mean()), 1)
+    left = np.argsort(temperature)
+    while len(left):
+        close = temperature[left] - temperature[left[0]] <= SAME_TEMPERATURE_K
+        point[left[close]] = round(float(temperature[left[close]].mean()), 1)
+        left = left[~close]
     return point.tolist()
 
 

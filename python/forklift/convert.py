@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from forklift import output
 from forklift.campaign import FILE, Campaign, document_of, places, replaceable
 from forklift.errors import ForkliftError
-from forklift.formats import SUFFIXES
+from forklift.formats import SUFFIXES, format_of
 from forklift.formats.signals import Place
 from forklift.names import Lifts
 from forklift.recording import Role
@@ -81,6 +81,8 @@ def convert(
     files = [Path(source)] if isinstance(source, str | Path) else [Path(file) for file in source]
     rate = sample_rate_hz
     if len(files) == 1 and files[0].suffix.lower() not in SUFFIXES:
+        if files[0].is_file() and files[0].suffix.lower() != ".toml":
+            format_of(files[0].name)  # a recording of no known format
         told = {
             "lift": lift,
             "load_kg": load_kg,

@@ -10,9 +10,9 @@ import numpy as np
 import polars as pl
 
 from forklift import _core, output
-from forklift.campaign import Campaign
+from forklift.campaign import FILE, Campaign
 from forklift.commands import SAMPLE_RATE_HZ, generate
-from forklift.compare import Comparison, compare
+from forklift.compare import Comparison, compare, result_files
 from forklift.names import Lift, parameters
 from forklift.simulate import Simulation, simulate
 from forklift.truck import Truck
@@ -21,7 +21,6 @@ SEED = 1
 SCATTER = 0.12
 """Standard deviation of the logarithm of what the thesis estimated: a truck of the same make."""
 
-RESULT = frozenset({"campaign", "compare", "truth.toml"})
 MARK = "truth.toml"
 
 
@@ -52,6 +51,13 @@ RECORDINGS = (
 """What is recorded: the corners of the thesis's operating points, section 3.5."""
 
 DURATION_S = 10.0
+
+RESULT = frozenset(
+    {MARK, f"campaign/{FILE}"}
+    | {f"campaign/{plan.file}" for plan in RECORDINGS}
+    | {f"compare/{file}" for file in result_files([plan.file for plan in RECORDINGS])}
+)
+"""The files of a demonstration."""
 
 
 def demo(out: str | Path, *, seed: int = SEED, progress: Callable[[], None] = lambda: None) -> Comparison:
@@ -87,7 +93,7 @@ def demo(out: str | Path, *, seed: int = SEED, progress: Callable[[], None] = la
             )
             measured(simulation, seed, stream).write_csv(folder / plan.file)
             progress()
-        (folder / "campaign.toml").write_text(_campaign_toml(), encoding="utf-8", newline="\n")
+        (folder / FILE).write_text(_campaign_toml(), encoding="utf-8", newline="\n")
         result = compare(Campaign.read(folder), thesis, progress=lambda _: progress())
         result.write(temporary / "compare")
     return result

@@ -76,7 +76,9 @@ def derivative(time_s: Floats, signal: Floats) -> Floats:
     if len(time_s) < WINDOW:
         return np.full(len(time_s), np.nan)
     windows, weights = _derivative_weights(time_s)
-    slopes: Floats = np.einsum("ij,ij->i", weights, sliding_window_view(signal, WINDOW)[windows])
+    # From the sample served, so that a constant has a derivative of exactly zero: nothing is rounded.
+    off = sliding_window_view(signal, WINDOW)[windows] - signal[:, None]
+    slopes: Floats = np.einsum("ij,ij->i", weights, off)
     return slopes
 
 

@@ -56,6 +56,7 @@ def states() -> dict[str, QuantitySpec]:
 
 def amount(value: float, unit: str) -> str:
     """A value as a sentence says it: three digits, with the prefix that keeps them short."""
+    value = float(f"{value:.3g}")  # before the prefix is chosen: 999.7 Pa are 1 kPa
     for scale, prefix in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m")):
         if abs(value) >= scale:
             return f"{value / scale:.3g} {prefix}{unit}"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from forklift.errors import ForkliftError
@@ -21,12 +21,7 @@ def write_file(path: str | Path, write: Callable[[Path], None]) -> Path:
     ForkliftError
         ``"not-writable"`` if the folder does not exist or cannot be written.
     """
-    path = Path(path)
-    _must_be_folder(path.parent)
-    if path.is_dir():
-        raise ForkliftError(
-            "not-writable", f"{path} is a folder; give the name of a file to write", file=str(path)
-        )
+    path = check_file(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         write(temporary)
@@ -34,8 +29,46 @@ def write_file(path: str | Path, write: Callable[[Path], None]) -> Path:
     except OSError as error:
         raise _not_writable(path, error) from None
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
     return path
+
+
+def check_file(path: str | Path) -> Path:
+    """`path` if a file may be written there, over an earlier one or anew.
+
+    Raises
+    ------
+    ForkliftError
+        ``"not-writable"``.
+    """
+    path = _named(path)
+    try:
+        _must_be_folder(path.parent)
+        if path.is_dir():
+            raise ForkliftError(
+                "not-writable", f"{path} is a folder; give the name of a file to write", file=str(path)
+            )
+    except OSError as error:  # a name too long, say
+        raise _not_writable(path, error) from None
+    return path
+
+
+def check_suffix(path: str | Path, suffixes: Collection[str]) -> None:
+    """`path` ends with one of `suffixes`, in any case.
+
+    Raises
+    ------
+    ForkliftError
+        ``"format-unknown"``.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in suffixes:
+        raise ForkliftError(
+            "format-unknown",
+            f"{path} ends with {suffix or 'no suffix'}; this is written as {' or '.join(suffixes)}",
+            file=str(path),
+        )
 
 
 def write_text(path: str | Path, text: str) -> Path:
@@ -47,17 +80,18 @@ def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
-def check_folder(path: str | Path, known: frozenset[str], mark: str) -> Path:
+def check_folder(path: str | Path, known: Collection[str], mark: str) -> Path:
     """`path`, absolute, if a result may stand there: nothing yet, an empty folder, or an earlier result.
 
-    An earlier result is a folder that holds the file `mark` and nothing but names in `known`.
+    An earlier result is a folder that holds the file `mark` and nothing but the files `known`, which are
+    relative to it and written with ``/``; so nothing of anyone else's is replaced with it.
 
     Raises
     ------
     ForkliftError
         ``"output-exists"`` if anything else stands there; ``"not-writable"`` if its parent is missing.
     """
-    path = Path(path).resolve()
+    path = _named(path).resolve()
     _must_be_folder(path.parent)
     if not os.path.lexists(path):
         return path
@@ -65,8 +99,8 @@ def check_folder(path: str | Path, known: frozenset[str], mark: str) -> Path:
         raise ForkliftError(
             "output-exists", f"{path} is a file; name a folder that does not exist yet", file=str(path)
         )
-    found = {entry.name for entry in path.iterdir()}
-    if found and (foreign := sorted(found - known) or ([] if mark in found else sorted(found))):
+    found = _below(path)
+    if found and (foreign := sorted(found - set(known)) or ([] if mark in found else sorted(found))):
         raise ForkliftError(
             "output-exists",
             f"{path} is not an earlier result (it holds {foreign[0]}), so it is left alone; "
@@ -78,7 +112,7 @@ def check_folder(path: str | Path, known: frozenset[str], mark: str) -> Path:
 
 
 @contextmanager
-def folder(path: str | Path, known: frozenset[str], mark: str) -> Iterator[Path]:
+def folder(path: str | Path, known: Collection[str], mark: str) -> Iterator[Path]:
     """An empty temporary sibling folder to fill, which takes the place of `path` when all went well.
 
     See `check_folder` for what may be replaced. If anything fails, `path` stays as it was.
@@ -109,7 +143,37 @@ def _replace_folder(new: Path, path: Path) -> None:
     shutil.rmtree(earlier, ignore_errors=True)
 
 
+def _below(folder: Path) -> set[str]:
+    """Every file, link and empty folder below `folder`, relative to it."""
+    found = set()
+
+    def unreadable(error: OSError) -> None:
+        raise _not_writable(folder, error)
+
+    for here, folders, files in os.walk(folder, onerror=unreadable):
+        inside = [name for name in folders if (Path(here) / name).is_symlink()]
+        for name in [*files, *inside]:
+            found.add((Path(here) / name).relative_to(folder).as_posix())
+        if not (files or folders) and Path(here) != folder:
+            found.add(Path(here).relative_to(folder).as_posix())
+    return found
+
+
+def _named(path: str | Path) -> Path:
+    if str(path) in ("", "."):  # Path("") is "."
+        raise ForkliftError(
+            "not-writable",
+            "The path of the result is empty or the current folder; name a file or another folder",
+            file=str(path),
+        )
+    return Path(path)
+
+
 def _must_be_folder(path: Path) -> None:
+    if path.exists() and not path.is_dir():
+        raise ForkliftError(
+            "not-writable", f"{path} is a file, not a folder; name another place", file=str(path)
+        )
     if not path.is_dir():
         raise ForkliftError(
             "not-writable", f"The folder {path} does not exist; make it first or name another", file=str(path)
@@ -117,7 +181,7 @@ def _must_be_folder(path: Path) -> None:
 
 
 def _not_writable(path: Path, error: OSError) -> ForkliftError:
-    why = error.strerror or type(error).__name__
+    why = error.strerror or "the system does not allow it"
     return ForkliftError(
         "not-writable",
         f"{path} cannot be written ({why.lower()}); choose another place or free this one",

@@ -28,6 +28,10 @@ Solver = Literal["adaptive", "fixed"]
 
 FORMATS = (".csv", ".parquet")
 
+START_WITHIN_S = 1.0
+"""How long after a recording's first sample [s] its position still tells where it started: as long as a
+generated command leaves the truck at rest."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulation:
@@ -114,15 +118,9 @@ class Simulation:
         ForkliftError
             ``"format-unknown"`` for another suffix, ``"not-writable"``.
         """
-        suffix = Path(path).suffix.lower()
-        if suffix not in FORMATS:
-            raise ForkliftError(
-                "format-unknown",
-                f"{path} ends with {suffix or 'no suffix'}; a simulation is written as .csv or .parquet",
-                file=str(path),
-            )
+        output.check_suffix(path, FORMATS)
         table = self.to_polars(with_states=with_states)
-        put = table.write_csv if suffix == ".csv" else table.write_parquet
+        put = table.write_csv if Path(path).suffix.lower() == ".csv" else table.write_parquet
         return output.write_file(path, lambda temporary: put(temporary))
 
     def to_dict(self) -> dict[str, Any]:
@@ -194,6 +192,7 @@ def simulate(
         (n,) [s], strictly increasing, where the result is wanted; by default at the command's samples.
     solver, tolerance, substeps
         ``"adaptive"`` (implicit, to `tolerance`) or ``"fixed"`` (`substeps` a sample); the core's defaults.
+        A setting of the other solver is refused.
     start
         The initial state in the order of `Simulation.state_names`; by default at rest, p_A in equilibrium
         with the load, where the thesis's recordings start.
@@ -210,6 +209,7 @@ def simulate(
         "substeps": substeps,
         "start": None if start is None else _column("start", start),
     }
+    _check_solver(solver, tolerance, substeps)
     at = command.time_s if time is None else _column("time", time)
     temperature = np.asarray(_column("oil_temperature_degc", oil_temperature_degc))
     if temperature.ndim == 0:
@@ -255,7 +255,8 @@ def predict(
     Raises
     ------
     ForkliftError
-        ``"temperature-missing"`` if there is neither channel nor argument, and those of `simulate`.
+        ``"temperature-missing"`` if there is neither channel nor argument, ``"value-out-of-bounds"`` if the
+        recording starts beyond the truck's stroke, and those of `simulate`.
     """
     command = Command(recording.time_s, *(recording.channels[name] for name in COLUMNS[1:]))
     temperature = mean_temperature(recording, oil_temperature_degc)
@@ -286,7 +287,8 @@ def mean_temperature(recording: Recording, otherwise: float | None = None) -> fl
 def _recorded_start(recording: Recording, at_rest: Simulation) -> Floats | None:
     """The core's initial state, moved to the recorded positions if these lie more than two counts off it.
 
-    The encoder rounds down, so that half a count is added to what it reads.
+    The encoder rounds down, so that half a count is added to what it reads. Where the first sample is
+    missing, the first of the first second counts; later ones do not tell where the recording started.
     """
     count = _core.ENCODER_COUNT_M
     start = at_rest.states[0].copy()
@@ -294,14 +296,51 @@ def _recorded_start(recording: Recording, at_rest: Simulation) -> Floats | None:
     for lift in LIFTS:
         recorded = recording.channels.get(f"position_{lift}_m")
         usual = at_rest[f"position_{lift}_m"][0]
-        if recorded is None or not np.isfinite(recorded).any():
+        if recorded is None:
             continue
-        first = recorded[np.isfinite(recorded)][0]
-        if abs(first - usual) > 2 * count:
+        early = recorded[recording.time_s <= recording.time_s[0] + START_WITHIN_S]
+        known = early[np.isfinite(early)]
+        if len(known) and abs(known[0] - usual) > 2 * count:
             state = at_rest.state_names.index(f"{lift}.position")
-            start[state] *= (first + count / 2) / usual  # what the sensor reads is a multiple of the state
+            ratio = usual / start[state]  # what the sensor reads is a multiple of the state
+            start[state] = _within_stroke(at_rest.truck, lift, float(known[0]), ratio)
             moved = True
     return start if moved else None
+
+
+def _within_stroke(truck: Truck, lift: str, recorded: float, ratio: float) -> float:
+    """The cylinder's position [m] that the encoder tells, up to one count beyond the stroke's end."""
+    count = _core.ENCODER_COUNT_M
+    ends = [float(truck.values[f"{lift}.cylinder.stroke_{end}"]) for end in ("lower", "upper")]  # type: ignore[arg-type]
+    lower, upper = (end * ratio for end in ends)
+    if not lower - count <= recorded <= upper + count:
+        raise ForkliftError(
+            "value-out-of-bounds",
+            f"position_{lift}_m starts at {recorded:.4g} m, where the stroke of truck {truck.name!r} allows "
+            f"{lower:.4g} to {upper:.4g} m; correct the channel's zero or scale, or the truck's "
+            f"{lift}.cylinder.stroke_lower and stroke_upper",
+            channel=f"position_{lift}_m",
+            value=recorded,
+            lower=lower,
+            upper=upper,
+            unit="m",
+        )
+    return min(max((recorded + count / 2) / ratio, ends[0]), ends[1])
+
+
+def _check_solver(solver: str | None, tolerance: float | None, substeps: int | None) -> None:
+    """No setting is given that belongs to the other solver."""
+    fixed = solver == "fixed"
+    for name, value, other in (("tolerance", tolerance, fixed), ("substeps", substeps, not fixed)):
+        if other and value is not None:
+            needed, used = ("adaptive", "fixed") if fixed else ("fixed", "adaptive")
+            raise ForkliftError(
+                "argument-invalid",
+                f"{name} belongs to the {needed} solver, but the {used} one is used; leave it out or take "
+                f"the {needed} solver",
+                name=name,
+                value=value,
+            )
 
 
 def _attributes(spec: Mapping[str, Any]) -> dict[str, str]:

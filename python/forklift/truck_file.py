@@ -179,7 +179,7 @@ def _text(path: Path) -> str:
     except UnicodeDecodeError as error:
         why = f"byte {error.start} is not UTF-8"
     except OSError as error:
-        why = (error.strerror or type(error).__name__).lower()
+        why = (error.strerror or "the system does not allow it").lower()
     raise ForkliftError(
         "file-unreadable", f"{path} cannot be read ({why}); give a truck's TOML file", file=str(path)
     )
