@@ -8,6 +8,9 @@ pub const STEPS: u16 = 256;
 /// Current of the highest step [A].
 pub const FULL_CURRENT: f64 = 1.75;
 
+/// Longest signal [samples]: more than a day at 50 Hz.
+pub const MOST_SAMPLES: usize = 5_000_000;
+
 fn refuse<T>(name: &str, value: impl ToString, requirement: &str) -> Result<T, Error> {
     Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
 }
@@ -27,6 +30,9 @@ pub fn prms(
     levels: usize,
     switching_probability: f64,
 ) -> Result<Vec<i64>, Error> {
+    if samples > MOST_SAMPLES {
+        return refuse("n_samples", samples, &format!("at most {MOST_SAMPLES}"));
+    }
     let most = i64::from(STEPS) - 1;
     if !(0..=most).contains(&low) {
         return refuse("low", low, "a step between 0 and 255");
@@ -63,6 +69,13 @@ pub fn prms(
 pub fn staircase(levels: &[i64], samples_per_level: usize) -> Result<Vec<i64>, Error> {
     if samples_per_level == 0 {
         return refuse("samples_per_level", samples_per_level, "at least 1");
+    }
+    if levels.len().saturating_mul(samples_per_level) > MOST_SAMPLES {
+        return refuse(
+            "samples_per_level",
+            samples_per_level,
+            &format!("such that there are at most {MOST_SAMPLES} samples"),
+        );
     }
     if let Some(level) = levels.iter().find(|level| !(0..i64::from(STEPS)).contains(*level)) {
         return refuse("levels", level, "steps between 0 and 255");

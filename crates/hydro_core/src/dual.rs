@@ -66,7 +66,9 @@ impl<S: Scalar, const P: usize> Mul for Dual<S, P> {
     fn mul(self, other: Self) -> Self {
         let (x, y) = (self.re, other.re);
         #[allow(clippy::suspicious_arithmetic_impl)] // the product rule
-        { self.zip(other, x * y, |a, b| a * y + b * x) }
+        {
+            self.zip(other, x * y, |a, b| a * y + b * x)
+        }
     }
 }
 
@@ -149,5 +151,93 @@ impl<S: Scalar, const P: usize> Scalar for Dual<S, P> {
         let y = self.re.inverse_fourth_root();
         let y2 = y * y;
         self.chain(y, S::constant(-0.25) * (y2 * y2 * y))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Lanes;
+    use crate::scalar::Mask;
+
+    type D = Dual<f64, 2>;
+
+    fn at(x: f64, y: f64) -> (D, D) {
+        (D::variable(x, 0), D::variable(y, 1))
+    }
+
+    fn assert_near(got: D, value: f64, by_x: f64, by_y: f64) {
+        for (got, want) in [(got.re, value), (got.eps[0], by_x), (got.eps[1], by_y)] {
+            assert!((got - want).abs() <= 4.0 * f64::EPSILON * want.abs(), "{got} is not {want}");
+        }
+    }
+
+    #[test]
+    fn sums_products_and_quotients_follow_the_rules_of_leibniz() {
+        let (x, y) = at(3.0, -0.7);
+        assert_near(x + y, 3.0 - 0.7, 1.0, 1.0);
+        assert_near(x - y, 3.0 + 0.7, 1.0, -1.0);
+        assert_near(-x, -3.0, -1.0, 0.0);
+        assert_near(x * y, -0.7 * 3.0, -0.7, 3.0);
+        assert_near(x / y, 3.0 / -0.7, 1.0 / -0.7, -3.0 / 0.49);
+        assert_near(x * x * y, -0.7 * 9.0, -0.7 * 6.0, 9.0);
+    }
+
+    #[test]
+    fn the_functions_of_a_scalar_know_their_slopes() {
+        let (x, _) = at(2.0, 0.0);
+        assert_near(x.sqrt(), 2f64.sqrt(), 0.5 / 2f64.sqrt(), 0.0);
+        assert_near(x.exp(), 2f64.exp(), 2f64.exp(), 0.0);
+        assert_near(x.ln(), 2f64.ln(), 0.5, 0.0);
+        assert_near(x.sin(), 2f64.sin(), 2f64.cos(), 0.0);
+        assert_near(x.cos(), 2f64.cos(), -2f64.sin(), 0.0);
+        assert_near(x.inverse_fourth_root(), 2f64.powf(-0.25), -0.25 * 2f64.powf(-1.25), 0.0);
+    }
+
+    #[test]
+    fn a_choice_takes_the_derivatives_of_the_arm_it_takes() {
+        let (x, y) = at(3.0, -0.7);
+        assert_eq!(x.max(y), x);
+        assert_eq!(x.min(y), y);
+        assert_eq!(y.abs(), -y);
+        assert_eq!(x.clamp_to(D::zero(), D::one()), D::one());
+        assert_eq!(D::select(y.lt(x), x, y), x);
+    }
+
+    #[test]
+    fn the_solution_of_an_equation_follows_its_parameters() {
+        // r² = x·y, so ∂r/∂x = y/(2r).
+        let (x, y) = at(8.0, 2.0);
+        let root = D::implicit(4.0, D::constant(16.0) - x * y, 8.0);
+        assert_near(root, 4.0, 0.25, 1.0);
+    }
+
+    #[test]
+    fn a_dual_of_duals_holds_second_derivatives() {
+        type Second = Dual<Dual<f64, 1>, 1>;
+        let x = Second { re: Dual { re: 1.3, eps: [1.0] }, eps: [Dual { re: 1.0, eps: [0.0] }] };
+        // d²/dx² x³ = 6x, d²/dx² e^x = e^x.
+        let (cube, exp) = (x * x * x, x.exp());
+        assert!((cube.eps[0].eps[0] - 6.0 * 1.3).abs() < 1e-14);
+        assert!((exp.eps[0].eps[0] - 1.3f64.exp()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_value_of_a_dual_is_the_plain_number_to_the_bit_and_a_constant_has_no_slope() {
+        let polynomial = |x: D| (x * x - D::constant(0.1)) / (x + D::constant(3.0)).sqrt();
+        let plain = |x: f64| (x * x - 0.1) / (x + 3.0).sqrt();
+        for k in 0..100 {
+            let x = -2.0 + 0.1 * f64::from(k);
+            assert_eq!(polynomial(D::variable(x, 1)).re.to_bits(), plain(x).to_bits());
+            assert_eq!(polynomial(D::constant(x)).eps, [0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn over_lanes_each_lane_differentiates_for_itself() {
+        let x = Dual::<Lanes<4>, 1>::variable(Lanes([1.0, -2.0, 3.0, 0.5]), 0);
+        assert_eq!((x * x).eps[0].0, [2.0, -4.0, 6.0, 1.0]);
+        assert_eq!(x.abs().eps[0].0, [1.0, -1.0, 1.0, 1.0]);
+        assert!(x.lt(Dual::zero()).any());
     }
 }

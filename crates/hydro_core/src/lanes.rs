@@ -159,3 +159,80 @@ impl<const N: usize> Scalar for Lanes<N> {
         map(self, crate::elementary::inverse_fourth_root)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type Four = Lanes<4>;
+
+    fn numbers() -> impl Strategy<Value = [f64; 4]> {
+        proptest::array::uniform4(prop_oneof![
+            8 => -1e3..1e3f64,
+            1 => Just(0.0),
+            1 => Just(-0.0),
+            1 => Just(f64::INFINITY),
+            1 => Just(f64::NEG_INFINITY),
+            1 => Just(f64::NAN),
+        ])
+    }
+
+    /// Every operation a scalar has.
+    fn operations<S: Scalar>(a: S, b: S) -> Vec<S> {
+        let (less, finite) = (a.lt(b), b.is_finite());
+        let choices = [less, less.not(), less.and(finite), less.or(finite)].map(|mask| S::select(mask, a, b));
+        let plain = vec![a + b, a - b, a * b, a / b, -a, a.max(b), a.min(b), a.abs(), a.abs().sqrt(), a.sin(), a.cos()];
+        [plain, choices.to_vec()].concat()
+    }
+
+    fn functions<S: Scalar>(a: S) -> Vec<S> {
+        vec![a.exp(), (-a).exp(), a.ln(), a.inverse_fourth_root()]
+    }
+
+    /// Which of several signalling bits a "not a number" carries is not settled.
+    fn bits(x: f64) -> u64 {
+        if x.is_nan() {
+            f64::NAN.to_bits()
+        } else {
+            x.to_bits()
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_operation_on_lanes_is_that_on_each_number_infinities_included(a in numbers(), b in numbers()) {
+            let together = operations(Lanes(a), Lanes(b));
+            for lane in 0..4 {
+                for (k, alone) in operations(a[lane], b[lane]).into_iter().enumerate() {
+                    prop_assert_eq!(bits(together[k].0[lane]), bits(alone), "operation {} in lane {}", k, lane);
+                }
+            }
+        }
+
+        #[test]
+        fn every_function_on_lanes_is_that_on_each_number(a in proptest::array::uniform4(1e-3..700.0f64)) {
+            let together = functions(Lanes(a));
+            for lane in 0..4 {
+                for (k, alone) in functions(a[lane]).into_iter().enumerate() {
+                    prop_assert_eq!(together[k].0[lane].to_bits(), alone.to_bits(), "function {} in lane {}", k, lane);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn any_lane_that_is_true_makes_any_true() {
+        let x = Lanes([1.0, 2.0, f64::NAN, 4.0]);
+        let less = |bound: f64| x.lt(Four::constant(bound));
+        assert!(!less(1.0).any() && less(1.5).any() && less(9.0).not().any());
+        assert!(!less(1.0).or(less(0.5)).any() && !less(1.5).and(less(1.0)).any());
+        assert!(x.is_finite().any() && !Four::constant(f64::NAN).is_finite().any());
+    }
+
+    #[test]
+    fn a_constant_is_the_same_in_every_lane() {
+        assert_eq!(Four::constant(0.1).0, [0.1; 4]);
+        assert_eq!((Four::zero().0, Four::one().0), ([0.0; 4], [1.0; 4]));
+    }
+}

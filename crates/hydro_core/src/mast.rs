@@ -85,6 +85,29 @@ lift_states! {
 
 /// Number of states of one lift.
 pub const STATES: usize = LIFT_STATES.len();
+/// Place of the position among them.
+pub const POSITION: usize = place("position");
+/// Place of the velocity.
+pub const VELOCITY: usize = place("velocity");
+/// Place of the cylinder pressure.
+pub const CYLINDER_PRESSURE: usize = place("cylinder_pressure");
+
+/// Where [`LIFT_STATES`] lists a state; one that it lacks does not compile.
+const fn place(name: &str) -> usize {
+    let mut k = 0;
+    while !same(LIFT_STATES[k].name.as_bytes(), name.as_bytes()) {
+        k += 1;
+    }
+    k
+}
+
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    let mut k = 0;
+    while k < a.len() && k < b.len() && a[k] == b[k] {
+        k += 1;
+    }
+    k == a.len() && k == b.len()
+}
 
 /// One lift with everything that stays fixed during a run worked out.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! What a run shows and what a recording holds: the tables of both, and outputs from states.
 
-use crate::mast::{LiftName, STATES};
+use crate::mast::{LiftName, CYLINDER_PRESSURE, POSITION, STATES, VELOCITY};
 
 /// What an output reads off a lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub enum Quantity {
 }
 
 /// Places among a lift's states, in the order of [`Quantity`].
-pub const LIFT_QUANTITIES: [usize; 3] = [3, 4, 6];
+pub const LIFT_QUANTITIES: [usize; 3] = [POSITION, VELOCITY, CYLINDER_PRESSURE];
 
 /// An output of the model: a sum over lifts of a quantity times a factor.
 #[derive(Debug, Clone, Copy)]

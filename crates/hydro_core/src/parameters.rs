@@ -143,10 +143,10 @@ lift_parameters! {
         "a rubber band to steel on steel";
     sigma_1: "friction.sigma_1", "σ1", "N s/m", 0.0, 1e6, Linear, Prms, "(3.5)",
         "damping of the bristles",
-        "up to fifty times the thesis's value";
+        "well above forty times the thesis's values";
     sigma_2: "friction.sigma_2", "σ2", "N s/m", 0.0, 1e6, Linear, Prms, "(3.5)",
         "viscous friction",
-        "up to fifty times the thesis's value";
+        "well above forty times the thesis's values";
     damping: "valve.D", "D", "1", 0.1, 10.0, Log, Chosen, "(3.13)",
         "damping ratio of the proportional valve",
         "a valve rings less than a tenth or creeps more than ten is defect";

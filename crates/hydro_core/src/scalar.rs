@@ -162,3 +162,33 @@ impl Scalar for f64 {
         elementary::inverse_fourth_root(self)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn choices_take_the_first_of_equals_and_the_bound_that_is_crossed() {
+        let f = |x: f64| x;
+        assert_eq!((Scalar::max(f(1.0), 2.0), Scalar::min(f(1.0), 2.0)), (2.0, 1.0));
+        assert_eq!(Scalar::max(0.0, -0.0).to_bits(), 0.0f64.to_bits());
+        assert_eq!(Scalar::min(-0.0, 0.0).to_bits(), (-0.0f64).to_bits());
+        assert_eq!([-3.0, 0.3, 7.0].map(|x: f64| x.clamp_to(-1.0, 1.0)), [-1.0, 0.3, 1.0]);
+        assert_eq!([-3.0, 3.0].map(|x: f64| Scalar::abs(x)), [3.0, 3.0]);
+    }
+
+    #[test]
+    fn nothing_is_less_than_what_is_not_a_number_and_that_is_not_finite() {
+        for x in [-1.0, 0.0, f64::INFINITY, f64::NAN] {
+            assert!(!Scalar::lt(x, f64::NAN) && !Scalar::lt(f64::NAN, x));
+        }
+        let finite = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX].map(Scalar::is_finite);
+        assert_eq!(finite, [false, false, false, true]);
+    }
+
+    #[test]
+    fn a_number_is_its_own_value_and_solution() {
+        assert_eq!(f64::implicit(3.0, 7.0, 0.0), 3.0);
+        assert_eq!(f64::from_real(2.5).real(), 2.5);
+    }
+}

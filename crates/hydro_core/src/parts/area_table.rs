@@ -52,3 +52,52 @@ impl<S: Scalar> AreaTable<S> {
         area.max(self.least)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    prop_compose! {
+        /// Currents at least 1 mA apart, areas that do not fall.
+        fn tables()(n in 2..=MOST_KNOTS)(
+            gaps in proptest::collection::vec(1e-3..0.2f64, n),
+            rises in proptest::collection::vec(prop_oneof![1 => Just(0.0), 3 => 0.0..1e-5f64], n),
+        ) -> (Vec<f64>, Vec<f64>) {
+            let sum = |steps: &[f64]| steps.iter().scan(0.0, |total, step| { *total += step; Some(*total) }).collect();
+            (sum(&gaps), sum(&rises))
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_table_meets_its_knots_and_is_straight_between((current, area) in tables(), share in 0.0..1.0f64) {
+            let table = AreaTable::new(&current, &area, 1e-15);
+            // One rounding a ramp.
+            let close = f64::EPSILON * current.len() as f64 * area.last().unwrap() + 1e-15;
+            for k in 0..current.len() {
+                prop_assert!((table.at(current[k]) - area[k]).abs() <= close);
+            }
+            for k in 1..current.len() {
+                let i = current[k - 1] + share * (current[k] - current[k - 1]);
+                let between = area[k - 1] + share * (area[k] - area[k - 1]);
+                prop_assert!((table.at(i) - between).abs() <= 4.0 * close + 1e-12 * between);
+            }
+        }
+
+        #[test]
+        fn more_current_never_closes_the_valve((current, area) in tables(), a in -1.0..5.0f64, b in -1.0..5.0f64) {
+            let table = AreaTable::new(&current, &area, 1e-9);
+            prop_assert!(table.at(a.min(b)) <= table.at(a.max(b)));
+        }
+
+        #[test]
+        fn outside_its_knots_a_table_keeps_its_ends_and_below_its_floor_the_floor((current, area) in tables(), far in 0.0..10.0f64) {
+            let table = AreaTable::new(&current, &area, 1e-6);
+            let (first, last) = (current[0], *current.last().unwrap());
+            prop_assert_eq!(table.at(first - far), area[0].max(1e-6));
+            prop_assert_eq!(table.at(last + far), table.at(last));
+            prop_assert!(table.at(first) >= 1e-6);
+        }
+    }
+}

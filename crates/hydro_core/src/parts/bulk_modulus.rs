@@ -22,3 +22,30 @@ impl<S: Scalar> BulkModulus<S> {
         self.factor * (self.slope * p + self.offset).max(S::constant(1.05)).ln()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_free_lifts_oil_has_1_67_gigapascals_at_rest_and_stiffens_with_pressure() {
+        // Table 5.1: 0.15703·1.8 GPa·ln(367.5), ln(11.841 + 367.5) at p_max.
+        let oil = BulkModulus::new(1.8e9, 2.8e7, 0.15703, 11.841, 367.5);
+        assert!((oil.at(0.0) - 0.15703 * 1.8e9 * 367.5f64.ln()).abs() < 1e-3);
+        assert!((oil.at(2.8e7) - 0.15703 * 1.8e9 * 379.341f64.ln()).abs() < 1e-3);
+        let mut last = 0.0;
+        for k in -10..100 {
+            let e = oil.at(f64::from(k) * 1e6);
+            assert!(e > last);
+            last = e;
+        }
+    }
+
+    #[test]
+    fn the_bulk_modulus_stays_positive_however_far_the_pressure_falls() {
+        let oil = BulkModulus::new(1.8e9, 1e6, 0.15703, 1e4, 1.5);
+        for p in [0.0, -1e5, -1e7, -1e12, f64::MIN] {
+            assert!(oil.at(p) > 0.0 && oil.at(p).is_finite(), "{p}");
+        }
+    }
+}

@@ -14,3 +14,29 @@ pub fn pressure_rate<S: Scalar>(bulk_modulus: S, v_0: S, area: S, x: S, v: S, fl
 pub fn stiffness<S: Scalar>(bulk_modulus: S, v_0: S, area: S, x: S) -> S {
     bulk_modulus / (v_0 + area * x).max(S::constant(0.1) * v_0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn oil_that_neither_flows_nor_is_displaced_keeps_its_pressure() {
+        assert_eq!(pressure_rate(1.7e9, 0.0055, 0.0024, 0.9, 0.0, 0.0), 0.0);
+        // Flow in makes room for a rising piston.
+        assert!(pressure_rate(1.7e9, 0.0055, 0.0024, 0.9, 0.1, 0.0024 * 0.1).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_sinking_piston_and_flow_in_raise_the_pressure() {
+        assert!(pressure_rate(1.7e9, 0.0055, 0.0024, 0.9, -0.1, 0.0) > 0.0);
+        assert!(pressure_rate(1.7e9, 0.0055, 0.0024, 0.9, 0.0, 1e-4) > 0.0);
+    }
+
+    #[test]
+    fn a_longer_column_of_oil_is_softer_and_none_is_infinitely_stiff() {
+        let stiffness = |x: f64| stiffness(1.7e9, 0.0055, 0.0024, x);
+        assert!((stiffness(0.0) - 1.7e9 / 0.0055).abs() < 1e-3);
+        assert!((stiffness(1.0) - 1.7e9 / 0.0079).abs() < 1e-3);
+        assert!(stiffness(-1e9) <= 1.7e9 / 0.00055 * (1.0 + 1e-15) && stiffness(-1e9) > 0.0);
+    }
+}

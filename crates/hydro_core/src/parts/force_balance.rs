@@ -31,3 +31,26 @@ impl<S: Scalar> ForceBalance<S> {
         self.weight / self.area
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inertia_and_weight_follow_from_the_energies_of_a_mass_that_moves_twice_as_fast() {
+        let (m_c, m, g) = (12.6, 778.0, 9.82);
+        let balance = ForceBalance::new(m_c, m, g, 0.0024);
+        // ½m_c·v² + ½m(2v)² = ½M·v², and lifting by dx does the work (m_c + 2m)·g·dx.
+        let v = 0.3;
+        let kinetic = 0.5 * m_c * v * v + 0.5 * m * (2.0 * v) * (2.0 * v);
+        assert!((0.5 * balance.inertia * v * v - kinetic).abs() < 1e-12 * kinetic);
+        assert!((balance.weight - (m_c * g + m * g * 2.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn at_the_equilibrium_pressure_nothing_pulls() {
+        let balance = ForceBalance::new(283.0, 1320.0, 9.82, 0.0025);
+        assert!(balance.net_force(balance.equilibrium_pressure(), 0.0).abs() < 1e-10 * balance.weight);
+        assert!((balance.net_force(balance.equilibrium_pressure(), 50.0) + 50.0).abs() < 1e-10 * balance.weight);
+    }
+}

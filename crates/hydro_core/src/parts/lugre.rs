@@ -45,3 +45,56 @@ impl<S: Scalar> LuGre<S> {
         (self.sigma_0 * z + self.sigma_1 * dz + sigma_2 * v, dz)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The free lift's of Table 5.1 with 500 kg.
+    fn thesis() -> LuGre<f64> {
+        LuGre::new(113.81 + 778.0 * 2.6445, 3.769, 261.2, 2517.2, 14342.0, 4137.8)
+    }
+
+    #[test]
+    fn sliding_steadily_the_friction_is_the_stribeck_curve_and_the_viscous_share() {
+        let friction = thesis();
+        for v in [-0.5f64, -1e-3, 1e-4, 0.02, 0.6] {
+            let z = v.signum() * friction.steady(v.abs()) / 2517.2;
+            let (force, rate) = friction.force_and_rate(v, z, friction.sigma_2);
+            assert!(rate.abs() < 1e-15, "{v}: {rate}");
+            assert!((force - (v.signum() * friction.steady(v.abs()) + 4137.8 * v)).abs() < 1e-9, "{v}");
+        }
+    }
+
+    #[test]
+    fn the_stribeck_curve_falls_from_breakaway_to_coulomb_friction() {
+        let friction = thesis();
+        let coulomb = 113.81 + 778.0 * 2.6445;
+        assert!((friction.steady(0.0) - 3.769 * coulomb).abs() < 1e-9);
+        assert!((friction.steady(1.0) - coulomb).abs() < 1e-9);
+        assert!((1..100).all(|k| friction.steady(f64::from(k) * 1e-3) < friction.steady(f64::from(k - 1) * 1e-3)));
+    }
+
+    #[test]
+    fn at_rest_the_bristles_are_a_spring() {
+        assert_eq!(thesis().force_and_rate(0.0, 1e-3, 4137.8), (2517.2 * 1e-3, 0.0));
+    }
+
+    #[test]
+    fn without_any_friction_the_curve_still_divides() {
+        let (force, rate) = LuGre::new(0.0, 1.0, 100.0, 1e4, 0.0, 0.0).force_and_rate(0.1, 0.0, 0.0);
+        assert_eq!((force, rate), (0.0, 0.1));
+    }
+
+    proptest! {
+        #[test]
+        fn a_bristle_never_bends_beyond_breakaway(v in -2.0..2.0f64, up in any::<bool>(), more in 0.0..2.0f64) {
+            // At |σ0·z| = F_s and beyond, z moves back or stays.
+            let friction = thesis();
+            let z = friction.steady(0.0) / 2517.2 * (1.0 + more) * if up { 1.0 } else { -1.0 };
+            let (_, rate) = friction.force_and_rate(v, z, friction.sigma_2);
+            prop_assert!(rate * z <= 1e-15);
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! The mast as the adaptive integrator sees it.
 
 use crate::dual::Dual;
-use crate::mast::{Mast, Physics, STATES};
+use crate::mast::{Mast, Physics, POSITION, STATES, VELOCITY};
 use crate::scalar::Scalar;
 use crate::solver::radau::System;
 
@@ -25,9 +25,6 @@ enum Held {
     Upper,
 }
 
-/// Places of position and velocity among a lift's states.
-const POSITION: usize = 3;
-const VELOCITY: usize = 4;
 /// An acceleration away from a stop [m/s²] that releases a lift is compared with a depth [m] times this.
 const RELEASE_PER_DEPTH: f64 = 1e4;
 
@@ -72,6 +69,10 @@ impl<X: Physics<f64>, Y: Physics<Columns>, const L: usize> System for Differenti
     }
     fn state_name(&self, k: usize) -> String {
         self.names[k].clone()
+    }
+    fn frozen(&self, k: usize) -> bool {
+        let (lift, state) = (k / STATES, k % STATES);
+        lift < L && self.held[lift] != Held::Free && (state == POSITION || state == VELOCITY)
     }
     fn past_event(&self, x: &[f64]) -> f64 {
         let mut past = 0.0f64;

@@ -282,8 +282,7 @@ pub struct Fixed<S, X, const L: usize> {
     substeps: usize,
 }
 
-/// Largest product of step and fastest rate that the valve's Runge–Kutta steps are given; they
-/// are stable up to 2.78.
+/// Largest product of step and fastest rate that the valve's Runge–Kutta steps are given.
 const VALVE_REACH: f64 = 2.0;
 
 /// How many Runge–Kutta steps the valve takes in a substep of `h` [s] if its fastest rate is `rate`
@@ -377,9 +376,15 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             let s = &mut moved[k];
             let v_rate = S::select(stop.blocks(s.x, acceleration[k]), S::zero(), acceleration[k]);
             s.z = correct(old.z, h, z_rate[k], &past.z_rate, weights.correct);
-            (s.x, s.v) = stop.limit(s.x, correct(old.v, h, v_rate, &past.v_rate, weights.correct));
+            let v = correct(old.v, h, v_rate, &past.v_rate, weights.correct);
+            let lands = stop.blocks(s.x, v);
+            (s.x, s.v) = stop.limit(s.x, v);
             push(&mut past.v, s.v);
             push(&mut past.v_rate, v_rate);
+            // The motion before a stop was met says nothing of that after.
+            for past in past.v.iter_mut().chain(&mut past.v_rate) {
+                *past = S::select(lands, S::zero(), *past);
+            }
             push(&mut past.z_rate, z_rate[k]);
         }
         self.lifts = moved;

@@ -28,6 +28,10 @@ pub trait System {
     }
     /// Changes the kind of motion at that point.
     fn switch(&mut self, _x: &mut [f64]) {}
+    /// True if the state stands still until the next event: not even rounding may move it.
+    fn frozen(&self, _k: usize) -> bool {
+        false
+    }
 }
 
 /// One accepted step, with the collocation polynomial as its dense output.
@@ -371,6 +375,10 @@ impl Radau {
             complex.solve(&mut w.d_complex);
             let mut sum = 0.0;
             for k in 0..n {
+                if system.frozen(k) {
+                    w.d_real[k] = 0.0;
+                    w.d_complex[k] = Complex64::new(0.0, 0.0);
+                }
                 let weight = w.weight[k];
                 let (a, b) = (w.d_real[k] / weight, w.d_complex[k] / weight);
                 sum += a * a + b.norm_sqr();

@@ -21,18 +21,22 @@ pub fn cases(count: u32) -> Config {
     config
 }
 
-/// Evenly spread over [lower, upper] or over its logarithms; one in ten sits on a bound.
-pub fn within(lower: f64, upper: f64, scale: Scale) -> BoxedStrategy<f64> {
-    let inside = match scale {
+/// Evenly spread over [lower, upper] or over its logarithms.
+pub fn inside(lower: f64, upper: f64, scale: Scale) -> BoxedStrategy<f64> {
+    match scale {
         Scale::Linear => (lower..=upper).boxed(),
         Scale::Log => (lower.ln()..=upper.ln()).prop_map(move |x| x.exp().clamp(lower, upper)).boxed(),
-    };
-    prop_oneof![18 => inside, 1 => Just(lower), 1 => Just(upper)].boxed()
+    }
+}
+
+/// As [`inside`], but one in ten sits on a bound.
+pub fn within(lower: f64, upper: f64, scale: Scale) -> BoxedStrategy<f64> {
+    prop_oneof![18 => inside(lower, upper, scale), 1 => Just(lower), 1 => Just(upper)].boxed()
 }
 
 /// Of either sign, spread over decades.
 pub fn signed(smallest: f64, largest: f64) -> BoxedStrategy<f64> {
-    (within(smallest, largest, Scale::Log), any::<bool>()).prop_map(|(x, up)| if up { x } else { -x }).boxed()
+    (inside(smallest, largest, Scale::Log), any::<bool>()).prop_map(|(x, up)| if up { x } else { -x }).boxed()
 }
 
 pub fn parameter(spec: &ParameterSpec) -> BoxedStrategy<f64> {
@@ -96,6 +100,28 @@ pub fn trucks() -> BoxedStrategy<Truck> {
                 all.insert(upper, Value::Number(b));
             }
             Truck::from_values(all).unwrap()
+        })
+        .boxed()
+}
+
+/// Values within `factor` of the thesis's, and within their bounds; angles, strokes and reference
+/// temperatures stay.
+pub fn values_near_the_thesis(factor: f64) -> BoxedStrategy<BTreeMap<String, Value>> {
+    let thesis = super::thesis_values();
+    proptest::collection::vec(-1.0..1.0f64, thesis.len())
+        .prop_map(move |exponents| {
+            let scaled = |(name, value): (&String, &Value), exponent: f64| {
+                let inner = name.split_once('.').unwrap().1;
+                let kept = ["stroke", "T_0", "theta"].iter().any(|part| inner.contains(part));
+                match value {
+                    Value::Number(x) if !kept => {
+                        let row = spec(inner);
+                        Value::Number((x * factor.powf(exponent)).clamp(row.lower, row.upper))
+                    }
+                    other => other.clone(),
+                }
+            };
+            thesis.iter().zip(&exponents).map(|(pair, &e)| (pair.0.clone(), scaled(pair, e))).collect()
         })
         .boxed()
 }
