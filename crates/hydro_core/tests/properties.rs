@@ -303,7 +303,8 @@ fn rounding<M: Submodel>(model: &M, x: &[f64]) -> Vec<f64> {
     let plain = model.evaluate(x);
     let mut noise: Vec<f64> = plain.iter().map(|y| y.abs() * f64::EPSILON).collect();
     for period in 1..=3 {
-        let turned = |k: usize, x: f64| x * if (k / period) % 2 == 0 { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON };
+        let turned =
+            |k: usize, x: f64| x * if (k / period).is_multiple_of(2) { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON };
         let other = model.evaluate(&x.iter().enumerate().map(|(k, &x)| turned(k, x)).collect::<Vec<_>>());
         for ((noise, a), b) in noise.iter_mut().zip(&plain).zip(other) {
             *noise = noise.max((a - b).abs());

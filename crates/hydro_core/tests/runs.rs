@@ -35,10 +35,10 @@ fn run_both(
     })
 }
 
-/// Up to five levels for each lift, 0.2 s each.
+/// Up to four levels for each lift, 0.16 s each.
 fn commands() -> BoxedStrategy<Vec<[f64; 2]>> {
-    proptest::collection::vec([0.0..1.75f64, 0.0..1.75f64], 1..6)
-        .prop_map(|levels| levels.iter().flat_map(|&level| vec![level; 10]).collect())
+    proptest::collection::vec([0.0..1.75f64, 0.0..1.75f64], 1..5)
+        .prop_map(|levels| levels.iter().flat_map(|&level| vec![level; 8]).collect())
         .boxed()
 }
 
@@ -51,7 +51,7 @@ fn celsius() -> BoxedStrategy<f64> {
 }
 
 proptest! {
-    #![proptest_config(cases(400))]
+    #![proptest_config(cases(200))]
 
     #[test]
     fn no_truck_within_its_bounds_makes_the_fixed_path_leave_the_numbers(

@@ -382,8 +382,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             push(&mut past.v, s.v);
             push(&mut past.v_rate, v_rate);
             // The motion before a stop was met says nothing of that after.
-            for past in past.v.iter_mut().chain(&mut past.v_rate) {
-                *past = S::select(lands, S::zero(), *past);
+            for j in 0..3 {
+                past.v[j] = S::select(lands, S::zero(), past.v[j]);
+                past.v_rate[j] = S::select(lands, S::zero(), past.v_rate[j]);
             }
             push(&mut past.z_rate, z_rate[k]);
         }
