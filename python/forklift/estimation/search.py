@@ -1,0 +1,171 @@
+"""The search: scipy's trust-region least squares in stages, from heavily tempered noise to the sensors' own.
+
+With the noise thirty times too large, the likelihood is smooth enough to be followed from another truck's
+values; then each channel's noise is the larger of its sensor's and of what its own residuals show, so that
+a channel the model cannot follow does not drag the rest along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, minimize_scalar
+
+from forklift.errors import ForkliftError
+from forklift.estimation import likelihood
+from forklift.estimation.problem import Linearised, Problem
+
+if TYPE_CHECKING:
+    from forklift.estimation.sensors import Sensor
+
+Floats = NDArray[np.float64]
+
+SHARPEST = 0.05
+"""Least softness of an encoder's edges, in counts: what the simulation itself may be off by."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One call of the least-squares search."""
+
+    temper: float
+    """The sensors' noise is multiplied by this; 1: by what the residuals show."""
+    substeps: int
+    evaluations: int
+    """Most evaluations."""
+    tolerance: float
+    """Of the cost, relative: where the stage ends."""
+
+
+STAGES = (
+    Stage(30.0, 4, 12, 1e-2),
+    Stage(5.0, 4, 8, 1e-2),
+    Stage(1.0, 4, 10, 1e-3),
+    Stage(1.0, 4, 10, 1e-4),
+    Stage(1.0, 8, 6, 1e-6),
+)
+
+
+Progress = Callable[[Stage, int, float, Floats], None]
+"""Told after each evaluation: the stage, its count, the cost, and the unknown vector."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a search ended."""
+
+    x: Floats
+    problem: Problem
+    """With the weights of the last stage."""
+    cost: float
+    """−ln posterior at x, up to a constant that depends on the weights."""
+    residual: Floats
+    jacobian: Floats
+    evaluations: int
+    converged: bool
+
+
+def search(
+    problem: Problem,
+    x: Floats,
+    sensors: Mapping[str, Sensor],
+    stages: tuple[Stage, ...] = STAGES,
+    progress: Progress | None = None,
+) -> Found:
+    """From x through all stages."""
+    evaluations = 0
+    found = None
+    for stage in stages:
+        weights = temper(problem, x, sensors, stage)
+        problem = replace(problem, substeps=stage.substeps, sigma=weights)
+        solver = _Cached(problem, stage, progress)
+        lower, upper = problem.bounds()
+        result = least_squares(
+            solver.residual,
+            x,
+            jac=solver.jacobian,
+            bounds=(lower, upper),
+            method="trf",
+            ftol=stage.tolerance,
+            xtol=1e-8,
+            gtol=None,
+            max_nfev=stage.evaluations,
+        )
+        x = result.x
+        evaluations += solver.count
+        converged = result.status > 0
+        found = Found(x, problem, float(result.cost), result.fun, result.jac, evaluations, converged)
+    assert found is not None
+    return found
+
+
+def temper(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: Stage) -> dict[str, float]:
+    """The standard deviation each channel is weighted by in this stage."""
+    if stage.temper > 1.0:
+        return {name: stage.temper * sensor.noise for name, sensor in sensors.items()}
+    current = replace(problem, sigma={name: sensor.noise for name, sensor in sensors.items()})
+    at = current.linearise(x)
+    return {name: _own_noise(name, sensor, current, at) for name, sensor in sensors.items()}
+
+
+def _own_noise(name: str, sensor: Sensor, problem: Problem, at: list[Linearised]) -> float:
+    """The larger of a sensor's noise and of what its residuals show over all recordings."""
+    pairs = [
+        (seen.values, at[k].model[name])
+        for k, sample in enumerate(problem.samples)
+        for seen in sample.observed
+        if seen.sensor.channel == name
+    ]
+    if not pairs:
+        return sensor.noise
+    read, said = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    if not sensor.count:
+        off = np.abs(said - read)
+        robust = np.sqrt(np.mean(np.minimum(off, likelihood.HUBER * max(sensor.noise, np.median(off))) ** 2))
+        return max(sensor.noise, float(robust))
+    count = sensor.count
+    best = minimize_scalar(
+        lambda log_s: likelihood.interval_cost(read, said, count, np.exp(log_s)),
+        bounds=(np.log(SHARPEST * count), np.log(100.0 * count)),
+        method="bounded",
+    )
+    return float(np.exp(best.x))
+
+
+class _Cached:
+    """Residual and Jacobian come from one simulation; scipy asks for them one after the other."""
+
+    def __init__(self, problem: Problem, stage: Stage, progress: Progress | None) -> None:
+        self.problem, self.stage, self.progress = problem, stage, progress
+        self.count = 0
+        self.at: Floats | None = None
+        self.value: tuple[Floats, Floats] | None = None
+
+    def residual(self, x: Floats) -> Floats:
+        self._evaluate(x)
+        if self.value is None:  # an impossible truck: scipy steps back from what is not finite
+            return np.full(self.rows, np.inf)
+        return self.value[0]
+
+    def jacobian(self, x: Floats) -> Floats:
+        self._evaluate(x)
+        assert self.value is not None
+        return self.value[1]
+
+    def _evaluate(self, x: Floats) -> None:
+        if self.at is not None and np.array_equal(self.at, x):
+            return
+        self.at, self.count = x.copy(), self.count + 1
+        try:
+            self.value = self.problem.compressed(x)
+            self.rows = len(self.value[0])
+        except ForkliftError:
+            if self.count == 1:
+                raise
+            self.value = None
+        if self.progress and self.value is not None:
+            self.progress(self.stage, self.count, 0.5 * float(self.value[0] @ self.value[0]), x)
