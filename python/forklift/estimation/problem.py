@@ -166,9 +166,7 @@ class Problem:
         )
         # One BLAS thread a recording: faster here, and the sums do not depend on the number of cores.
         with threadpool_limits(1), ThreadPoolExecutor(cpu_count()) as pool:
-            yield from pool.map(
-                lambda pair: use(pair[0], *pair[1], chain), zip(self.samples, runs, strict=True)
-            )
+            yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)
 
     def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
         along = chain.shape[0]
@@ -251,6 +249,9 @@ def _start(
     known = early[np.isfinite(early)]
     if not len(known):
         return usual, START_WIDTH_M
-    ends = [float(at_rest.truck.values[f"{lift}.cylinder.stroke_{end}"]) for end in ("lower", "upper")]
+    ends = [
+        float(at_rest.truck.values[f"{lift}.cylinder.stroke_{end}"])  # type: ignore[arg-type]
+        for end in ("lower", "upper")
+    ]
     told = (float(known[0]) + 0.5 * sensor.count) / ratio
     return min(max(told, ends[0]), ends[1]), sensor.noise / ratio
