@@ -7,7 +7,7 @@ Residuals are those of `forklift.estimation.likelihood`, so that half their sum 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from os import cpu_count
@@ -120,6 +120,10 @@ class Problem:
         """φ of recording k."""
         return x[self.starts[k] : self.starts[k + 1]]
 
+    def place(self, k: int) -> NDArray[np.intp]:
+        """Where θ and the φ of recording k stand in the unknown vector."""
+        return np.r_[0 : len(self.unknowns), self.starts[k] : self.starts[k + 1]]
+
     def linearise(self, x: Floats) -> list[Linearised]:
         """Every recording simulated and differentiated at x.
 
@@ -130,6 +134,29 @@ class Problem:
         """
         return list(self._each(x, self._linearise))
 
+    def residuals(self, x: Floats) -> list[dict[str, Floats]]:
+        """Every recording's residuals at x, channel by channel; several times faster than `linearise`.
+
+        Raises
+        ------
+        ForkliftError
+            As `linearise`.
+        """
+        runs = self._simulate(x, ())
+        return [
+            {
+                seen.sensor.channel: self.misfit(seen, values[seen.rows, seen.column])[0]
+                for seen in sample.observed
+            }
+            for sample, (values, _) in zip(self.samples, runs, strict=True)
+        ]
+
+    def prior(self, x: Floats) -> tuple[Floats, Floats]:
+        """Residual of each unknown against its prior, and its derivative along that unknown."""
+        shared = len(self.unknowns)
+        rho, slope = likelihood.student(x[:shared], DEGREES)
+        return np.concatenate([rho, x[shared:]]), np.concatenate([slope, np.ones(len(x) - shared)])
+
     def compressed(self, x: Floats) -> tuple[Floats, Floats]:
         """Residual (m,) and Jacobian (m, unknowns) with the same sums of squares and products, m small.
 
@@ -137,10 +164,8 @@ class Problem:
         """
         shared, total = len(self.unknowns), self.starts[-1]
         triangles = list(self._each(x, self._triangle))
-        rho, slope = likelihood.student(x[:shared], DEGREES)
-        residual = [rho, x[shared:]]
-        jacobian = [np.eye(total)]
-        jacobian[0][:shared, :shared] = np.diag(slope)
+        rho, slope = self.prior(x)
+        residual, jacobian = [rho], [np.diag(slope)]
         for k, triangle in enumerate(triangles):
             place = slice(self.starts[k], self.starts[k + 1])
             rows = np.zeros((len(triangle), total))
@@ -152,21 +177,20 @@ class Problem:
 
     def _each(self, x: Floats, use: Callable[[Sample, Floats, Floats, Floats], T]) -> Iterator[T]:
         theta = x[: len(self.unknowns)]
-        truck = move(self.truck, self.unknowns, theta, "fit")
         names = [name for unknown in self.unknowns for name in unknown.names]
-        conditions = [sample.conditions(self.own(x, k)) for k, sample in enumerate(self.samples)]
-        runs = truck.core.differentiate(
-            [sample.case for sample in self.samples],
-            np.array(conditions),
-            [*names, *OWN],
-            substeps=self.substeps,
-        )
+        runs = self._simulate(x, (*names, *OWN))
         chain = block_diag(
             *(unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True))
         )
         # One BLAS thread a recording: faster here, and the sums do not depend on the number of cores.
         with threadpool_limits(1), ThreadPoolExecutor(cpu_count()) as pool:
             yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)
+
+    def _simulate(self, x: Floats, directions: Sequence[str]) -> list[tuple[Floats, Floats]]:
+        truck = move(self.truck, self.unknowns, x[: len(self.unknowns)], "fit")
+        conditions = [sample.conditions(self.own(x, k)) for k, sample in enumerate(self.samples)]
+        cases = [sample.case for sample in self.samples]
+        return truck.core.differentiate(cases, np.array(conditions), directions, substeps=self.substeps)
 
     def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
         along = chain.shape[0]

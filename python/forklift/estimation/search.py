@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-SHARPEST = 0.05
-"""Least softness of an encoder's edges, in counts: what the simulation itself may be off by."""
-
 
 @dataclass(frozen=True)
 class Stage:
@@ -39,16 +36,18 @@ class Stage:
     """Most evaluations."""
     tolerance: float
     """Of the cost, relative: where the stage ends."""
+    sharpest: float = 0.3
+    """Least softness of an encoder's edges, in counts."""
 
 
 STAGES = (
     Stage(30.0, 4, 12, 1e-2),
-    Stage(5.0, 4, 8, 1e-2),
-    Stage(1.0, 4, 10, 1e-3),
-    Stage(1.0, 4, 10, 1e-4),
-    Stage(1.0, 8, 6, 1e-6),
+    Stage(3.0, 4, 10, 1e-3),
+    Stage(1.0, 4, 15, 1e-4),
+    Stage(1.0, 8, 15, 1e-6, 0.1),
 )
-
+"""An encoder's edges are sharpened last: while the model is further off than they are wide, only the few
+samples at the edges pull. They never get sharper than what the simulation itself may be off by."""
 
 Progress = Callable[[Stage, int, float, Floats], None]
 """Told after each evaluation: the stage, its count, the cost, and the unknown vector."""
@@ -109,10 +108,10 @@ def temper(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: St
         return {name: stage.temper * sensor.noise for name, sensor in sensors.items()}
     current = replace(problem, sigma={name: sensor.noise for name, sensor in sensors.items()})
     at = current.linearise(x)
-    return {name: _own_noise(name, sensor, current, at) for name, sensor in sensors.items()}
+    return {name: _own_noise(name, sensor, current, at, stage.sharpest) for name, sensor in sensors.items()}
 
 
-def _own_noise(name: str, sensor: Sensor, problem: Problem, at: list[Linearised]) -> float:
+def _own_noise(name: str, sensor: Sensor, problem: Problem, at: list[Linearised], sharpest: float) -> float:
     """The larger of a sensor's noise and of what its residuals show over all recordings."""
     pairs = [
         (seen.values, at[k].model[name])
@@ -130,7 +129,7 @@ def _own_noise(name: str, sensor: Sensor, problem: Problem, at: list[Linearised]
     count = sensor.count
     best = minimize_scalar(
         lambda log_s: likelihood.interval_cost(read, said, count, np.exp(log_s)),
-        bounds=(np.log(SHARPEST * count), np.log(100.0 * count)),
+        bounds=(np.log(sharpest * count), np.log(100.0 * count)),
         method="bounded",
     )
     return float(np.exp(best.x))

@@ -3,7 +3,7 @@
 Every unknown is carried as a coordinate θ that is 0 at the truck the fit starts from and 1 one standard
 deviation of the prior away, so that all are alike to the search:
 
-    log scale     value = value₀ · exp(s θ)        linear scale     value = value₀ + s θ
+    f(value) = f(value₀) + s θ      f the identity, ln, ln ln (what stands in a logarithm) or ln cos (angles)
 
 The prior is Student's t with `DEGREES` degrees of freedom: it holds what recordings cannot tell, and its
 heavy tails let go of what they contradict.
@@ -11,10 +11,11 @@ heavy tails let go of what they contradict.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from math import log
-from typing import TYPE_CHECKING
+from functools import cached_property
+from math import cos, log
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from forklift.errors import ForkliftError
 from forklift.names import Lift, parameters
 
 if TYPE_CHECKING:
+    from forklift._core import ParameterSpec
     from forklift.truck import Truck
 
 Floats = NDArray[np.float64]
@@ -37,10 +39,34 @@ LINEAR_WIDTH = 0.01
 """Prior width of a parameter on a linear scale, of the range between its bounds; half its value if that is
 more."""
 
+FAR_FROM_ZERO = 1e-3
+"""A parameter that may be zero, but starts above this share of its upper bound, is carried on a log scale
+all the same: what is known only as a product is then a straight line, which a search follows easily."""
+
 ESTIMATED = ("prms", "steady")
 """Origins of the parameters that the thesis estimated, and a fit does; the others were given or chosen."""
 
 CURRENTS, AREAS = "valve.table_current", "valve.table_area"
+
+
+class Scale(NamedTuple):
+    """A scale on which a parameter is carried: to it, back, and the derivative of the way back."""
+
+    forth: Callable[[float], float]
+    back: Callable[[Floats], Floats]
+    slope: Callable[[Floats], Floats]
+    """Of the parameter along the scale, as a function of the parameter."""
+
+
+SCALES = {
+    "linear": Scale(lambda x: x, lambda s: s, np.ones_like),
+    "log": Scale(log, np.exp, lambda x: x),
+    "loglog": Scale(lambda x: log(log(x)), lambda s: np.exp(np.exp(s)), lambda x: x * np.log(x)),
+    "logcos": Scale(
+        lambda x: log(cos(x)), lambda s: np.arccos(np.exp(np.minimum(s, 0.0))), lambda x: -1.0 / np.tan(x)
+    ),
+}
+"""By the parameter table's word."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +76,12 @@ class Unknown:
     names: tuple[str, ...]
     """Full names as the core has them: ``"free.bulk.a_1"``, ``"free.valve.table_area.3"``."""
     unit: str
-    log: bool
+    scale: str
+    """A key of `SCALES`."""
     start: tuple[float, ...]
     """Values at θ = 0, one per name."""
     width: float
-    """s: one standard deviation of the prior, as a logarithm or in `unit`."""
+    """s: one standard deviation of the prior, on the scale."""
     lower: float
     """Least θ, from the parameter table's bounds."""
     upper: float
@@ -63,14 +90,17 @@ class Unknown:
     def name(self) -> str:
         return self.names[0]
 
+    @cached_property
+    def _origin(self) -> Floats:
+        return np.array([SCALES[self.scale].forth(value) for value in self.start])
+
     def values(self, theta: float) -> Floats:
         """(names,) what the parameters are at θ."""
-        start = np.array(self.start)
-        return start * np.exp(self.width * theta) if self.log else start + self.width * theta
+        return SCALES[self.scale].back(self._origin + self.width * theta)
 
     def slopes(self, theta: float) -> Floats:
         """(names,) derivatives of `values` along θ."""
-        return self.width * self.values(theta) if self.log else np.full(len(self.names), self.width)
+        return self.width * SCALES[self.scale].slope(self.values(theta))
 
 
 def unknowns(
@@ -172,35 +202,48 @@ def _unknown(truck: Truck, names: tuple[str, ...]) -> Unknown:
     values = dict(zip(truck.core.names, truck.core.values, strict=True))
     start = tuple(float(values[name]) for name in names)
     shapes = {_shape(name, value) for name, value in zip(names, start, strict=True)}
-    if len({shape[0] for shape in shapes}) > 1:
+    if len({scale for scale, _ in shapes}) > 1:
         raise ForkliftError(
             "argument-invalid",
             f"{' and '.join(names)} cannot move together: their scales differ; group like with like",
             name=names[0],
         )
-    log_scale, width = max(shapes)
-    ends = [[*_ends(name, value, log_scale, width)] for name, value in zip(names, start, strict=True)]
-    unit = parameters()[_table_of(names[0]) or names[0]]["unit"]
-    return Unknown(
-        names, unit, log_scale, start, width, max(end[0] for end in ends), min(end[1] for end in ends)
-    )
+    scale, width = max(shapes)
+    ends = [_ends(name, value, scale, width) for name, value in zip(names, start, strict=True)]
+    unit = _spec(names[0])["unit"]
+    return Unknown(names, unit, scale, start, width, max(end[0] for end in ends), min(end[1] for end in ends))
 
 
-def _shape(name: str, value: float) -> tuple[bool, float]:
-    """Whether the parameter is carried on a log scale, and its prior's width."""
-    spec = parameters()[_table_of(name) or name]
+def _spec(name: str) -> ParameterSpec:
+    return parameters()[_table_of(name) or name]
+
+
+def _shape(name: str, value: float) -> tuple[str, float]:
+    """The scale on which the parameter is carried, and its prior's width on it."""
+    spec, table = _spec(name), _table_of(name) or ""
     range_share = LINEAR_WIDTH * (spec["upper"] - spec["lower"])
-    if (_table_of(name) or "").endswith(CURRENTS):
-        return False, range_share
-    if spec["scale"] == "log" or (_table_of(name) or "").endswith(AREAS):
-        return True, LOG_WIDTH
-    return False, max(range_share, LOG_WIDTH * abs(value))
+    if table.endswith(CURRENTS):
+        return "linear", range_share
+    if table.endswith(AREAS):
+        return "linear", LOG_WIDTH * value
+    if spec["scale"] == "loglog" or name.endswith("a_3"):
+        return "loglog", LOG_WIDTH / log(value)
+    if name.endswith("theta"):
+        return "logcos", LOG_WIDTH
+    if spec["scale"] == "log" or value > FAR_FROM_ZERO * spec["upper"]:
+        return "log", LOG_WIDTH
+    return "linear", max(range_share, LOG_WIDTH * abs(value))
 
 
-def _ends(name: str, value: float, log_scale: bool, width: float) -> Iterator[float]:
-    spec = parameters()[_table_of(name) or name]
-    for end in (spec["lower"], spec["upper"]):
-        if not log_scale:
-            yield (end - value) / width
-        else:
-            yield log(end / value) / width if end > 0.0 else -np.inf
+def _ends(name: str, value: float, scale: str, width: float) -> tuple[float, float]:
+    """Bounds of θ; where the scale does not reach the parameter's bound, none."""
+    spec, forth = _spec(name), SCALES[scale].forth
+
+    def theta(end: float) -> float:
+        try:
+            return (forth(end) - forth(value)) / width
+        except ValueError:
+            return -np.inf
+
+    ends = sorted([theta(spec["lower"]), theta(spec["upper"])])
+    return ends[0], ends[1]
