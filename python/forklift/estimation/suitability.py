@@ -116,12 +116,16 @@ def _excited(recordings: Sequence[Recording], truck: Truck) -> tuple[tuple[Lift,
         facts = {name: fact for _, found in reversed(missed.values()) for name, fact in found.items()}
         raise ForkliftError(
             "no-excitation",
-            f"no lift can be fitted: {reasons}; record lowerings at several currents between the valve's opening "
-            "and its limit, or correct lift and the currents",
+            f"no lift can be fitted: {reasons}; record lowerings at several currents between the valve's "
+            "opening and its limit, or correct lift and the currents",
             **facts,
         )
     return tuple(lifts), [
-        Caution("lift-left-out", f"the {lift} lift is not fitted: {why}", {"lift": lift, **facts})
+        Caution(
+            "lift-left-out",
+            f"the {lift} lift is left as the truck has it: {why}; its recordings tell nothing of it",
+            {"lift": lift, **facts},
+        )
         for lift, (why, facts) in missed.items()
     ]
 
@@ -197,8 +201,8 @@ def _untold(recordings: Sequence[Recording], lifts: Sequence[Lift]) -> Iterator[
             yield Caution(
                 "one-temperature",
                 f"the {lift} lift is recorded at one oil temperature only, {means[0]:.3g} degC: how "
-                f"viscosity falls with temperature ({lift}.viscosity.lambda) cannot be told, nor any effect of "
-                "temperature; record it with cold and with warm oil",
+                f"viscosity falls with temperature ({lift}.viscosity.lambda) cannot be told, nor any effect "
+                "of temperature; record it with cold and with warm oil",
                 {"lift": lift, "value": means[0], "unit": "degC"},
             )
         if not any(found.role == "validate" and lift in commanded(found.lift) for found in recordings):

@@ -125,8 +125,9 @@ def typical_current(recordings: Sequence[Recording], truck: Truck, lift: Lift) -
 
 
 def lowest(recordings: Sequence[Recording], truck: Truck, lift: Lift) -> float:
-    """Where the lift may stand on its stop [m on its own sensor]: up to a little above the lowest seen."""
-    seen = [float(np.nanmin(x)) for found in recordings if (x := position(found, lift)) is not None]
+    """Where the lift may stand on its stop [m on its own sensor]: up to a little above the lowest reached."""
+    columns = [position(found, lift) for found in recordings]
+    seen = [float(np.nanmin(x)) for x in columns if x is not None and span(x) >= LEAST_TRAVEL_M]
     ratio = 2.0 if lift == "free" else 1.0
     stop = ratio * float(truck.values[f"{lift}.cylinder.stroke_lower"])  # type: ignore[arg-type]
     return max(min(seen, default=stop), stop) + LEAST_TRAVEL_M

@@ -188,8 +188,8 @@ def command(recording: Recording, truck: Truck) -> Iterator[Finding]:
                 recording,
                 "command-implausible",
                 f"{channel} is at most {amount(highest, 'A')}, where the valve opens at "
-                f"{amount(opens, 'A')}, yet the {lift} lift lowers at up to {amount(fastest, 'm/s')}; correct the current's unit "
-                "with scale in [channels], or enter the lift that was commanded",
+                f"{amount(opens, 'A')}, yet the {lift} lift lowers at up to {amount(fastest, 'm/s')}; "
+                "correct the current's unit with scale in [channels], or enter the lift that was commanded",
                 channel=channel,
                 value=highest,
                 lower=opens,

@@ -23,8 +23,13 @@ SHORTEST = 25
 """Samples: no shorter run is called stuck."""
 CHANCE = 1e-9
 """How unlikely a run of equal samples must be, from how often neighbours are equal elsewhere."""
+NOISE_SHARE = 0.5
+"""Share of equal neighbours at rest up to which a channel has noise of the size of its steps."""
 LONGEST_S = 3.0
-"""However coarse the sensor: none worth fitting reads the same for this long while its lift moves."""
+"""However coarse the sensor: none worth fitting reads the same for this long while its lift moves, and, of a
+pressure, at different currents."""
+DIFFERENT_A = 0.1
+"""By how much currents differ that make a lift move differently."""
 COMMANDED_S = 1.0
 """How long a lift stands, commanded to lower fast, before it counts as standing: a start takes 0.2 s."""
 
@@ -71,6 +76,8 @@ def _limits(recordings: Sequence[Recording], channel: str) -> tuple[float, float
         for mask, shares in ((~moving & known, at_rest), (moving & known, in_motion)):
             if mask.sum() >= SHORTEST:
                 shares.append(float(np.mean(same[mask])))
+    if not at_rest or np.median(at_rest) > NOISE_SHARE:
+        return float("inf"), float("inf")
     return _limit(at_rest), _limit(in_motion)
 
 
@@ -93,13 +100,23 @@ def _run(recording: Recording, channel: str, at_rest: float, in_motion: float) -
     if values is None:
         return None
     moving = _moving(recording, channel)
-    allowed = max(SHORTEST, min(in_motion, LONGEST_S * recording.sample_rate_hz))
-    long = [
-        (first, last)
-        for first, last in motion.runs(values)
-        if last - first + 1 > at_rest or np.count_nonzero(moving[first : last + 1]) > allowed
-    ]
+    longest = max(SHORTEST, LONGEST_S * recording.sample_rate_hz)
+
+    def beyond(run: Run) -> bool:
+        moved = int(np.count_nonzero(moving[run[0] : run[1] + 1]))
+        if run[1] - run[0] + 1 > at_rest or moved > in_motion:
+            return True
+        return moved > longest and _must_change(recording, channel, run)
+
+    long = [run for run in motion.runs(values) if beyond(run)]
     return max(long, key=lambda run: run[1] - run[0], default=None)
+
+
+def _must_change(recording: Recording, channel: str, run: Run) -> bool:
+    """Whether a moving lift changes what even a coarse sensor reads: the height always, a pressure between
+    currents."""
+    currents = [recording[f"current_{lift}_a"] for lift in LIFTS if channel == f"pressure_{lift}_pa"]
+    return all(np.ptp(current[run[0] : run[1] + 1]) > DIFFERENT_A for current in currents)
 
 
 def _encoder(recording: Recording, lift: Lift, typical: float, stop: float, ever: bool) -> Iterator[Finding]:

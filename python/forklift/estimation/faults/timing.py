@@ -142,8 +142,8 @@ def shifted(recording: Recording, truck: Truck, stops: dict[Lift, float]) -> Ite
                 recording,
                 "command-shifted",
                 f"from {first:.2f} to {last:.2f} s the {lift} lift's speed follows {channel} {abs(by):.2f} s "
-                f"too {'late' if by > 0 else 'early'} (correlation {best:.2f} there, {prompt:.2f} at once): the "
-                "clocks of command and response differ; put them on one clock, or take the recording out",
+                f"too {'late' if by > 0 else 'early'} (correlation {best:.2f} there, {prompt:.2f} at once): "
+                "the clocks of command and response differ; put them on one clock, or take the recording out",
                 channel=channel,
                 value=by,
                 lower=PROMPT_S[0],
