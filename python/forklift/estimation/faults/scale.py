@@ -251,7 +251,7 @@ def geometry(recording: Recording) -> Iterator[Finding]:
     moved = max(motion.span(seen), motion.span(said))
     ends = [float(np.percentile(values, 99) - np.percentile(values, 1)) for values in (seen, said)]
     gain = ends[0] / ends[1] if moved > 2 * motion.LEAST_TRAVEL_M and ends[1] > 0.0 else 1.0
-    if max(gain, 1 / gain if gain > 0 else np.inf) > GAIN_DOUBTFUL:
+    if abs(log(max(gain, 1e-9))) > log(GAIN_DOUBTFUL) and abs(ends[0] - ends[1]) > OFFSET_DOUBTFUL_M:
         hard = not 1 / GAIN <= gain <= GAIN
         channel = _smaller(recording, gain) if hard else "fork_height_m"
         told = (
@@ -275,6 +275,6 @@ def geometry(recording: Recording) -> Iterator[Finding]:
 
 def _smaller(recording: Recording, gain: float) -> str:
     """The channel whose scale is likely wrong: far off, the one that hardly moves; else the encoder."""
-    if gain < 0.1 and log(gain) < 0.0:
+    if gain < 0.1:
         return "fork_height_m"
     return f"position_{commanded(recording.lift)[0]}_m"

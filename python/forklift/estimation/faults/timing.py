@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +33,8 @@ GLITCH = 5
 
 WINDOW_S = 4.0
 """Over which a command and its response are compared: some ten changes of a PRMS."""
+HOP_S = 0.5
+"""From one such window to the next."""
 FARTHEST_S = 3.0
 """Largest shift looked for."""
 PROMPT_S = (-0.05, 0.8)
@@ -40,6 +44,8 @@ ALIKE, BETTER = 0.6, 0.3
 of sound recordings it never does by more than 0.15."""
 VARIES = 0.2
 """A window is judged if its command varies at least this share of what it does over the recording."""
+AGREE_S = 0.1
+"""Within which neighbouring windows agree on a shift."""
 
 
 def jumps(recording: Recording) -> Iterator[Finding]:
@@ -62,13 +68,13 @@ def jumps(recording: Recording) -> Iterator[Finding]:
 
 
 def _jump(recording: Recording, name: str) -> Floats:
-    """By how much each step differs from its neighbours' median [m]."""
+    """By how much each step lies beyond all of its neighbours [m]; where a lift meets its stop, none does."""
     steps = np.diff(recording[name])
     padded = np.pad(steps, NEIGHBOURS, mode="edge")
     windows = sliding_window_view(padded, 2 * NEIGHBOURS + 1)
     beside = np.delete(windows, NEIGHBOURS, axis=1)
     beside = np.where(np.isfinite(beside), beside, steps[:, None])  # what is missing says nothing
-    return np.nan_to_num(steps - np.median(beside, axis=1))
+    return np.nan_to_num(steps - np.clip(steps, beside.min(axis=1), beside.max(axis=1)))
 
 
 def _most(recording: Recording) -> float:
@@ -120,39 +126,100 @@ def _jumped(recording: Recording, name: str, k: int, size: float, back: bool) ->
     )
 
 
-def shifted(recording: Recording, truck: Truck, stops: dict[Lift, float]) -> Iterator[Finding]:
-    """``"command-shifted"``: in part of the recording the lift answers at another time than it can.
+@dataclass(frozen=True)
+class _Late:
+    """What the command of one window is answered by."""
+
+    from_s: float
+    to_s: float
+    by_s: float
+    """How much later, or earlier where negative, than at once the speed is most like the command."""
+    prompt: float
+    """Correlation at the times when a response comes."""
+    best: float
+    """Correlation at `by_s`."""
+
+    @property
+    def gap(self) -> float:
+        return self.best - self.prompt
+
+
+def shifted(recording: Recording, truck: Truck, stops: Mapping[Lift, float]) -> Iterator[Finding]:
+    """``"command-shifted"``: in part of the recording the lifts answer at another time than they can.
+
+    Told by two neighbouring windows that agree, and where both lifts are commanded, by both together.
 
     Parameters
     ----------
     stops
         Up to where a lift may stand on its stop [m], see `motion.lowest`; what it does there tells nothing.
     """
-    for lift in commanded(recording.lift):
-        command, speed = _opening(recording, truck, lift), motion.speed(recording, lift)
-        if speed is None or not np.isfinite(speed).all():
-            continue
+    late = _windows(recording, truck, stops)
+    pairs = [
+        max(one, two, key=lambda found: found.gap)
+        for one, two in pairwise(late)
+        if one is not None and two is not None and abs(one.by_s - two.by_s) <= AGREE_S
+    ]
+    if not pairs:
+        return
+    worst = max(pairs, key=lambda found: found.gap)
+    channels = [f"current_{lift}_a" for lift in commanded(recording.lift)]
+    yield fault(
+        recording,
+        "command-shifted",
+        f"from {worst.from_s:.2f} to {worst.to_s:.2f} s the speed follows {' and '.join(channels)} "
+        f"{abs(worst.by_s):.2f} s too {'late' if worst.by_s > 0 else 'early'} (correlation {worst.best:.2f} "
+        f"there, {worst.prompt:.2f} at once): the clocks of command and response differ; put them on one "
+        "clock, or take the recording out",
+        channel=channels[0],
+        value=worst.by_s,
+        lower=PROMPT_S[0],
+        upper=PROMPT_S[1],
+        unit="s",
+        from_s=worst.from_s,
+        to_s=worst.to_s,
+    )
+
+
+def _windows(recording: Recording, truck: Truck, stops: Mapping[Lift, float]) -> list[_Late | None]:
+    """Of each window that can be judged, in order, whether its command is answered at another time."""
+    lifts = commanded(recording.lift)
+    commands = [_opening(recording, truck, lift) for lift in lifts]
+    speeds = [motion.speed(recording, lift) for lift in lifts]
+    rate, n = recording.sample_rate_hz, len(recording)
+    width, far, after = (round(span_s * rate) for span_s in (WINDOW_S, FARTHEST_S, PROMPT_S[1]))
+    stands = np.zeros(n, np.bool_)
+    for lift in lifts:
         values = motion.position(recording, lift)
-        stands = np.zeros(len(recording), np.bool_) if values is None else values <= stops[lift]
-        found = _shift(recording, command, speed, stands)
-        if found is not None:
-            first, last, by, prompt, best = found
-            channel = f"current_{lift}_a"
-            yield fault(
-                recording,
-                "command-shifted",
-                f"from {first:.2f} to {last:.2f} s the {lift} lift's speed follows {channel} {abs(by):.2f} s "
-                f"too {'late' if by > 0 else 'early'} (correlation {best:.2f} there, {prompt:.2f} at once): "
-                "the clocks of command and response differ; put them on one clock, or take the recording out",
-                channel=channel,
-                value=by,
-                lower=PROMPT_S[0],
-                upper=PROMPT_S[1],
-                unit="s",
-                from_s=first,
-                to_s=last,
-            )
-            return
+        stands |= False if values is None else values <= stops[lift]
+    found: list[_Late | None] = []
+    for first in range(0, n - width + 1, max(1, round(HOP_S * rate))):
+        window = slice(first, first + width)
+        begin = max(0, first - far)
+        around = slice(begin, first + width + far)
+        if stands[first : first + width + after].any():
+            continue
+        told = [
+            _correlations(command[window], speed[around])
+            for command, speed in zip(commands, speeds, strict=True)
+            if speed is not None
+            and np.isfinite(speed[around]).all()
+            and command[window].std() > VARIES * command.std()
+        ]
+        if told:
+            shifts = (np.arange(len(told[0])) + begin - first) / rate
+            times = float(recording.time_s[first]), float(recording.time_s[first + width - 1])
+            found.append(_late(times, shifts, np.mean(told, axis=0)))
+    return found
+
+
+def _late(times: tuple[float, float], shifts: Floats, told: Floats) -> _Late | None:
+    """The shift at which the correlation is best, if that is plainly another than a prompt one."""
+    k = int(np.argmax(told))
+    prompt = float(told[(shifts >= PROMPT_S[0]) & (shifts <= PROMPT_S[1])].max())
+    late = _Late(*times, float(shifts[k]), prompt, float(told[k]))
+    inside = 0 < k < len(told) - 1  # at an end it is a trend, not a peak
+    return late if inside and late.best >= ALIKE and late.gap >= BETTER else None
 
 
 def follows(recording: Recording, truck: Truck, moved: Lift, told: Lift) -> float:
@@ -171,34 +238,6 @@ def _opening(recording: Recording, truck: Truck, lift: Lift) -> Floats:
     """The opening that the truck's area table gives for the command [m²]."""
     current, area = (np.asarray(truck.values[f"{lift}.valve.table_{of}"]) for of in ("current", "area"))
     return np.asarray(np.interp(recording[f"current_{lift}_a"], current, area))
-
-
-def _shift(
-    recording: Recording, command: Floats, speed: Floats, stands: motion.Mask
-) -> tuple[float, float, float, float, float] | None:
-    """First and last time [s] of the worst window, its shift [s], and the correlations at once and there."""
-    rate, n = recording.sample_rate_hz, len(recording)
-    width, far = round(WINDOW_S * rate), round(FARTHEST_S * rate)
-    late = round(PROMPT_S[1] * rate)
-    worst = None
-    for first in range(0, n - width + 1, max(1, width // 4)):
-        window = command[first : first + width]
-        if window.std() <= VARIES * command.std() or stands[first : first + width + late].any():
-            continue
-        begin = max(0, first - far)
-        told = _correlations(window, speed[begin : first + width + far])
-        shifts = (np.arange(len(told)) + begin - first) / rate
-        prompt = float(told[(shifts >= PROMPT_S[0]) & (shifts <= PROMPT_S[1])].max())
-        k = int(np.argmax(told))
-        best = float(told[k])
-        if (
-            best >= ALIKE
-            and best - prompt >= BETTER
-            and (worst is None or best - prompt > worst[4] - worst[3])
-        ):
-            times = recording.time_s[first], recording.time_s[first + width - 1]
-            worst = (float(times[0]), float(times[1]), float(shifts[k]), prompt, best)
-    return worst
 
 
 def _correlations(window: Floats, signal: Floats) -> Floats:
