@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from forklift.errors import ForkliftError
-from forklift.estimation.faults import motion, scale, stuck, swapped, timing
+from forklift.estimation.faults import geometry, motion, scale, stuck, swapped, timing
 from forklift.estimation.faults.told import Caution, Finding
 from forklift.names import LIFTS
 
@@ -43,5 +43,5 @@ def faults(recordings: Sequence[Recording], truck: Truck) -> Iterator[Finding]:
     for recording in recordings:
         yield from timing.jumps(recording)
     for recording in recordings:
-        yield from scale.geometry(recording)
+        yield from geometry.geometry(recording)
         yield from timing.shifted(recording, truck, stops)
