@@ -50,9 +50,9 @@ def descend(
     x: Floats,
     evaluations: int,
     gain: float,
-    progress: Callable[[int, float, Floats], None] | None = None,
+    progress: Callable[[float, Floats], None],
 ) -> Floats:
-    """From x down to where a further step is predicted to lower the cost by less than `gain`.
+    """From x down to where a step lowers the cost, as predicted or twice in a row, by less than `gain`.
 
     Raises
     ------
@@ -60,22 +60,22 @@ def descend(
         If x itself is impossible.
     """
     here = _point(problem, x)
-    lower, upper = problem.bounds()
-    damping, refused = DAMPING, 0
-    for count in range(1, evaluations):
-        if 0.5 * here.gradient @ np.linalg.solve(here.normal, here.gradient) < gain:
+    progress(here.cost, x)
+    damping, small = DAMPING, 0
+    for _ in range(1, evaluations):
+        if small > 1 or 0.5 * here.gradient @ np.linalg.solve(here.normal, here.gradient) < gain:
             break
-        while refused < MOST_REFUSED:
-            then = _step(problem, here, damping, lower, upper)
+        for _refused in range(MOST_REFUSED):
+            then = _step(problem, here, damping)
             if then is not None:
                 break
-            damping, refused = damping * STIFFEN, refused + 1
+            damping *= STIFFEN
         else:
             break
-        here = _point(problem, then)
-        damping, refused = damping / RELAX, 0
-        if progress:
-            progress(count, here.cost, here.x)
+        before, here = here.cost, _point(problem, then)
+        progress(here.cost, then)
+        damping /= RELAX
+        small = small + 1 if before - here.cost < gain else 0
     return here.x
 
 
@@ -94,13 +94,17 @@ def _point(problem: Problem, x: Floats) -> Point:
     return Point(x, runs, normal, gradient, 0.5 * square)
 
 
-def _step(problem: Problem, here: Point, damping: float, lower: Floats, upper: Floats) -> Floats | None:
+def _step(problem: Problem, here: Point, damping: float) -> Floats | None:
     """Where the bent step ends, if the cost is lower there."""
+    lower, upper = problem.bounds()
     matrix = here.normal + damping * np.eye(len(here.x))
     first: Floats = -np.linalg.solve(matrix, here.gradient)
     # The bent step first; the straight one where the bend is not to be trusted: over the smallest steps it
     # is lost in the simulation's own roughness.
-    for bend in (lambda: -0.5 * np.linalg.solve(matrix, _curvature(problem, here, first)), lambda: 0.0 * first):
+    for bend in (
+        lambda: -0.5 * np.linalg.solve(matrix, _curvature(problem, here, first)),
+        lambda: 0.0 * first,
+    ):
         try:
             second = bend()
             if 2.0 * np.linalg.norm(second) <= BENT * np.linalg.norm(first):

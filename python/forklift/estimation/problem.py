@@ -122,7 +122,8 @@ class Problem:
 
     def place(self, k: int) -> NDArray[np.intp]:
         """Where θ and the φ of recording k stand in the unknown vector."""
-        return np.r_[0 : len(self.unknowns), self.starts[k] : self.starts[k + 1]]
+        own = np.arange(self.starts[k], self.starts[k + 1])
+        return np.concatenate([np.arange(len(self.unknowns)), own])
 
     def linearise(self, x: Floats) -> list[Linearised]:
         """Every recording simulated and differentiated at x.

@@ -49,7 +49,7 @@ def profile(problem: Problem, x: Floats, k: int, deviation: float) -> Profile:
     ForkliftError
         If a run fails; a truck that is impossible at a point only ends the profile there.
     """
-    residual, jacobian = problem.compressed(x)
+    residual, _ = problem.compressed(x)
     least = float(residual @ residual)
     thetas, rises = [x[k]], [0.0]
     for side in (-1.0, 1.0):

@@ -1,4 +1,4 @@
-"""The search: scipy's trust-region least squares in stages, from heavily tempered noise to the sensors' own.
+"""The search: least squares in stages, from heavily tempered noise to the sensors' own.
 
 With the noise thirty times too large, the likelihood is smooth enough to be followed from another truck's
 values; then each channel's noise is the larger of its sensor's and of what its own residuals show, so that
@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
 from forklift.errors import ForkliftError
-from forklift.estimation import likelihood
+from forklift.estimation import geodesic, likelihood
 from forklift.estimation.problem import Linearised, Problem
 
 if TYPE_CHECKING:
@@ -27,24 +27,26 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Stage:
-    """One call of the least-squares search."""
+    """One descent with weights of its own."""
 
+    along: Literal["trust region", "canyon"]
+    """Scipy's trust-region search, or `forklift.estimation.geodesic`."""
     temper: float
-    """The sensors' noise is multiplied by this; 1: by what the residuals show."""
+    """The sensors' noise is multiplied by this; 1: the larger of the noise and of what the residuals show."""
     substeps: int
     evaluations: int
-    """Most evaluations."""
-    tolerance: float
-    """Of the cost, relative: where the stage ends."""
+    """Most evaluations with derivatives."""
+    gain: float
+    """The stage ends where a further step lowers the cost by less than about this."""
     sharpest: float = 0.3
     """Least softness of an encoder's edges, in counts."""
 
 
 STAGES = (
-    Stage(30.0, 4, 12, 1e-2),
-    Stage(3.0, 4, 10, 1e-3),
-    Stage(1.0, 4, 15, 1e-4),
-    Stage(1.0, 8, 15, 1e-6, 0.1),
+    Stage("trust region", 30.0, 4, 12, 0.2),
+    Stage("canyon", 3.0, 4, 20, 1.0),
+    Stage("canyon", 1.0, 4, 20, 0.5),
+    Stage("canyon", 1.0, 8, 15, 0.02, 0.1),
 )
 """An encoder's edges are sharpened last: while the model is further off than they are wide, only the few
 samples at the edges pull. They never get sharper than what the simulation itself may be off by."""
@@ -65,7 +67,7 @@ class Found:
     residual: Floats
     jacobian: Floats
     evaluations: int
-    converged: bool
+    """With derivatives."""
 
 
 def search(
@@ -75,31 +77,56 @@ def search(
     stages: tuple[Stage, ...] = STAGES,
     progress: Progress | None = None,
 ) -> Found:
-    """From x through all stages."""
+    """From x through all stages.
+
+    Raises
+    ------
+    ForkliftError
+        If the truck at x is impossible, or a run fails there.
+    """
     evaluations = 0
-    found = None
     for stage in stages:
         weights = temper(problem, x, sensors, stage)
         problem = replace(problem, substeps=stage.substeps, sigma=weights)
-        solver = _Cached(problem, stage, progress)
-        lower, upper = problem.bounds()
-        result = least_squares(
-            solver.residual,
-            x,
-            jac=solver.jacobian,
-            bounds=(lower, upper),
-            method="trf",
-            ftol=stage.tolerance,
-            xtol=1e-8,
-            gtol=None,
-            max_nfev=stage.evaluations,
-        )
-        x = result.x
-        evaluations += solver.count
-        converged = result.status > 0
-        found = Found(x, problem, float(result.cost), result.fun, result.jac, evaluations, converged)
-    assert found is not None
+        counter = Counter(stage, progress)
+        descend = _trust_region if stage.along == "trust region" else _canyon
+        x = descend(problem, x, stage, counter)
+        evaluations += counter.count
+    residual, jacobian = problem.compressed(x)
+    return Found(x, problem, 0.5 * float(residual @ residual), residual, jacobian, evaluations)
+
+
+class Counter:
+    """Counts a stage's evaluations and tells of them."""
+
+    def __init__(self, stage: Stage, progress: Progress | None) -> None:
+        self.stage, self.progress, self.count = stage, progress, 0
+
+    def __call__(self, cost: float, x: Floats) -> None:
+        self.count += 1
+        if self.progress:
+            self.progress(self.stage, self.count, cost, x)
+
+
+def _trust_region(problem: Problem, x: Floats, stage: Stage, counter: Counter) -> Floats:
+    solver = _Cached(problem, counter)
+    start = solver.residual(x)
+    found: Floats = least_squares(
+        solver.residual,
+        x,
+        jac=solver.jacobian,
+        bounds=problem.bounds(),
+        method="trf",
+        ftol=min(0.1, 2.0 * stage.gain / max(float(start @ start), 100.0 * stage.gain)),
+        xtol=1e-8,
+        gtol=None,
+        max_nfev=stage.evaluations,
+    ).x
     return found
+
+
+def _canyon(problem: Problem, x: Floats, stage: Stage, counter: Counter) -> Floats:
+    return geodesic.descend(problem, x, stage.evaluations, stage.gain, counter)
 
 
 def temper(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: Stage) -> dict[str, float]:
@@ -138,11 +165,11 @@ def _own_noise(name: str, sensor: Sensor, problem: Problem, at: list[Linearised]
 class _Cached:
     """Residual and Jacobian come from one simulation; scipy asks for them one after the other."""
 
-    def __init__(self, problem: Problem, stage: Stage, progress: Progress | None) -> None:
-        self.problem, self.stage, self.progress = problem, stage, progress
-        self.count = 0
+    def __init__(self, problem: Problem, counter: Counter) -> None:
+        self.problem, self.counter = problem, counter
         self.at: Floats | None = None
         self.value: tuple[Floats, Floats] | None = None
+        self.rows = 0
 
     def residual(self, x: Floats) -> Floats:
         self._evaluate(x)
@@ -158,13 +185,13 @@ class _Cached:
     def _evaluate(self, x: Floats) -> None:
         if self.at is not None and np.array_equal(self.at, x):
             return
-        self.at, self.count = x.copy(), self.count + 1
+        self.at = x.copy()
         try:
             self.value = self.problem.compressed(x)
-            self.rows = len(self.value[0])
-        except ForkliftError:
-            if self.count == 1:
+        except ForkliftError as error:
+            if self.rows == 0 or error.code == "interrupted":
                 raise
             self.value = None
-        if self.progress and self.value is not None:
-            self.progress(self.stage, self.count, 0.5 * float(self.value[0] @ self.value[0]), x)
+            return
+        self.rows = len(self.value[0])
+        self.counter(0.5 * float(self.value[0] @ self.value[0]), x)

@@ -91,7 +91,7 @@ def encoder_count(columns: Iterable[Floats]) -> float:
     if len(levels) < 3 or 2 * len(levels) > samples:
         return 0.0
     gaps = np.diff(levels)
-    step = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
+    step = float(np.mean(gaps[gaps < 1.5 * gaps.min()]))  # a file's decimals round each gap
     if not gaps.min() > 0.5 * step:
         return 0.0
     for _ in range(3):  # the multiples grow exact together with the step

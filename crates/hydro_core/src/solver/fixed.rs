@@ -118,10 +118,11 @@ struct DropEquation<S> {
     p_d: S,
     compensator: Compensator<S>,
     p_set: S,
-    /// A = a_past + r·(A_s − A).
+    /// A = a_past + r·(A_s − A), between the openings that it reaches if A_s stays at either end.
     a_past: S,
     r: S,
-    inverse_one_plus_r: S,
+    closed: S,
+    open: S,
 }
 
 /// What the drop determines.
@@ -187,7 +188,8 @@ impl<S: Scalar> DropEquation<S> {
             p_set: self.p_set.real(),
             a_past: self.a_past.real(),
             r: self.r.real(),
-            inverse_one_plus_r: self.inverse_one_plus_r.real(),
+            closed: self.closed.real(),
+            open: self.open.real(),
         }
     }
 
@@ -200,10 +202,8 @@ impl<S: Scalar> DropEquation<S> {
         let denominator = (S::one() + self.r + feedback * p_cd).max(S::constant(0.5));
         let inverse = S::one() / denominator;
         let free = (self.a_past + self.r * (c.a_max + c.slope * (self.p_set - drop))) * inverse;
-        let closed = ((self.a_past + self.r * c.a_leak) * self.inverse_one_plus_r).max(c.a_leak);
-        let open = ((self.a_past + self.r * c.a_max) * self.inverse_one_plus_r).max(c.a_leak);
         let free_slope = -(self.r * c.slope + free * feedback * p_cd_slope) * inverse;
-        Opening { free, free_slope, closed, open }
+        Opening { free, free_slope, closed: self.closed, open: self.open }
     }
 
     /// p_B − p_b_past − γ(q_A − q_B), its slope in D, and the compensator's opening.
@@ -277,6 +277,8 @@ pub struct Fixed<S, X, const L: usize> {
     own: Vec<S>,
     own_rates: Vec<Past<S>>,
     history: [History<S>; L],
+    /// What a substep leaves of the compensator's distance from an end: e^(−h/τ).
+    decay: [S; L],
     h: f64,
     valve_steps: usize,
     substeps: usize,
@@ -311,7 +313,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             }
         });
         let own_rates = vec![[S::zero(); 3]; own.len()];
-        let mut fixed = Fixed { mast, pair_iterations: 0, lifts, own, own_rates, history, h, valve_steps, substeps: 0 };
+        let decay = std::array::from_fn(|k| (-(S::constant(h) * mast.lifts[k].compensator.inverse_tau)).exp());
+        let mut fixed =
+            Fixed { mast, pair_iterations: 0, lifts, own, own_rates, history, decay, h, valve_steps, substeps: 0 };
         fixed.first_rates();
         fixed
     }
@@ -443,7 +447,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             p_set: ports.preset_pressure(lift.compensator.p_set),
             a_past: weigh(&past.a_comp, weights.past),
             r,
-            inverse_one_plus_r: S::one() / (S::one() + r),
+            closed: lift.compensator.a_leak + (s.a_comp - lift.compensator.a_leak) * self.decay[k],
+            open: lift.compensator.a_max + (s.a_comp - lift.compensator.a_max) * self.decay[k],
         };
         let real = equation.real();
         let (last, before) = (past.drop[0].real(), past.drop[1].real());
