@@ -3,9 +3,10 @@
 //! One evaluation of the physics per substep, over any scalar. What is stiff is solved, what is not
 //! is predicted and corrected:
 //!
-//! 1. The valve depends on its command alone and runs ahead, one Runge–Kutta step a substep.
-//! 2. Velocity and friction bristle are predicted (Adams–Bashforth 3), the position follows
-//!    (Adams–Moulton 4).
+//! 1. Velocity and friction bristle are predicted (Adams–Bashforth 3), the position follows
+//!    (Adams–Moulton 4). Ports are read there, at the extrapolated cylinder pressure.
+//! 2. The valve depends on its command alone and runs ahead: classical Runge–Kutta for current and
+//!    rate, the bristle in closed form, in as many steps as its fastest rate asks for ([`valve_steps`]).
 //! 3. Given those and the opening, the pressures and the compensator are one scalar equation in
 //!    D = p_A − p_B: p_A by Adams–Moulton 3, p_B and the compensator's opening by BDF3, the opening
 //!    explicit in D with its exact ends. It falls strictly with D; a safeguarded Newton iteration
