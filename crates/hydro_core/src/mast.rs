@@ -294,7 +294,7 @@ impl<S: Scalar> Physics<S> for Extended<S> {
     }
     #[inline(always)]
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Open<S>; L], S) {
-        let mut ports = MastPorts { lifts: [Open::quiet(); L], joint_inertia: S::zero() };
+        let mut ports = MastPorts::quiet();
         let mut rest = own;
         for (term, n) in &self.terms {
             let (mine, others) = rest.split_at(*n);

@@ -3,9 +3,10 @@
 //! One evaluation of the physics per substep, over any scalar. What is stiff is solved, what is not
 //! is predicted and corrected:
 //!
-//! 1. The valve depends on its command alone and runs ahead, one Runge–Kutta step a substep.
-//! 2. Velocity and friction bristle are predicted (Adams–Bashforth 3), the position follows
-//!    (Adams–Moulton 4).
+//! 1. Velocity and friction bristle are predicted (Adams–Bashforth 3), the position follows
+//!    (Adams–Moulton 4). Ports are read there, at the extrapolated cylinder pressure.
+//! 2. The valve depends on its command alone and runs ahead: classical Runge–Kutta for current and
+//!    rate, the bristle in closed form, in as many steps as its fastest rate asks for ([`valve_steps`]).
 //! 3. Given those and the opening, the pressures and the compensator are one scalar equation in
 //!    D = p_A − p_B: p_A by Adams–Moulton 3, p_B and the compensator's opening by BDF3, the opening
 //!    explicit in D with its exact ends. It falls strictly with D; a safeguarded Newton iteration
@@ -28,7 +29,8 @@ use crate::scalar::{Mask, Scalar};
 /// Newton iterations after which a lane is given up; bisection alone would need some 50.
 const NEWTON_LIMIT: usize = 60;
 /// Relative size of the Newton step that counts as converged: what is left is of the order of its
-/// square. From 1e-5 to 1e-3 the trajectories change by less than 1e-8 m/s, from 1.6 to 1.1 iterations a substep.
+/// square. From 1e-5 to 1e-3 the trajectories change by less than a micrometre a second, from 1.6 to 1.1
+/// iterations a substep. The derivatives are those at the root, and do not take part in what is left.
 const CONVERGED: f64 = 1e-3;
 /// Pressure drops below this [Pa] count as this large when convergence is judged.
 const LEAST_DROP: f64 = 1e2;
@@ -237,7 +239,7 @@ impl<S: Scalar> DropEquation<S> {
     /// The bracket: a positive drop fills the volume, so p_B is then no lower than the lower one of
     /// its past and the tank's pressure, and p_A no higher than without the flow; and conversely.
     #[inline(always)]
-    fn root(&self, guess: S) -> (S, usize) {
+    fn root(&self, guess: S, tolerance: f64) -> (S, usize) {
         let (zero, half) = (S::zero(), S::constant(0.5));
         let mut lower = (self.p_a_free - self.p_b_past.max(self.p_d)).min(zero);
         let mut upper = (self.p_a_free - self.p_b_past.min(self.p_d)).max(zero);
@@ -251,7 +253,7 @@ impl<S: Scalar> DropEquation<S> {
             upper = S::select(below, upper, drop);
             let step = -(residual / slope);
             let newton = drop + step;
-            let small = step.abs().lt(S::constant(CONVERGED) * drop.abs().max(S::constant(LEAST_DROP)));
+            let small = step.abs().lt(S::constant(tolerance) * drop.abs().max(S::constant(LEAST_DROP)));
             // A small step on the steep side of a kink may be far from the root on the flat one.
             let settled = small.and(opening.same_side(step));
             let inside = lower.lt(newton).and(newton.lt(upper)).and(step.abs().lt(half * last));
@@ -273,6 +275,8 @@ pub struct Fixed<S, X, const L: usize> {
     pub mast: Mast<S, X, L>,
     /// Newton iterations of the pressure equations so far.
     pub pair_iterations: usize,
+    /// Relative size of the Newton step that counts as converged.
+    pub tolerance: f64,
     lifts: [LiftState<S>; L],
     own: Vec<S>,
     own_rates: Vec<Past<S>>,
@@ -314,8 +318,19 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         });
         let own_rates = vec![[S::zero(); 3]; own.len()];
         let decay = std::array::from_fn(|k| (-(S::constant(h) * mast.lifts[k].compensator.inverse_tau)).exp());
-        let mut fixed =
-            Fixed { mast, pair_iterations: 0, lifts, own, own_rates, history, decay, h, valve_steps, substeps: 0 };
+        let mut fixed = Fixed {
+            mast,
+            pair_iterations: 0,
+            tolerance: CONVERGED,
+            lifts,
+            own,
+            own_rates,
+            history,
+            decay,
+            h,
+            valve_steps,
+            substeps: 0,
+        };
         fixed.first_rates();
         fixed
     }
@@ -356,14 +371,16 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     pub fn substep(&mut self) {
         let weights = &WEIGHTS[self.substeps.min(2)];
         let h = S::constant(self.h);
-        let bus = self.mast.bus(self.lifts);
-        let (ports, _) = self.mast.physics.ports(&bus, &self.own);
         let mut moved = self.lifts;
         for k in 0..L {
-            self.advance_oil(k, &mut moved[k], &ports[k], weights);
+            self.predict_motion(k, &mut moved[k], weights);
         }
         for (own, past) in self.own.iter_mut().zip(&self.own_rates) {
             *own = *own + h * weigh(past, weights.predict);
+        }
+        let (ports, _) = self.mast.physics.ports(&self.mast.bus(moved), &self.own);
+        for k in 0..L {
+            self.advance_oil(k, &mut moved[k], &ports[k], weights);
         }
         // The rates at the prediction, and the correction with them.
         let bus = self.mast.bus(moved);
@@ -403,27 +420,33 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         self.substeps += 1;
     }
 
-    /// Valve, predicted motion and pressures of lift `k`, from `s` at the start of the substep.
+    /// Predicted motion of lift `k`, from `s` at the start of the substep, and its cylinder pressure
+    /// extrapolated, which is what the oil's ports and E/V are taken at: one that lagged by the
+    /// substep would leave an effect of the pressure at first order.
+    #[inline(always)]
+    fn predict_motion(&self, k: usize, s: &mut LiftState<S>, weights: &Weights) {
+        let (lift, past, h) = (&self.mast.lifts[k], &self.history[k], S::constant(self.h));
+        s.z = s.z + h * weigh(&past.z_rate, weights.predict);
+        let v = s.v + h * weigh(&past.v_rate, weights.predict);
+        let x = correct(s.x, h, v, &past.v, weights.correct);
+        (s.x, s.v) = lift.stop.limit(x, v);
+        s.p_a = past.p_a[0] + past.p_a[0] - past.p_a[1];
+    }
+
+    /// Valve and pressures of lift `k` after its predicted motion.
     #[inline(always)]
     fn advance_oil(&mut self, k: usize, s: &mut LiftState<S>, ports: &X::Ports, weights: &Weights) {
         let (lift, past, h) = (&self.mast.lifts[k], &mut self.history[k], S::constant(self.h));
-        let valve = ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle };
+        let mut valve = ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle };
         let command = ports.current(self.mast.command[k]);
         let part = self.h / self.valve_steps as f64;
-        let mut valve = valve;
         for _ in 0..self.valve_steps {
             valve = lift.valve.step(valve, command, part);
         }
         (s.i, s.i_rate, s.i_bristle) = (valve.i, valve.rate, valve.bristle);
 
-        s.z = s.z + h * weigh(&past.z_rate, weights.predict);
-        let v = s.v + h * weigh(&past.v_rate, weights.predict);
-        let x = correct(s.x, h, v, &past.v, weights.correct);
-        (s.x, s.v) = lift.stop.limit(x, v);
-
         // E/V at the extrapolated pressure: it changes by less than a percent per substep.
-        let p_a_ahead = past.p_a[0] + past.p_a[0] - past.p_a[1];
-        let stiffness = lift.cylinder_stiffness(p_a_ahead, s.x, ports);
+        let stiffness = lift.cylinder_stiffness(s.p_a, s.x, ports);
         let implicit = h * S::constant(weights.pressure[0]);
         let rest =
             S::constant(weights.pressure[1]) * past.p_a_rate[0] + S::constant(weights.pressure[2]) * past.p_a_rate[1];
@@ -452,7 +475,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         };
         let real = equation.real();
         let (last, before) = (past.drop[0].real(), past.drop[1].real());
-        let (root, iterations) = real.root(last + last - before);
+        let (root, iterations) = real.root(last + last - before, self.tolerance);
         let (_, slope, _) = real.residual(root);
         let drop = S::implicit(root, equation.residual(S::from_real(root)).0, slope);
         let solved = equation.solved(drop);
