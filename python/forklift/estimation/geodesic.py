@@ -106,7 +106,7 @@ def _step(problem: Problem, here: Point, damping: float) -> Floats | None:
         lambda: 0.0 * first,
     ):
         try:
-            second = bend()
+            second: Floats = np.asarray(bend())
             if 2.0 * np.linalg.norm(second) <= BENT * np.linalg.norm(first):
                 then: Floats = np.clip(here.x + first + second, lower, upper)
                 if cost(problem, then) < here.cost:

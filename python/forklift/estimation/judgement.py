@@ -35,7 +35,7 @@ WHITE = 0.01
 """Its level: a complete model fails one test in a hundred."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Judged:
     """One channel of one recording, judged."""
 
@@ -49,6 +49,8 @@ class Judged:
     whiteness: float | None
     """p-value of the Ljung–Box test over `LAGS` lags; None for an encoder, whose error is not white while
     the truck moves slowly, and for a channel with gaps."""
+    rows: NDArray[np.intp]
+    """(samples,) the recording's samples that were finite."""
     left: Floats
     """(samples,) residual in units of noise, measured less simulated."""
 
@@ -102,6 +104,7 @@ def _judge(sample: Sample, at: Linearised, covariance: Floats, sensors: Mapping[
                 len(left),
                 float(np.mean(left**2)),
                 whiteness,
+                seen.rows,
                 left,
             )
         )

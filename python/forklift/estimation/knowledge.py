@@ -71,6 +71,7 @@ class Group:
     names: tuple[str, ...]
     by: tuple[float, ...]
     """In each one's unit."""
+    units: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -191,4 +192,6 @@ def _group(unknowns: Sequence[Unknown], covariance: Floats, theta: Floats, membe
         now = unknown.values(float(theta[k]))[0]
         then = unknown.values(float(theta[k] + NUDGE * covariance[k, first] / covariance[first, first]))[0]
         by.append(float(then - now))
-    return Group(tuple(unknowns[k].name for k in members), tuple(by))
+    return Group(
+        tuple(unknowns[k].name for k in members), tuple(by), tuple(unknowns[k].unit for k in members)
+    )

@@ -86,14 +86,27 @@ def search(
     """
     evaluations = 0
     for stage in stages:
-        weights = temper(problem, x, sensors, stage)
-        problem = replace(problem, substeps=stage.substeps, sigma=weights)
+        problem = _weighted(problem, x, sensors, stage)
         counter = Counter(stage, progress)
         descend = _trust_region if stage.along == "trust region" else _canyon
         x = descend(problem, x, stage, counter)
         evaluations += counter.count
+    return _found(problem, x, evaluations)
+
+
+def settle(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Found:
+    """What a search that ends at x gives, with the last stage's weights."""
+    return _found(_weighted(problem, x, sensors, STAGES[-1]), x, 1)
+
+
+def _found(problem: Problem, x: Floats, evaluations: int) -> Found:
     residual, jacobian = problem.compressed(x)
     return Found(x, problem, 0.5 * float(residual @ residual), residual, jacobian, evaluations)
+
+
+def _weighted(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: Stage) -> Problem:
+    weights = temper(problem, x, sensors, stage)
+    return replace(problem, substeps=stage.substeps, sigma=weights)
 
 
 class Counter:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from forklift.errors import ForkliftError
 from forklift.estimation.search import Found, Progress, search
+from forklift.estimation.unknowns import move
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -25,6 +26,8 @@ SCATTER = 0.4
 
 SAME_COST = 2.0
 """Two ends are the same place if their costs differ by less than this: a likelihood ratio of e²."""
+SAME_PLACE = 1.0
+"""And if no unknown differs by more than this many standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class End:
     cost: float
     """−ln posterior with the best end's weights, less the best's; infinite if the search failed."""
     distance: float
-    """From the best end, in standard deviations of the posterior (root mean square over its unknowns)."""
+    """From the best end: the largest over the shared unknowns, in their standard deviations."""
     same: bool
 
 
@@ -57,24 +60,24 @@ def from_starts(
     count: int,
     seed: int,
     progress: Callable[[int], Progress | None] = lambda _: None,
+    earlier: Found | None = None,
 ) -> Ends:
-    """Search from the truck itself and from `count` − 1 scattered ones.
+    """Search from the truck itself (unless that was done `earlier`) and from `count` − 1 scattered ones.
 
     Raises
     ------
     ForkliftError
         Of the search from the truck itself, if no other start succeeds either.
     """
-    found: list[Found | None] = []
+    found: list[Found | None] = [earlier] if earlier else []
     first: ForkliftError | None = None
-    for start in range(count):
+    for start in range(len(found), count):
         try:
             found.append(search(problem, scattered(problem, start, seed), sensors, progress=progress(start)))
         except ForkliftError as error:
             if error.code == "interrupted":
                 raise
             first = first or error
-            print(start, error)
             found.append(None)
     good = [end for end in found if end is not None]
     if not good:
@@ -84,14 +87,24 @@ def from_starts(
 
 
 def scattered(problem: Problem, start: int, seed: int) -> Floats:
-    """Where start number `start` begins: 0 is the truck itself."""
+    """Where start number `start` begins: 0 is the truck itself; nearer to it where knots would cross."""
     x = np.zeros(problem.starts[-1])
     if start:
         shared = len(problem.unknowns)
         random = np.random.default_rng([seed, start])
         lower, upper = (bound[:shared] for bound in problem.bounds())
         x[:shared] = np.clip(SCATTER * random.standard_normal(shared), 0.9 * lower, 0.9 * upper)
+        while not _possible(problem, x[:shared]):
+            x[:shared] *= 0.8
     return x
+
+
+def _possible(problem: Problem, theta: Floats) -> bool:
+    try:
+        move(problem.truck, problem.unknowns, theta, "start")
+    except ForkliftError:
+        return False
+    return True
 
 
 def compare_ends(good: Sequence[Found], found: Sequence[Found | None]) -> Ends:
@@ -102,16 +115,16 @@ def compare_ends(good: Sequence[Found], found: Sequence[Found | None]) -> Ends:
     costs = [_cost(common, end) for end in good]
     best = good[int(np.argmin(costs))]
     least = min(costs)
-    normal = best.jacobian.T @ best.jacobian
+    shared = len(best.problem.unknowns)
+    deviation = np.sqrt(np.diag(np.linalg.inv(best.jacobian.T @ best.jacobian))[:shared])
     ends = []
     for number, end in enumerate(found):
         if end is None:
             ends.append(End(number, float("inf"), float("inf"), False))
             continue
         cost = costs[[candidate is end for candidate in good].index(True)] - least
-        off = end.x - best.x
-        distance = float(np.sqrt(off @ normal @ off / len(off)))
-        ends.append(End(number, float(cost), distance, bool(cost < SAME_COST)))
+        distance = float(np.max(np.abs(end.x - best.x)[:shared] / deviation))
+        ends.append(End(number, float(cost), distance, bool(cost < SAME_COST and distance < SAME_PLACE)))
     return Ends(best, tuple(ends))
 
 
