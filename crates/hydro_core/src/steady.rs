@@ -117,19 +117,34 @@ fn check(point: &Point) -> Result<(), Error> {
     }
 }
 
-/// Where a continuous function that is negative at `lower` and not at `upper` changes its sign.
-fn bisect(mut lower: f64, mut upper: f64, f: impl Fn(f64) -> f64) -> f64 {
-    loop {
-        let middle = 0.5 * (lower + upper);
-        if !(middle > lower && middle < upper) {
-            return upper;
-        }
-        if f(middle) < 0.0 {
-            lower = middle;
+/// Where a continuous function that is negative at `lower` and not at `upper` changes its sign, to a few
+/// roundings: no more steps than bisection takes and one, and far fewer where the function is smooth
+/// (Oliveira & Takahashi 2020, ITP with κ₁ = 0.2/(b − a), κ₂ = 2, n₀ = 1).
+fn sign_change(lower: f64, upper: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (lower, upper);
+    let close = 2.0 * f64::EPSILON * b.abs().max(a.abs());
+    let (mut f_a, mut f_b) = (f(a), f(b));
+    let width = b - a;
+    let mut room = close * (width / close).max(1.0).log2().ceil().max(1.0).exp2();
+    while b - a > 2.0 * close {
+        let middle = 0.5 * (a + b);
+        let straight = if f_a < 0.0 && f_b > 0.0 { (f_b * a - f_a * b) / (f_b - f_a) } else { middle };
+        let towards = if straight <= middle { 1.0 } else { -1.0 };
+        let pushed = 0.2 * (b - a) * ((b - a) / width);
+        let tried = if pushed <= (middle - straight).abs() { straight + towards * pushed } else { middle };
+        let leash = room - 0.5 * (b - a);
+        let next = if (tried - middle).abs() <= leash { tried } else { middle - towards * leash.max(0.0) };
+        // A root at one end shows as a step within its roundings.
+        let next = next.max(a + close).min(b - close);
+        let f_next = f(next);
+        if f_next < 0.0 {
+            (a, f_a) = (next, f_next);
         } else {
-            upper = middle;
+            (b, f_b) = (next, f_next);
         }
+        room *= 0.5;
     }
+    b
 }
 
 /// The thesis's hydraulics at the pressure p_A over the tank's: p_B and the compensator's opening.
@@ -137,7 +152,7 @@ fn hydraulics(lift: &Lift<f64>, i: f64, p_a: f64) -> (f64, f64) {
     let (c2_a, c2_b) = (lift.orifice_a.critical_squared(lift.nu), lift.orifice_b.critical_squared(lift.nu));
     let opening = lift.opening(i, &Closed);
     let settled = |p_b: f64| lift.compensator.settled_area(p_a - p_b, p_b - lift.p_tank, lift.compensator.p_set);
-    let p_b = bisect(lift.p_tank, p_a, |p_b| {
+    let p_b = sign_change(lift.p_tank, p_a, |p_b| {
         lift.orifice_b.flow(c2_b, settled(p_b), p_b - lift.p_tank) - lift.orifice_a.flow(c2_a, opening, p_a - p_b)
     });
     (p_b, settled(p_b))
@@ -170,7 +185,7 @@ fn balanced_pressure(lift: &Lift<f64>, i: f64) -> Option<f64> {
     while excess(most) < 0.0 {
         most *= 2.0;
     }
-    Some(sliding_pressure(lift, -bisect(0.0, most, excess)))
+    Some(sliding_pressure(lift, -sign_change(0.0, most, excess)))
 }
 
 struct Task<'a, const L: usize> {
@@ -458,9 +473,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sign_changes_where_bisection_says_to_the_last_bit() {
-        let root = bisect(0.0, 2.0, |x| x * x - 2.0);
-        assert!(root * root >= 2.0 && (root - 2f64.sqrt()).abs() <= f64::EPSILON);
-        assert_eq!(bisect(1.0, 1.0, |_| 0.0), 1.0);
+    fn a_sign_change_is_found_to_its_roundings_in_few_steps() {
+        let steps = std::cell::Cell::new(0);
+        let functions: [(&dyn Fn(f64) -> f64, f64, usize); 4] = [
+            (&|x| x * x - 2.0, 2f64.sqrt(), 16),
+            (&|x| x - 1e-6, 1e-6, 16),
+            (&|x| if x < 1.7 { -1.0 } else { 1.0 }, 1.7, 60),
+            (&|x| (x - 1.9).max(0.0).sqrt() - (1.9 - x).max(0.0).sqrt(), 1.9, 60),
+        ];
+        for (f, root, most) in functions {
+            steps.set(0);
+            let found = sign_change(0.0, 2.0, |x| {
+                steps.set(steps.get() + 1);
+                f(x)
+            });
+            assert!((found - root).abs() < 4e-15, "{found} is not {root}");
+            assert!(steps.get() <= most, "{root}: {} steps", steps.get());
+        }
+        assert_eq!(sign_change(1.0, 1.0, |_| 0.0), 1.0);
     }
 }
