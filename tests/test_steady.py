@@ -209,3 +209,25 @@ def test_on_a_shared_campaign_of_another_truck_the_plateaus_are_fitted_within_a_
     assert not any(fitted.odd for fitted in found.plateaus)
     # The campaigns' trucks are scattered by some 12 %, their tables by 5 % and 10 mA.
     assert abs(found.truck.values["free.valve.f_hs"] / 0.018723 - 1) < 0.36
+
+
+def test_the_core_refuses_points_that_do_not_fit_with_facts():
+    core = Truck.read("thesis").core
+    one = [np.array([value]) for value in (0.8, 1.0, 5e6, 40.0)]
+    velocity, slopes = core.steady_velocity(
+        "free", *one, directions=["current", "pressure", "free.valve.f_hs"]
+    )
+    assert velocity.shape == (1,)
+    assert slopes.shape == (1, 3)
+    # The hysteresis takes its half width off the current.
+    assert slopes[0, 2] == pytest.approx(-slopes[0, 0], rel=1e-9)
+    for arguments, code, name in (
+        (("free", one[0], np.zeros(2), *one[2:]), "argument-shape", "bend"),
+        (("both", *one), "argument-invalid", "lift"),
+        (("free", np.array([9.0]), *one[1:]), "argument-invalid", "current"),
+    ):
+        with pytest.raises(ForkliftError) as error:
+            core.steady_velocity(*arguments)
+        assert (error.value.code, error.value.name) == (code, name)
+    with pytest.raises(ForkliftError, match="load or oil_temperature"):
+        core.steady_state("free", *one[:2], np.zeros(1), one[3], directions=["pressure"])

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from forklift.truck import Truck
 
 Floats = NDArray[np.float64]
-Window = NDArray[np.bool_]
 
 FORKS_PER_CYLINDER = 2.0
 """How far the forks move for a metre of either lift's cylinder, (3.38)."""

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Steps = NDArray[np.int64]
+Truths = NDArray[np.bool_]
 
 MOST_STEP = 255
 """The ECU's highest step, 1.75 A."""
@@ -77,7 +78,7 @@ class SpeedTable:
     rising_step: Steps
     falling_step: Steps
     step: Steps
-    reached: NDArray[np.bool_]
+    reached: Truths
     fastest_m_s: float
 
     @property

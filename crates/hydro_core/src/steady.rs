@@ -475,11 +475,12 @@ mod tests {
     #[test]
     fn a_sign_change_is_found_to_its_roundings_in_few_steps() {
         let steps = std::cell::Cell::new(0);
-        let functions: [(&dyn Fn(f64) -> f64, f64, usize); 4] = [
-            (&|x| x * x - 2.0, 2f64.sqrt(), 16),
-            (&|x| x - 1e-6, 1e-6, 16),
-            (&|x| if x < 1.7 { -1.0 } else { 1.0 }, 1.7, 60),
-            (&|x| (x - 1.9).max(0.0).sqrt() - (1.9 - x).max(0.0).sqrt(), 1.9, 60),
+        type Case = (fn(f64) -> f64, f64, usize);
+        let functions: [Case; 4] = [
+            (|x| x * x - 2.0, 2f64.sqrt(), 16),
+            (|x| x - 1e-6, 1e-6, 16),
+            (|x| if x < 1.7 { -1.0 } else { 1.0 }, 1.7, 60),
+            (|x| (x - 1.9).max(0.0).sqrt() - (1.9 - x).max(0.0).sqrt(), 1.9, 60),
         ];
         for (f, root, most) in functions {
             steps.set(0);

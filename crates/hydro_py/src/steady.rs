@@ -10,6 +10,11 @@ use pyo3::prelude::*;
 use crate::errors::raise;
 use crate::truck::argument;
 
+/// Velocities (n,) and their derivatives (n, directions).
+pub type Velocities<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+/// Velocities and pressures (n, 2) and their derivatives (n, 2, directions).
+pub type States<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
+
 /// The points, a column for each of their quantities; `known` is the pressure or the load.
 pub struct Columns {
     pub current: Vec<f64>,
@@ -74,14 +79,14 @@ fn settled(
     py.detach(|| settle(truck, lift, &points, &directions)).map_err(|e| raise(py, &e))
 }
 
-/// Velocities (n,) at measured pressures and their derivatives (n, directions).
+/// Under measured pressures.
 pub fn velocity<'py>(
     py: Python<'py>,
     truck: &Truck,
     lift: &str,
     columns: &Columns,
     directions: &[String],
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<Velocities<'py>> {
     let known = |pressure, rate| Known::Pressure { pressure, rate };
     let found = settled(py, truck, lift, columns, directions, ("pressure", known))?;
     let values: Vec<f64> = found.iter().map(|s| s.values[0]).collect();
@@ -89,14 +94,14 @@ pub fn velocity<'py>(
     Ok((values.into_pyarray(py), derivatives.into_pyarray(py).reshape([found.len(), directions.len()])?))
 }
 
-/// Velocities and pressures (n, 2) under loads and their derivatives (n, 2, directions).
+/// Under loads.
 pub fn state<'py>(
     py: Python<'py>,
     truck: &Truck,
     lift: &str,
     columns: &Columns,
     directions: &[String],
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>)> {
+) -> PyResult<States<'py>> {
     let found = settled(py, truck, lift, columns, directions, ("load", |load, _| Known::Load(load)))?;
     let values: Vec<f64> = found.iter().flat_map(|s| s.values).collect();
     let derivatives: Vec<f64> = found.iter().flat_map(|s| s.derivatives.iter().flatten().copied()).collect();

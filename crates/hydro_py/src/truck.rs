@@ -148,7 +148,7 @@ impl PyTruck {
         oil_temperature: PyReadonlyArray1<'py, f64>,
         pressure_rate: Option<PyReadonlyArray1<'py, f64>>,
         directions: Option<Vec<String>>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<steady::Velocities<'py>> {
         let columns = steady::Columns {
             current: current.as_array().to_vec(),
             bend: bend.as_array().to_vec(),
@@ -170,7 +170,7 @@ impl PyTruck {
         load: PyReadonlyArray1<'py, f64>,
         oil_temperature: PyReadonlyArray1<'py, f64>,
         directions: Option<Vec<String>>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>)> {
+    ) -> PyResult<steady::States<'py>> {
         let columns = steady::Columns {
             current: current.as_array().to_vec(),
             bend: bend.as_array().to_vec(),
