@@ -29,6 +29,11 @@ if TYPE_CHECKING:
     from forklift.simulate import Simulation as Simulation
     from forklift.simulate import predict as predict
     from forklift.simulate import simulate as simulate
+    from forklift.speed_table import SpeedTable as SpeedTable
+    from forklift.speed_table import speed_to_current as speed_to_current
+    from forklift.speed_table import temperature_scaling as temperature_scaling
+    from forklift.steady import SteadyState as SteadyState
+    from forklift.steady import steady_state as steady_state
     from forklift.truck import Truck as Truck
 
     __version__: str
@@ -39,11 +44,16 @@ _HOME = {
     "Comparison": "compare",
     "Recording": "recording",
     "Simulation": "simulate",
+    "SpeedTable": "speed_table",
+    "SteadyState": "steady",
     "Truck": "truck",
     "compare": "compare",
     "convert": "convert",
     "predict": "simulate",
     "simulate": "simulate",
+    "speed_to_current": "speed_table",
+    "steady_state": "steady",
+    "temperature_scaling": "speed_table",
 }
 
 __all__ = ["ForkliftError", "__version__", "commands", *_HOME]

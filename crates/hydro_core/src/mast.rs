@@ -93,7 +93,7 @@ pub const VELOCITY: usize = place("velocity");
 pub const CYLINDER_PRESSURE: usize = place("cylinder_pressure");
 
 /// Where [`LIFT_STATES`] lists a state; one that it lacks does not compile.
-const fn place(name: &str) -> usize {
+pub const fn place(name: &str) -> usize {
     let mut k = 0;
     while !same(LIFT_STATES[k].name.as_bytes(), name.as_bytes()) {
         k += 1;
