@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from forklift.compare import Comparison as Comparison
     from forklift.compare import compare as compare
     from forklift.convert import convert as convert
+    from forklift.fit import Fit as Fit
+    from forklift.fit import fit as fit
     from forklift.recording import Recording as Recording
     from forklift.simulate import Simulation as Simulation
     from forklift.simulate import predict as predict
@@ -42,6 +44,7 @@ _HOME = {
     "Campaign": "campaign",
     "Command": "commands",
     "Comparison": "compare",
+    "Fit": "fit",
     "Recording": "recording",
     "Simulation": "simulate",
     "SpeedTable": "speed_table",
@@ -49,6 +52,7 @@ _HOME = {
     "Truck": "truck",
     "compare": "compare",
     "convert": "convert",
+    "fit": "fit",
     "predict": "simulate",
     "simulate": "simulate",
     "speed_to_current": "speed_table",

@@ -40,7 +40,7 @@ class ParameterSpec(TypedDict):
     unit: str
     lower: float
     upper: float
-    scale: Literal["log", "linear"]
+    scale: Literal["log", "linear", "loglog", "logcos"]
     origin: Literal["given", "chosen", "steady", "prms"]  # the column "Source" of Tables 5.1 and 5.2
     equation: str
     meaning: str

@@ -1,4 +1,4 @@
-"""Fit a truck to a campaign: all that the thesis estimated, with what is known of each parameter and what not."""
+"""Fit a truck to a campaign: all that the thesis estimated, with what is known of it and what is not."""
 
 from __future__ import annotations
 

@@ -98,15 +98,16 @@ def _step(problem: Problem, here: Point, damping: float) -> Floats | None:
     """Where the bent step ends, if the cost is lower there."""
     lower, upper = problem.bounds()
     matrix = here.normal + damping * np.eye(len(here.x))
-    first: Floats = -np.linalg.solve(matrix, here.gradient)
+    first: Floats = -np.asarray(np.linalg.solve(matrix, here.gradient))
+
+    def bent() -> Floats:
+        return -0.5 * np.asarray(np.linalg.solve(matrix, _curvature(problem, here, first)))
+
     # The bent step first; the straight one where the bend is not to be trusted: over the smallest steps it
     # is lost in the simulation's own roughness.
-    for bend in (
-        lambda: -0.5 * np.linalg.solve(matrix, _curvature(problem, here, first)),
-        lambda: 0.0 * first,
-    ):
+    for bend in (bent, lambda: np.zeros_like(first)):
         try:
-            second: Floats = np.asarray(bend())
+            second = bend()
             if 2.0 * np.linalg.norm(second) <= BENT * np.linalg.norm(first):
                 then: Floats = np.clip(here.x + first + second, lower, upper)
                 if cost(problem, then) < here.cost:

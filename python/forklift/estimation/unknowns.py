@@ -226,9 +226,9 @@ def _shape(name: str, value: float) -> tuple[str, float]:
         return "linear", range_share
     if table.endswith(AREAS):
         return "linear", LOG_WIDTH * value
-    if spec["scale"] == "loglog" or name.endswith("a_3"):
+    if spec["scale"] == "loglog":
         return "loglog", LOG_WIDTH / log(value)
-    if name.endswith("theta"):
+    if spec["scale"] == "logcos":
         return "logcos", LOG_WIDTH
     if spec["scale"] == "log" or value > FAR_FROM_ZERO * spec["upper"]:
         return "log", LOG_WIDTH
