@@ -55,6 +55,13 @@ class Cvode:
         self._simulate.argtypes = [pointer, real, real, real, real, whole, pointer, pointer, pointer]
         assert lib.lift_parameter_numbers() == len(PARAMETERS) + 1 + 2 * MOST_KNOTS
 
+    @staticmethod
+    def possible(parameters: np.ndarray) -> bool:
+        """Whether the valve's table rises from knot to knot."""
+        at = len(PARAMETERS)
+        current, area = parameters[at + 1 :].reshape(2, MOST_KNOTS)[:, : int(parameters[at])]
+        return bool((np.diff(current) > 0.0).all() and (np.diff(area) >= 0.0).all())
+
     def __call__(
         self,
         parameters: np.ndarray,
@@ -64,7 +71,12 @@ class Cvode:
         tick_s: float,
         command_a: np.ndarray,
     ) -> np.ndarray | None:
-        """(n, 4) x, v, p_A, p_B at n samples a tick apart, whose command is held; None if CVODE gives up."""
+        """(n, 4) x, v, p_A, p_B at n samples a tick apart, whose command is held.
+
+        None of an impossible lift, and if CVODE gives up.
+        """
+        if not self.possible(parameters):
+            return None
         ticks = len(command_a) - 1
         command = np.ascontiguousarray(command_a, float)
         out = np.empty((ticks + 1, 4))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from forklift.commands import Command
-from forklift.errors import ForkliftError
 from forklift.estimation.problem import OWN, Linearised, Problem, Sample
 from forklift.estimation.sensors import Sensor
 from forklift.estimation.unknowns import move
@@ -20,6 +19,7 @@ from forklift.truck import Truck
 
 TOLERANCE = 1e-7
 STEPS = 3
+INSIDE = 1e-9  # prior standard deviations: a value at its bound may be rounded past it
 
 
 @dataclass(frozen=True)
@@ -33,21 +33,23 @@ class Judged:
 
 
 def judge(problem: Problem, theta: np.ndarray, sensors: Mapping[str, Sensor]) -> list[Judged]:
-    """Every channel of every recording of `problem` at the shared unknowns θ."""
+    """Every channel of every recording of `problem` at the shared unknowns θ.
+
+    Raises
+    ------
+    ForkliftError
+        If there is no such truck.
+    """
     lower, upper = (ends[: len(theta)] for ends in problem.bounds())
-    theta = np.clip(theta, lower, upper)  # lmfit may have left them
+    theta = np.clip(theta, lower + INSIDE, upper - INSIDE)
     x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
-    try:
-        truck = move(problem.truck, problem.unknowns, theta, "fit")
-        for _ in range(STEPS):
-            steps = [
-                _own_step(sample, at, problem.own(x, k), sensors)
-                for k, (sample, at) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
-            ]
-            x = x + np.concatenate([np.zeros(len(theta)), *steps])
-    except ForkliftError as error:
-        print(f"The truck found cannot be judged: {error.message}", flush=True)
-        return []
+    truck = move(problem.truck, problem.unknowns, theta, "fit")
+    for _ in range(STEPS):
+        steps = [
+            _own_step(sample, at, problem.own(x, k), sensors)
+            for k, (sample, at) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
+        ]
+        x = x + np.concatenate([np.zeros(len(theta)), *steps])
     return [
         judged
         for k, sample in enumerate(problem.samples)

@@ -10,6 +10,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter, process_time
@@ -26,6 +27,7 @@ from scipy.optimize import least_squares
 from usual import OutOfTime, Usual
 
 from forklift.campaign import Campaign
+from forklift.errors import ForkliftError
 from forklift.estimation.problem import Problem, sample
 from forklift.estimation.search import Stage, search
 from forklift.estimation.sensors import MEASURED, Sensor, sensors
@@ -89,12 +91,12 @@ def trf(usual: Usual) -> str:
 
 
 def lmfit(usual: Usual) -> str:
-    """lmfit.minimize, leastsq; without bounds, which the priors make superfluous; how it ended."""
+    """lmfit.minimize, leastsq; how it ended."""
     from lmfit import Parameters, minimize
 
     given = Parameters()
-    for k, value in enumerate(usual.start):
-        given.add(f"x{k}", value=value)
+    for k, (value, lower, upper) in enumerate(zip(usual.start, *usual.bounds(), strict=True)):
+        given.add(f"x{k}", value=value, min=lower, max=upper)
     done = minimize(
         lambda p: usual.residual(np.array([p[name].value for name in p])),
         given, method="leastsq", epsfcn=STEP**2, ftol=FTOL, max_nfev=10**7, calc_covar=False,
@@ -204,9 +206,15 @@ def bench(campaign: Campaign, args: argparse.Namespace, folder: Path) -> None:
 
     def add(fit: Fit) -> None:
         fit.cost = usual.cost(fit.vector)
-        fit.judged = judge(whole, fit.vector[:shared], known)
+        try:
+            fit.judged = judge(whole, fit.vector[:shared], known)
+        except ForkliftError as error:
+            fit.ended += f"; cannot be judged: {error.message}"
         for _, vector in [*fit.trail[:-1], (0.0, fit.vector)]:
-            fit.way.append(_mean(judge(held_out, vector[:shared], known), channels))
+            with suppress(ForkliftError):
+                fit.way.append(_mean(judge(held_out, vector[:shared], known), channels))
+                continue
+            fit.way.append(np.inf)
         fits.append(fit)
         text = report(fits, deviation, channels, notes)
         args.out.write_text(text, encoding="utf-8")
