@@ -13,6 +13,7 @@ import numpy as np
 from forklift.compare import Comparison, compare
 from forklift.errors import ForkliftError
 from forklift.estimation import words
+from forklift.estimation.algebra import one_thread
 from forklift.estimation.judgement import Judged, judge
 from forklift.estimation.knowledge import Knowledge, knowledge
 from forklift.estimation.problem import Problem, sample
@@ -265,10 +266,11 @@ def _search(
 def _judge(
     problem: Problem, found: Found, every: Mapping[str, Sensor]
 ) -> tuple[Knowledge, tuple[Judged, ...]]:
-    known = knowledge(found.problem, found.x)
-    theta = found.x[: len(problem.unknowns)]
-    weighted = replace(found.problem, samples=problem.samples)
-    return known, tuple(judge(weighted, theta, known.covariance, every))
+    with one_thread():
+        known = knowledge(found.problem, found.x)
+        theta = found.x[: len(problem.unknowns)]
+        weighted = replace(found.problem, samples=problem.samples)
+        return known, tuple(judge(weighted, theta, known.covariance, every))
 
 
 def _fitted_truck(

@@ -83,15 +83,13 @@ def _point(problem: Problem, x: Floats) -> Point:
     """Normal equations, gathered recording by recording."""
     rho, slope = problem.prior(x)
     normal, gradient, square = np.diag(slope**2), slope * rho, float(rho @ rho)
-    runs = problem.linearise(x)
+    runs = problem.products(x)
     for k, run in enumerate(runs):
         place = problem.place(k)
-        for channel, residual in run.residual.items():
-            jacobian = run.jacobian[channel]
-            normal[np.ix_(place, place)] += jacobian.T @ jacobian
-            gradient[place] += jacobian.T @ residual
-            square += float(residual @ residual)
-    return Point(x, runs, normal, gradient, 0.5 * square)
+        normal[np.ix_(place, place)] += run.normal
+        gradient[place] += run.gradient
+        square += run.square
+    return Point(x, [run.at for run in runs], normal, gradient, 0.5 * square)
 
 
 def _step(problem: Problem, here: Point, damping: float) -> Floats | None:

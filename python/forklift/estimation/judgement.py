@@ -9,7 +9,7 @@ is white.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
 
@@ -64,18 +64,16 @@ class Judged:
 
 
 def judge(problem: Problem, theta: Floats, covariance: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
-    """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`."""
-    weights = {name: sensor.noise for name, sensor in sensors.items()}
-    problem = replace(problem, sigma={**weights, **_softness(problem, sensors)})
+    """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`.
+
+    The channels pull with the problem's weights, so that one the model cannot follow does not bend the
+    others; what is left is then told in units of the sensors' noise.
+    """
     x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
     judged = []
     for sample, at in zip(problem.samples, problem.linearise(x), strict=True):
         judged += _judge(sample, at, covariance, sensors)
     return judged
-
-
-def _softness(problem: Problem, sensors: Mapping[str, Sensor]) -> dict[str, float]:
-    return {name: problem.sigma[name] for name, sensor in sensors.items() if sensor.count}
 
 
 def _judge(sample: Sample, at: Linearised, covariance: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:

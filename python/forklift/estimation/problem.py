@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, qr
-from threadpoolctl import threadpool_limits
 
 from forklift import _core
 from forklift.commands import Command
 from forklift.estimation import likelihood
+from forklift.estimation.algebra import one_thread
 from forklift.estimation.unknowns import DEGREES, Unknown, move
 from forklift.names import LIFTS, Lift, outputs
 from forklift.simulate import START_WITHIN_S, mean_temperature, simulate
@@ -92,6 +92,19 @@ class Linearised:
     """Its derivatives along the same."""
 
 
+@dataclass(frozen=True)
+class Products:
+    """A recording linearised, and its share of the normal equations."""
+
+    at: Linearised
+    normal: Floats
+    """JᵀJ over θ and the recording's φ."""
+    gradient: Floats
+    """Jᵀr."""
+    square: float
+    """rᵀr."""
+
+
 @dataclass
 class Problem:
     """Residuals and derivatives of recordings along the unknowns, at a given weight of each channel."""
@@ -134,6 +147,16 @@ class Problem:
             If the truck at x is impossible or a run fails.
         """
         return list(self._each(x, self._linearise))
+
+    def products(self, x: Floats) -> list[Products]:
+        """Every recording linearised at x, with its share of the normal equations.
+
+        Raises
+        ------
+        ForkliftError
+            As `linearise`.
+        """
+        return list(self._each(x, self._products))
 
     def residuals(self, x: Floats) -> list[dict[str, Floats]]:
         """Every recording's residuals at x, channel by channel; several times faster than `linearise`.
@@ -183,8 +206,7 @@ class Problem:
         chain = block_diag(
             *(unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True))
         )
-        # One BLAS thread a recording: faster here, and the sums do not depend on the number of cores.
-        with threadpool_limits(1), ThreadPoolExecutor(cpu_count()) as pool:
+        with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
             yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)
 
     def _simulate(self, x: Floats, directions: Sequence[str]) -> list[tuple[Floats, Floats]]:
@@ -213,6 +235,17 @@ class Problem:
         if seen.sensor.count:
             return likelihood.interval(seen.values, said, seen.sensor.count, sigma)
         return likelihood.gaussian(seen.values, said, sigma)
+
+    def _products(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Products:
+        at = self._linearise(sample, values, slopes, chain)
+        columns = chain.shape[1] + len(sample.free)
+        normal, gradient, square = np.zeros((columns, columns)), np.zeros(columns), 0.0
+        for channel, residual in at.residual.items():
+            jacobian = at.jacobian[channel]
+            normal += jacobian.T @ jacobian
+            gradient += jacobian.T @ residual
+            square += float(residual @ residual)
+        return Products(at, normal, gradient, square)
 
     def _triangle(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Floats:
         at = self._linearise(sample, values, slopes, chain)

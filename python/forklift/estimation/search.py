@@ -17,6 +17,7 @@ from scipy.optimize import least_squares, minimize_scalar
 
 from forklift.errors import ForkliftError
 from forklift.estimation import geodesic, likelihood
+from forklift.estimation.algebra import one_thread
 from forklift.estimation.problem import Linearised, Problem
 
 if TYPE_CHECKING:
@@ -85,13 +86,14 @@ def search(
         If the truck at x is impossible, or a run fails there.
     """
     evaluations = 0
-    for stage in stages:
-        problem = _weighted(problem, x, sensors, stage)
-        counter = Counter(stage, progress)
-        descend = _trust_region if stage.along == "trust region" else _canyon
-        x = descend(problem, x, stage, counter)
-        evaluations += counter.count
-    return _found(problem, x, evaluations)
+    with one_thread():
+        for stage in stages:
+            problem = _weighted(problem, x, sensors, stage)
+            counter = Counter(stage, progress)
+            descend = _trust_region if stage.along == "trust region" else _canyon
+            x = descend(problem, x, stage, counter)
+            evaluations += counter.count
+        return _found(problem, x, evaluations)
 
 
 def settle(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Found:

@@ -43,6 +43,9 @@ FAR_FROM_ZERO = 1e-3
 """A parameter that may be zero, but starts above this share of its upper bound, is carried on a log scale
 all the same: what is known only as a product is then a straight line, which a search follows easily."""
 
+LEAST_ANGLE = 0.02
+"""Angles that count by their cosine stay above this [rad]: nearer to 0 their cosine no longer tells them."""
+
 ESTIMATED = ("prms", "steady")
 """Origins of the parameters that the thesis estimated, and a fit does; the others were given or chosen."""
 
@@ -245,5 +248,6 @@ def _ends(name: str, value: float, scale: str, width: float) -> tuple[float, flo
         except ValueError:
             return -np.inf
 
-    ends = sorted([theta(spec["lower"]), theta(spec["upper"])])
+    lower = max(spec["lower"], LEAST_ANGLE) if scale == "logcos" else spec["lower"]
+    ends = sorted([theta(lower), theta(spec["upper"])])
     return ends[0], ends[1]

@@ -151,7 +151,8 @@ def _operating_points(fit: Fit, bad: Sequence[Judged], excess, total: float) -> 
         return ""
     share = sum(value for found, value in excess.items() if found.file in warm) / total
     mean = np.mean([temperature[file] for file in warm])
-    return f"the {len(warm)} warm recordings of {len(judged)} (about {mean:.0f} °C) hold {100 * share:.0f} % of it"
+    hold = f"about {mean:.0f} °C) hold {100 * share:.0f} % of it"
+    return f"the {len(warm)} warm recordings of {len(judged)} ({hold}"
 
 
 def _starts(fit: Fit) -> Iterator[str]:
