@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from forklift.compare import Comparison, compare
+from forklift.compare import Comparison, check_temperature, compare
 from forklift.errors import ForkliftError
 from forklift.estimation import words
 from forklift.estimation.algebra import one_thread
@@ -20,15 +22,19 @@ from forklift.estimation.problem import Problem, sample
 from forklift.estimation.profile import Profile, profile
 from forklift.estimation.search import STAGES, Found, Stage, settle
 from forklift.estimation.sensors import Sensor, sensors
-from forklift.estimation.starts import End, Ends, from_starts
+from forklift.estimation.starts import End, Ends, compare_ends, from_starts
 from forklift.estimation.suitability import Caution, suitability
 from forklift.estimation.unknowns import Unknown, move, unknowns
 from forklift.names import Lift, commanded
 from forklift.truck import Truck
 
 if TYPE_CHECKING:
+    import polars as pl
+
     from forklift.campaign import Campaign
     from forklift.fits import Floats
+
+T = TypeVar("T")
 
 SEED = 1
 AGAIN = 3
@@ -75,6 +81,8 @@ class Fit:
     after: Comparison
     interrupted: bool
     seconds: float
+    options: Mapping[str, Any]
+    """What `fit` was called with beside campaign and truck."""
 
     @property
     def held_out(self) -> tuple[Judged, ...]:
@@ -92,6 +100,33 @@ class Fit:
         """In plain sentences: how good the fit is, what it leaves over and where, what it cannot tell."""
         return words.verdict(self)
 
+    def validation(self, lift: Lift) -> pl.DataFrame:
+        """`Comparison.validation` of one lift, before and after: Table 5.4 (free) or 5.5 (main)."""
+        from forklift import fit_files
+
+        return fit_files.validation(self, lift)
+
+    @cached_property
+    def fits(self) -> pl.DataFrame:
+        """`Comparison.fits` before and after: one row per recording and signal."""
+        from forklift import fit_files
+
+        return fit_files.fits(self)
+
+    @cached_property
+    def signals(self) -> pl.DataFrame:
+        """What is left of each signal and role, as mean square in units of the sensors' noise."""
+        from forklift import fit_files
+
+        return fit_files.signals(self)
+
+    @cached_property
+    def parameters(self) -> pl.DataFrame:
+        """One row per parameter: start, value, 95 % intervals before and after, and how it is known."""
+        from forklift import fit_files
+
+        return fit_files.parameters(self)
+
     def profile(self, name: str) -> Profile:
         """The profile likelihood of one parameter (a minute's work for thirty of them).
 
@@ -100,15 +135,31 @@ class Fit:
         ForkliftError
             ``"parameter-unknown"`` if it was not estimated.
         """
-        names = [unknown.name for unknown in self.unknowns]
-        if name not in names:
-            raise ForkliftError(
-                "parameter-unknown",
-                f"{name} was not estimated; profiles can be had of {', '.join(names)}",
-                name=name,
-            )
-        k = names.index(name)
+        _check_profiles([name], self.unknowns)
+        k = [unknown.name for unknown in self.unknowns].index(name)
         return profile(self.found.problem, self.found.x, k, self.knowledge.estimates[k].deviation)
+
+    def write(self, out: str | Path) -> Path:
+        """Write the fitted truck, the page to look at, and all that is known of the fit, into a folder.
+
+        ``truck.toml``, ``fit.html``, ``fit.json``, ``fit.csv``, ``parameters.csv``,
+        ``predictions/baseline/FILE.csv``, and ``speed_table_free.csv`` or ``speed_table_main.csv`` of each
+        fitted lift. The folder appears whole or not at all; an earlier fit there is replaced.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `out` holds anything but an earlier fit, ``"not-writable"``.
+        """
+        from forklift import fit_files
+
+        return fit_files.write(self, out)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All but the curves as plain data, with version and hashes, for JSON."""
+        from forklift import fit_files
+
+        return fit_files.to_dict(self)
 
     def __repr__(self) -> str:
         return (
@@ -117,22 +168,28 @@ class Fit:
         )
 
     def __str__(self) -> str:
-        return "\n".join(self.verdict)
+        from forklift.tables import fit_tables, plain
+
+        return "\n".join([*self.verdict, "", *map(plain, fit_tables(self))])
 
 
 @dataclass
 class _Watch:
-    """Turns the search's progress into the caller's, and keeps the last good point for Ctrl-C."""
+    """Turns the search's progress into the caller's, and keeps each start's best point for Ctrl-C."""
 
     tell: Callable[[Progress], None] | None
     starts: int
     samples: int
-    last: Floats | None = None
+    best: dict[int, tuple[Stage, float, Floats]] = field(default_factory=dict)
+    """By start, where its last stage stands: costs of two stages do not compare."""
+    evaluations: int = 0
 
     def of(self, start: int) -> Callable[[Stage, int, float, Floats], None]:
         def evaluated(stage: Stage, evaluation: int, cost: float, x: Floats) -> None:
-            if start == 0:
-                self.last = x.copy()
+            self.evaluations += 1
+            known = self.best.get(start)
+            if known is None or known[0] is not stage or cost <= known[1]:
+                self.best[start] = stage, cost, x.copy()
             if self.tell:
                 misfit = stage.temper * float(np.sqrt(2.0 * cost / max(self.samples, 1)))
                 place = STAGES.index(stage) + 1
@@ -190,6 +247,8 @@ def fit(
         ``"parameter-unknown"``, ``"argument-invalid"``; those of `forklift.simulate.predict`.
     """
     began = time.monotonic()
+    check_temperature(oil_temperature_degc)
+    _check_numbers(starts, load_width_kg)
     suited = suitability(campaign.recordings, truck)
     every = sensors(campaign.recordings)
     moved = unknowns(truck, suited.lifts, hold=hold, also=also, together=together)
@@ -199,6 +258,7 @@ def fit(
             "every parameter is held, so that there is nothing to fit; hold fewer",
             name="hold",
         )
+    _check_profiles(profiles, moved)
     conditions: dict[str, Any] = {
         "load_width_kg": load_width_kg,
         "oil_temperature_degc": oil_temperature_degc,
@@ -211,13 +271,18 @@ def fit(
     )
     problem = Problem(truck, moved, fitted, substeps=4)
     everyone = replace(problem, samples=samples)
-    ends, interrupted = _search(problem, every, starts or 1, seed, progress)
-    known, judged = _judge(everyone, ends.best, every)
-    if starts is None and not interrupted and not all(seen.explained for seen in judged):
-        ends, interrupted = _search(problem, every, AGAIN, seed, progress, earlier=ends.best)
-        known, judged = _judge(everyone, ends.best, every)
+    stop = _Stop()
+    ends = _search(problem, every, starts or 1, seed, progress, stop)
+    known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
+    if starts is None and not stop.asked and not all(seen.explained for seen in judged):
+        ends = _search(problem, every, AGAIN, seed, progress, stop, earlier=ends)
+        known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
     found = ends.best
     best = _fitted_truck(campaign, truck, moved, found, known)
+    before, after = (
+        stop.finish(lambda shown=shown: compare(campaign, shown, oil_temperature_degc=oil_temperature_degc))  # type: ignore[misc]
+        for shown in (truck, best)
+    )
     result = Fit(
         campaign,
         truck,
@@ -232,13 +297,83 @@ def fit(
         ends.ends,
         (),
         suited.cautions,
-        compare(campaign, truck, oil_temperature_degc=oil_temperature_degc),
-        compare(campaign, best, oil_temperature_degc=oil_temperature_degc),
-        interrupted,
+        before,
+        after,
+        stop.asked,
         0.0,
+        conditions
+        | {
+            "hold": [*hold],
+            "also": [*also],
+            "together": [[*group] for group in together],
+            "starts": starts,
+            "profiles": [*profiles],
+            "seed": seed,
+        },
     )
-    drawn = () if interrupted else tuple(result.profile(name) for name in profiles)
-    return replace(result, profiles=drawn, seconds=time.monotonic() - began)
+    drawn: list[Profile] = []
+    with stop.noticed():
+        for name in () if stop.asked else profiles:
+            drawn.append(result.profile(name))
+    seconds = time.monotonic() - began
+    return replace(result, profiles=tuple(drawn), interrupted=stop.asked, seconds=seconds)
+
+
+class _Stop:
+    """Ctrl-C, once there is something to keep: it ends the search and the profiles, and nothing is lost."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    @contextmanager
+    def noticed(self) -> Iterator[None]:
+        """Leave the block at Ctrl-C, and go on behind it."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            self.asked = True
+        except ForkliftError as error:
+            if error.code != "interrupted":
+                raise
+            self.asked = True
+
+    def finish(self, work: Callable[[], T]) -> T:
+        """What `work` gives, little beside a search: done again after Ctrl-C; a second one ends it."""
+        with self.noticed():
+            return work()
+        return work()
+
+
+def _check_numbers(starts: int | None, load_width_kg: float) -> None:
+    if starts is not None and starts < 1:
+        raise ForkliftError(
+            "argument-invalid",
+            f"a fit needs a start, and {starts} are asked for; ask for one or more",
+            name="starts",
+            value=starts,
+            lower=1,
+        )
+    if not (load_width_kg >= 0.0 and np.isfinite(load_width_kg)):
+        raise ForkliftError(
+            "argument-invalid",
+            f"the loads' standard deviation is {load_width_kg:g} kg; give zero or more",
+            name="load_width_kg",
+            value=load_width_kg,
+            lower=0.0,
+            unit="kg",
+        )
+
+
+def _check_profiles(names: Collection[str], moved: Sequence[Unknown]) -> None:
+    """Before the search: a profile can be had of what is estimated only."""
+    known = [unknown.name for unknown in moved]
+    for name in names:
+        if name not in known:
+            raise ForkliftError(
+                "parameter-unknown",
+                f"{name} is not estimated; profiles can be had of {', '.join(known)}",
+                name=name,
+            )
 
 
 def _search(
@@ -247,20 +382,21 @@ def _search(
     starts: int,
     seed: int,
     progress: Callable[[Progress], None] | None,
-    earlier: Found | None = None,
-) -> tuple[Ends, bool]:
-    """The best of some starts; and whether Ctrl-C ended it before its time."""
+    stop: _Stop,
+    earlier: Ends | None = None,
+) -> Ends:
+    """The best of some starts, and how the others compare; after Ctrl-C, of those that were begun."""
     count = sum(len(seen.rows) for found in problem.samples for seen in found.observed)
     watch = _Watch(progress, starts, count)
-    try:
-        return from_starts(problem, every, starts, seed, watch.of, earlier), False
-    except (KeyboardInterrupt, ForkliftError) as error:
-        if isinstance(error, ForkliftError) and error.code != "interrupted":
-            raise
-        if earlier is None and watch.last is None:
-            raise
-        best = earlier or settle(problem, watch.last, every)  # type: ignore[arg-type]
-        return Ends(best, (End(0, 0.0, 0.0, True),)), True
+    done = [earlier.best] if earlier else []
+    with stop.noticed():
+        return from_starts(problem, every, starts, seed, watch.of, done[0] if done else None)
+    begun = [*done, *(settle(problem, x, every) for _, _, x in watch.best.values())]
+    if not begun:
+        raise KeyboardInterrupt
+    ends = compare_ends(begun, begun)
+    evaluations = watch.evaluations + sum(found.evaluations for found in done)
+    return replace(ends, best=replace(ends.best, evaluations=evaluations))
 
 
 def _judge(
