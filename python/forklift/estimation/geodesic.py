@@ -89,7 +89,7 @@ def _point(problem: Problem, x: Floats) -> Point:
 
 
 def _downhill(problem: Problem, here: Point, damping: float, gain: float) -> tuple[Floats | None, float]:
-    """The first of ever shorter steps that leads down, and its damping; None where there is nothing to gain."""
+    """The first of ever shorter steps that leads down, and its damping; None if there is nothing to gain."""
     for _ in range(MOST_REFUSED):
         then = _step(problem, here, damping)
         if then is not None:
