@@ -84,7 +84,7 @@ def main():
         return 130
     text, holds = judged(found.ends, found.verdict)
     print(f"\n{table(found.ends)}\n\n{text}")
-    print(*(line for line in found.verdict if "start" in line.lower()), sep="\n")
+    print(*(line for line in found.verdict if line.startswith("Start ")), sep="\n")
     return 0 if holds else 1
 
 

@@ -273,3 +273,13 @@ def test_gross_outliers_move_no_estimate_by_more_than_its_interval(null_fit):
     found = fit(spoilt, null_fit.start, starts=1)
     for one, other in zip(null_fit.knowledge.estimates, found.knowledge.estimates, strict=True):
         assert abs(other.value - one.value) < 0.5 * (one.upper - one.lower), one.name
+
+
+def test_the_effect_that_was_missing_is_estimated_with_the_truck_and_explains_all():
+    truck = Truck.read("thesis").with_values({"free.friction_temperature.rate": 0.0})
+    found = fit(Campaign.read(CAMPAIGNS / "thermfric"), truck, starts=1)
+    (rate,) = (one for one in found.knowledge.estimates if one.name == "free.friction_temperature.rate")
+    assert rate.lower > 0.01
+    assert found.complete
+    for replay in replays(found):
+        assert max(replay.mean_square(channel) for channel in replay.channels) < 1.3
