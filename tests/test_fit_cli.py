@@ -1,4 +1,4 @@
-"""`forklift fit`: what it prints and leaves, what Ctrl-C keeps, and what is refused before anything is written."""
+"""`forklift fit`: what it prints and leaves, what Ctrl-C keeps, and what is refused at once."""
 
 import json
 import os
@@ -70,7 +70,9 @@ def test_it_prints_verdict_and_tables_and_says_what_it_wrote(capfd, tmp_path, nu
     assert told.startswith("\n".join(null_fit.verdict))
     for title in ("as Table 5.1", "as Table 5.4", "What is left over"):
         assert title in told
-    assert told.endswith("".join(f"Written: {out / name}\n" for name in ("fit.html", "truck.toml", "fit.json")))
+    assert told.endswith(
+        "".join(f"Written: {out / name}\n" for name in ("fit.html", "truck.toml", "fit.json"))
+    )
 
 
 def test_options_reach_the_verb(capfd, tmp_path, fitted):

@@ -176,9 +176,7 @@ def test_what_is_left_over_is_counted_by_signal_and_role(null_fit):
     row = table.row(by_predicate=(pl.col("channel") == "pressure_free_pa") & (pl.col("role") == "validate"),
                     named=True)  # fmt: skip
     seen = [
-        found
-        for found in null_fit.judged
-        if (found.channel, found.role) == ("pressure_free_pa", "validate")
+        found for found in null_fit.judged if (found.channel, found.role) == ("pressure_free_pa", "validate")
     ]
     assert (row["recordings"], row["explained"], row["tested"]) == (6, 6, 6)
     assert row["worst"] == max(found.mean_square for found in seen)

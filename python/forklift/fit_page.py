@@ -221,7 +221,8 @@ def _profiles(fit: Fit) -> list[dict[str, Any]]:
         return []
     note = (
         "How much worse everything fits, as −2 ln of the posterior, with one parameter held and all others "
-        "fitted anew; dotted: the parabola that the intervals in the table assume. The dashed level bounds 95 %."
+        "fitted anew; dotted: the parabola that the intervals in the table assume. The dashed level bounds "
+        "95 %."
     )
     figures = [
         {"title": found.name, "note": _interval(found), "panels": [_profile(fit, found)]}
