@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import forklift
-from conftest import CAMPAIGNS
+from campaigns import CAMPAIGNS
 from forklift import Truck, cli
 from small_campaign import snapshot
 
