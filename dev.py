@@ -74,6 +74,13 @@ def bench(*arguments):
     )
 
 
+def bench_fit(*arguments):
+    """forklift's fit against what one would use instead; further arguments go to benches/estimation/run.py"""
+    install("bench")
+    out = ROOT / "benches" / "fits.md"
+    return run(PYTHON, "benches/estimation/run.py", "--out", out, *arguments)
+
+
 def install(*extras):
     """Put forklift with these extras into the environment, unless what is there is still the same."""
     if not shutil.which("cargo"):
@@ -134,7 +141,7 @@ def run(*command, cwd=ROOT):
 def main():
     if sys.version_info < (3, 11):  # noqa: UP036  (older ones are told so)
         sys.exit(f"dev.py: this is Python {sys.version.split()[0]}; run it with Python 3.11 or later.")
-    tasks = {task.__name__: task for task in (demo, test, lint, docs, bench)}
+    tasks = {task.__name__.replace("_", "-"): task for task in (demo, test, lint, docs, bench, bench_fit)}
     parser = argparse.ArgumentParser(
         description=__doc__.splitlines()[0], epilog="\n\n".join(__doc__.split("\n\n")[1:])
     )
@@ -143,7 +150,7 @@ def main():
         commands.add_parser(name, help=task.__doc__, description=task.__doc__)
     try:
         known, others = parser.parse_known_args()
-        if others and known.task not in ("test", "bench"):
+        if others and known.task not in ("test", "bench", "bench-fit"):
             parser.error(f"{known.task} takes no {' '.join(others)}")
         sys.exit(tasks[known.task](*others))
     except KeyboardInterrupt:

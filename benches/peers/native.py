@@ -22,8 +22,16 @@ def build_lift(folder: Path) -> Path:
 
 def build_cvode(folder: Path, source: Path | None) -> Path:
     """CVODE of SUNDIALS 6 or 7, from its source with full optimisation, or else the system's."""
-    program = folder / "cvode"
-    command = [*C, str(HERE / "cvode.c"), "-o", str(program)]
+    return _with_sundials(folder, source, "cvode.c", folder / "cvode")
+
+
+def build_lift_cvode(folder: Path, source: Path | None) -> Path:
+    """The same CVODE on one lift with any parameters, as a shared library."""
+    return _with_sundials(folder, source, "lift_cvode.c", folder / "lift_cvode.so", "-shared", "-fPIC")
+
+
+def _with_sundials(folder: Path, source: Path | None, file: str, out: Path, *options: str) -> Path:
+    command = [*C, *options, str(HERE / file), "-o", str(out)]
     if source:
         prefix = _build_sundials(folder, source)
         core = "core" if (prefix / "lib/libsundials_core.a").exists() else "generic"
@@ -31,7 +39,7 @@ def build_cvode(folder: Path, source: Path | None) -> Path:
         _run([*command, f"-I{prefix}/include", *archives, "-lm"])
     else:
         _run([*command, *(f"-lsundials_{name}" for name in SUNDIALS), "-lm"])
-    return program
+    return out
 
 
 def _build_sundials(folder: Path, source: Path) -> Path:
@@ -40,6 +48,7 @@ def _build_sundials(folder: Path, source: Path) -> Path:
         off = [f"-DBUILD_{name}=OFF" for name in ("SHARED_LIBS", "ARKODE", "CVODES", "IDA", "IDAS", "KINSOL")]
         off += [f"-DEXAMPLES_{name}=OFF" for name in ("ENABLE_C", "ENABLE_CXX", "INSTALL")]
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_C_FLAGS_RELEASE=-O3 -march=native -DNDEBUG"]
+        options.append("-DCMAKE_POSITION_INDEPENDENT_CODE=ON")
         where = [
             f"-DCMAKE_INSTALL_PREFIX={prefix}",
             "-DCMAKE_INSTALL_LIBDIR=lib",

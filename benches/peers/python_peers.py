@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from lowerings import TICK_S, Lowerings
+from lowerings import START_M, TICK_S, Lowerings
 from numba import njit
 from scipy.integrate import odeint, solve_ivp
 from sksundae.cvode import CVODE
@@ -28,12 +28,12 @@ class Lift:
         lib = ctypes.CDLL(str(library))
         pointer, real = ctypes.c_void_p, ctypes.c_double
         lib.lift_set.argtypes = [pointer, real, real]
-        lib.lift_at_rest.argtypes = [pointer, pointer]
+        lib.lift_at_rest.argtypes = [pointer, real, pointer]
         lib.lift_rates.argtypes = [pointer, real, pointer, pointer]
         lib.lift_jacobian.argtypes = [pointer, pointer, pointer]
         for function in (lib.lift_set, lib.lift_at_rest, lib.lift_rates, lib.lift_jacobian):
             function.restype = None
-        self._lib = lib
+        self._lib, self._numbers = lib, lib.lift_numbers()
         c_rates, c_jacobian = lib.lift_rates, lib.lift_jacobian
 
         @njit
@@ -72,9 +72,9 @@ class Lift:
         return out, time.process_time() - begin
 
     def _one(self, solve: Solve, lowerings: Lowerings, n: int, times: np.ndarray, rtol: float) -> np.ndarray:
-        k, y = np.empty(8), np.empty(9)
+        k, y = np.empty(self._numbers), np.empty(9)
         self._lib.lift_set(k.ctypes.data, lowerings.load_kg[n], lowerings.temperature_degc[n])
-        self._lib.lift_at_rest(k.ctypes.data, y.ctypes.data)
+        self._lib.lift_at_rest(k.ctypes.data, START_M, y.ctypes.data)
         return solve(k, lowerings.command_a[n], y, times, rtol)
 
     def sundae(self, k, command, y, times, rtol):

@@ -80,7 +80,7 @@ int main(int argc, char **argv)
         const double *row = l.rows + lowered * (l.ticks + 2);
         lowering w = {.command = row + 2, .l = &l, .out = point(&l, lowered, 0), .by_time = !stop};
         free_lift_set(&w.k, row[0], row[1]);
-        free_lift_at_rest(&w.k, y);
+        free_lift_at_rest(&w.k, 0.98, y);
         double t = 0, h = 1e-5;
         for (int64_t tick = 0; tick <= l.ticks; tick++) {
             double *out = point(&l, lowered, tick), end = (double)(stop ? tick + 1 : l.ticks) * l.tick;

@@ -78,6 +78,8 @@ def peers(args: argparse.Namespace, lowerings: Lowerings, folder: Path) -> list[
         add_python(
             "numbalsoda", "LSODA, C++ (numbalsoda)", "own Jacobian", (1e-4, 1e-5, 1e-6), args.n, args.repeats
         )
+    else:
+        print("numbalsoda is not installed: its row is left out", file=sys.stderr)
     add_python("lsoda", "LSODA, SciPy odeint", "compiled functions", (1e-4, 1e-5, 1e-6), 16, 3)
     add_python("sundae", "CVODE, scikit-sundae", "compiled functions, order 3", (1e-4, 1e-5, 1e-6), 16, 3)
     add_python("bdf", "BDF, SciPy", "compiled functions", (1e-4, 1e-5, 1e-6), args.slow, 1)

@@ -25,10 +25,17 @@ if TYPE_CHECKING:
     from forklift.compare import Comparison as Comparison
     from forklift.compare import compare as compare
     from forklift.convert import convert as convert
+    from forklift.fit import Fit as Fit
+    from forklift.fit import fit as fit
     from forklift.recording import Recording as Recording
     from forklift.simulate import Simulation as Simulation
     from forklift.simulate import predict as predict
     from forklift.simulate import simulate as simulate
+    from forklift.speed_table import SpeedTable as SpeedTable
+    from forklift.speed_table import speed_to_current as speed_to_current
+    from forklift.speed_table import temperature_scaling as temperature_scaling
+    from forklift.steady import SteadyState as SteadyState
+    from forklift.steady import steady_state as steady_state
     from forklift.truck import Truck as Truck
 
     __version__: str
@@ -37,13 +44,20 @@ _HOME = {
     "Campaign": "campaign",
     "Command": "commands",
     "Comparison": "compare",
+    "Fit": "fit",
     "Recording": "recording",
     "Simulation": "simulate",
+    "SpeedTable": "speed_table",
+    "SteadyState": "steady",
     "Truck": "truck",
     "compare": "compare",
     "convert": "convert",
+    "fit": "fit",
     "predict": "simulate",
     "simulate": "simulate",
+    "speed_to_current": "speed_table",
+    "steady_state": "steady",
+    "temperature_scaling": "speed_table",
 }
 
 __all__ = ["ForkliftError", "__version__", "commands", *_HOME]

@@ -40,7 +40,7 @@ class ParameterSpec(TypedDict):
     unit: str
     lower: float
     upper: float
-    scale: Literal["log", "linear"]
+    scale: Literal["log", "linear", "loglog", "logcos"]
     origin: Literal["given", "chosen", "steady", "prms"]  # the column "Source" of Tables 5.1 and 5.2
     equation: str
     meaning: str
@@ -129,6 +129,31 @@ class Truck:
         substeps: int = ...,
     ) -> list[tuple[_Floats, _Floats]]:
         """Per case outputs (n, outputs) and derivatives (n, outputs, directions)."""
+
+    def steady_velocity(
+        self,
+        lift: str,  # "free" or "main"
+        current: _Floats,  # (n,) A, commanded
+        bend: _Floats,  # (n,) share of the valve's hysteresis: 1 where the current rose, -1 where it fell
+        pressure: _Floats,  # (n,) Pa, cylinder pressure p_A
+        oil_temperature: _Floats,  # (n,) degC
+        *,
+        pressure_rate: _Floats | None = None,  # (n,) Pa/s, else 0
+        directions: Sequence[str] | None = None,  # parameters, "current", "pressure", "oil_temperature"
+    ) -> tuple[_Floats, _Floats]:
+        """Cylinder velocities (n,) [m/s], upward positive, and their derivatives (n, directions)."""
+
+    def steady_state(
+        self,
+        lift: str,
+        current: _Floats,
+        bend: _Floats,
+        load: _Floats,  # (n,) kg
+        oil_temperature: _Floats,
+        *,
+        directions: Sequence[str] | None = None,  # parameters, "current", "load", "oil_temperature"
+    ) -> tuple[_Floats, _Floats]:
+        """Cylinder velocities [m/s] and pressures [Pa] (n, 2), and their derivatives (n, 2, directions)."""
 
 def prms(
     n_samples: int,

@@ -112,9 +112,10 @@ def unit(place: Place, channel: Channel, values: Floats) -> None:
     told = f"{place.label(channel.name)} is {extreme:.6g} {channel.unit} {says}, where {possible} is possible"
     if likely:
         raise _wrong_unit(place, channel, told, likely, row=row, value=extreme, lower=lower, upper=upper)
+    what = "the sample, or leave it out if it is missing" if few else "the channel's unit, scale or zero"
     raise place.error(
         "value-out-of-bounds",
-        f"{told}; correct the sample, or leave it out if it is missing",
+        f"{told}; correct {what}",
         row=row,
         channel=channel.name,
         value=extreme,

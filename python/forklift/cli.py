@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from forklift.commands import Command
+    from forklift.fit import Progress
 
 REFUSED = 2
 """Exit status of a mistake in the call, its files or its numbers; also of a run that failed."""
@@ -31,7 +32,7 @@ PAGE = (".html",)
 
 app = typer.Typer(
     name="forklift",
-    help="Simulate a forklift's hydraulic lowering function and compare it with recordings.",
+    help="Simulate a forklift's hydraulic lowering function, compare it with recordings, fit it to them.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -187,6 +188,78 @@ def compare(
         _say_written(out / "compare.html", out / "fit.csv", out / "predictions")
 
 
+@app.command(epilog="Example: forklift fit campaign --truck thesis --out fitted")
+def fit(
+    campaign: Annotated[Path, typer.Argument(help="The campaign's folder, with its campaign.toml.")],
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder to write truck.toml, fit.html, fit.json and tables to.")
+    ],
+    truck: TruckName = "thesis",
+    starts: Annotated[
+        int | None,
+        typer.Option("--starts", min=1, help="Searches; else one, and three if that leaves something over."),
+    ] = None,
+    profile: Annotated[
+        list[str] | None,
+        typer.Option("--profile", help="A parameter whose profile likelihood is wanted; may be repeated."),
+    ] = None,
+    hold: Annotated[
+        list[str] | None,
+        typer.Option("--hold", help="A parameter to leave as the truck has it; may be repeated."),
+    ] = None,
+    also: Annotated[
+        list[str] | None,
+        typer.Option("--also", help="A parameter to estimate besides the thesis's; may be repeated."),
+    ] = None,
+    together: Annotated[
+        list[str] | None,
+        typer.Option("--together", help="NAME,NAME,..: parameters that move together; may be repeated."),
+    ] = None,
+    load_width: Annotated[
+        float, typer.Option("--load-width", help="Standard deviation of the entered loads [kg].")
+    ] = 0.0,
+    temperature: Annotated[
+        float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the scattered starts.")] = 1,
+    as_json: Json = False,
+) -> None:
+    """Fit a truck to a campaign's estimate recordings and judge it on the others; Ctrl-C keeps the best."""
+    from forklift import fit as verb
+    from forklift import fit_files, output, tables
+    from forklift.campaign import Campaign
+    from forklift.truck import Truck
+
+    output.check_folder(out, fit_files.earlier(out), fit_files.MARK)
+    chosen = Truck.read(truck)
+    found = Campaign.read(campaign)
+    with _searching() as progress:
+        result = verb(
+            found,
+            chosen,
+            hold=hold or (),
+            also=also or (),
+            together=[group.split(",") for group in together or ()],
+            load_width_kg=load_width,
+            oil_temperature_degc=temperature,
+            starts=starts,
+            profiles=profile or (),
+            seed=seed,
+            progress=progress,
+        )
+    result.write(out)
+    if as_json:
+        _print_json(result.to_dict())
+    else:
+        for sentence in result.verdict:
+            typer.echo(sentence)
+        _print(*tables.fit_tables(result))
+        _say_written(*(out / name for name in (fit_files.PAGE, fit_files.TRUCK, fit_files.MARK)))
+    if result.interrupted:
+        print(f"forklift: interrupted; the best truck so far is in {out}.", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED)
+
+
 @app.command(epilog="Example: forklift info thesis")
 def info(
     what: Annotated[
@@ -302,26 +375,28 @@ def run(arguments: list[str] | None = None) -> int:
     try:
         status = app(arguments, prog_name="forklift", standalone_mode=False)
     except KeyboardInterrupt:
-        status = INTERRUPTED
+        return _interrupted()
     except ForkliftError as error:
         if error.code != "interrupted":
             return _refuse(error.message)
-        status = INTERRUPTED
+        return _interrupted()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
         if type(error).__name__ == "Abort":
-            status = INTERRUPTED
-        elif explain := getattr(error, "format_message", None):
+            return _interrupted()
+        if explain := getattr(error, "format_message", None):
             if not explain():  # the help that a call without arguments gets
                 return REFUSED
             return _refuse(f"{explain().rstrip('.')}; `{_help_for(error)} --help` tells how")
-        else:
-            return _refuse(_unforeseen(error))
-    if status == INTERRUPTED:
-        print("forklift: interrupted; nothing was left half-written.", file=sys.stderr)
+        return _refuse(_unforeseen(error))
     return status if isinstance(status, int) else 0
+
+
+def _interrupted() -> int:
+    print("forklift: interrupted; nothing was left half-written.", file=sys.stderr)
+    return INTERRUPTED
 
 
 def _refuse(message: str) -> int:
@@ -439,6 +514,32 @@ def _progress(what: str, total: int) -> Iterator[Callable[[], None]]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=total)
         yield lambda: bar.advance(task)
+
+
+@contextmanager
+def _searching() -> Iterator[Callable[[Progress], None] | None]:
+    """How far a fit is, on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Reading what the recordings support", total=None)
+
+        def told(now: Progress) -> None:
+            bar.update(
+                task,
+                total=now.starts * now.stages,
+                completed=now.start * now.stages + now.stage - 1,
+                description=f"Start {now.start + 1} of {now.starts}, stage {now.stage} of {now.stages}, "
+                f"evaluation {now.evaluation}: misfit {now.misfit:.2f} x noise",
+            )
+
+        yield told
 
 
 @contextmanager

@@ -161,15 +161,19 @@ class Comparison:
         from forklift.plots import comparison_page
 
         with output.folder(out, earlier_files(out), MARK) as temporary:
-            files = _prediction_files([prediction.recording.file for prediction in self.predictions])
-            for prediction, file in zip(self.predictions, files, strict=True):
-                path = temporary / file
-                path.parent.mkdir(parents=True, exist_ok=True)
-                prediction.to_polars().write_csv(path)
+            self.write_predictions(temporary)
             self.fits.write_csv(temporary / "fit.csv")
             (temporary / MARK).write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
             (temporary / "compare.html").write_text(comparison_page(self), encoding="utf-8")
         return Path(out)
+
+    def write_predictions(self, folder: Path) -> None:
+        """Write ``predictions/baseline/FILE.csv`` of every recording below `folder`."""
+        files = prediction_files([prediction.recording.file for prediction in self.predictions])
+        for prediction, file in zip(self.predictions, files, strict=True):
+            path = folder / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            prediction.to_polars().write_csv(path)
 
     def to_dict(self) -> dict[str, Any]:
         """Verdict, tables, and the version and hashes of what they were made from, for JSON."""
@@ -178,23 +182,12 @@ class Comparison:
         return {
             "schema": 1,
             "forklift": __version__,
-            "campaign": {
-                "name": self.campaign.name,
-                "sha256": self.campaign.sha256,
-                "recordings": [
-                    {"file": found.file, "sha256": found.sha256} for found in self.campaign.recordings
-                ],
-            },
-            "truck": {
-                "name": self.truck.name,
-                "origin": self.truck.origin,
-                "sha256": self.truck.sha256,
-                "effects": list(self.truck.effects),
-            },
+            "campaign": campaign_facts(self.campaign),
+            "truck": truck_facts(self.truck),
             "verdict": list(self.verdict),
-            "validation": {lift: _rows(table) for lift in LIFTS if len(table := self.validation(lift))},
-            "fits": _rows(self.fits),
-            "phases": _rows(self.phases),
+            "validation": {lift: json_rows(table) for lift in LIFTS if len(table := self.validation(lift))},
+            "fits": json_rows(self.fits),
+            "phases": json_rows(self.phases),
         }
 
     def __str__(self) -> str:
@@ -239,7 +232,7 @@ def compare(
     ForkliftError
         Those of `forklift.simulate.predict`; ``"argument-invalid"`` for an impossible oil temperature.
     """
-    _check_temperature(oil_temperature_degc)
+    check_temperature(oil_temperature_degc)
 
     def one(recording: Recording) -> Prediction:
         simulation = predict(truck, recording, oil_temperature_degc=oil_temperature_degc, **settings)
@@ -264,19 +257,41 @@ def compare(
 
 def result_files(recordings: Sequence[str]) -> frozenset[str]:
     """The files that `Comparison.write` makes of a campaign with these recordings."""
-    return frozenset({"fit.csv", "compare.html", MARK, *_prediction_files(recordings)})
+    return frozenset({"fit.csv", "compare.html", MARK, *prediction_files(recordings)})
 
 
-def earlier_files(out: str | Path) -> frozenset[str]:
-    """The files of the earlier result that stands in `out`, as its ``compare.json`` tells; else none."""
+def earlier_files(
+    out: str | Path, mark: str = MARK, files: Callable[[Sequence[str]], frozenset[str]] = result_files
+) -> frozenset[str]:
+    """The files of the earlier result that stands in `out`, as its file `mark` tells; else none."""
     try:
-        found = json.loads((Path(out) / MARK).read_text(encoding="utf-8"))
-        return result_files([recording["file"] for recording in found["campaign"]["recordings"]])
+        found = json.loads((Path(out) / mark).read_text(encoding="utf-8"))
+        return files([recording["file"] for recording in found["campaign"]["recordings"]])
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
         return frozenset()
 
 
-def _prediction_files(recordings: Sequence[str]) -> list[str]:
+def campaign_facts(campaign: Campaign) -> dict[str, Any]:
+    """What a result says of the campaign it was made from."""
+    return {
+        "name": campaign.name,
+        "sha256": campaign.sha256,
+        "recordings": [{"file": found.file, "sha256": found.sha256} for found in campaign.recordings],
+    }
+
+
+def truck_facts(truck: Truck) -> dict[str, Any]:
+    """What a result says of a truck it was made with."""
+    return {
+        "name": truck.name,
+        "origin": truck.origin,
+        "sha256": truck.sha256,
+        "effects": list(truck.effects),
+    }
+
+
+def prediction_files(recordings: Sequence[str]) -> list[str]:
+    """By recording, the file that its prediction is written to."""
     names = [csv_name(file) for file in recordings]
     # a.csv and a.mf4 are two recordings
     own = [
@@ -286,7 +301,7 @@ def _prediction_files(recordings: Sequence[str]) -> list[str]:
     return [f"predictions/baseline/{name}" for name in own]
 
 
-def _check_temperature(oil_temperature_degc: float | None) -> None:
+def check_temperature(oil_temperature_degc: float | None) -> None:
     """A temperature that is given is one that a recording might have, be it needed or not."""
     possible = table()["oil_temperature_degc"]
     lower, upper = possible.lower, possible.upper
@@ -318,9 +333,9 @@ def _fit_rows(prediction: Prediction) -> Iterator[tuple[Any, ...]]:
             signal.commanded,
             signal.measured_from,
             int(np.isfinite(signal.measured).sum()),
-            _defined(fits.nmse(*pair)),
-            _defined(fits.nrmse(*pair)),
-            _defined(fits.rmse(*pair)),
+            defined(fits.nmse(*pair)),
+            defined(fits.nrmse(*pair)),
+            defined(fits.rmse(*pair)),
         )
 
 
@@ -358,9 +373,11 @@ def _operating_points(temperature: Floats) -> list[float]:
     return point.tolist()
 
 
-def _rows(table: pl.DataFrame) -> list[dict[str, Any]]:
-    return [{key: _defined(value) for key, value in row.items()} for row in table.to_dicts()]
+def json_rows(table: pl.DataFrame) -> list[dict[str, Any]]:
+    """A table's rows for JSON, which has no NaN."""
+    return [{key: defined(value) for key, value in row.items()} for row in table.to_dicts()]
 
 
-def _defined(value: Any) -> Any:
+def defined(value: Any) -> Any:
+    """`value`, or None for a number that is not finite."""
     return None if isinstance(value, float) and not isfinite(value) else value

@@ -31,7 +31,7 @@ MOST_POINTS = 1000
 DIGITS = 5
 """Significant digits of a point in the page: finer than a pixel."""
 
-_SHOWN: Mapping[str, tuple[str, str, float]] = {
+SHOWN: Mapping[str, tuple[str, str, float]] = {
     "m/s": ("velocity", "m/s", 1.0),
     "Pa": ("pressure", "MPa", 1e-6),
     "m": ("position", "m", 1.0),
@@ -44,20 +44,14 @@ _SHOWN: Mapping[str, tuple[str, str, float]] = {
 def comparison_page(comparison: Comparison) -> str:
     """The page of a comparison."""
     lifts = [lift for lift in LIFTS if len(comparison.validation(lift))]
-    order = {"validate": 0, "estimate": 1}
-    found = sorted(
-        (order.get(prediction.recording.role, 2), LIFTS.index(lift), position, lift, prediction)
-        for position, prediction in enumerate(comparison.predictions)
-        for lift in commanded(prediction.recording.lift)
-    )
-    return _page(
+    return page(
         title=f"{comparison.campaign.name} compared with {comparison.truck.name}",
         summary=comparison.verdict,
         tables=[
             table for lift in lifts for table in (_validation(comparison, lift), _where(comparison, lift))
         ],
         details=[_all_fits(comparison)],
-        figures=[_figure(comparison, prediction, lift) for *_, lift, prediction in found],
+        groups=[curves([_figure(comparison, prediction, lift) for lift, prediction in shown(comparison)])],
         footer=[
             f"Campaign {comparison.campaign.name}: {len(comparison.predictions)} recordings, "
             f"sha256 {comparison.campaign.sha256[:12]}",
@@ -70,6 +64,17 @@ def comparison_page(comparison: Comparison) -> str:
     )
 
 
+def shown(comparison: Comparison) -> list[tuple[Lift, Prediction]]:
+    """Each recording's commanded lifts in the order of the page: validate recordings first."""
+    order = {"validate": 0, "estimate": 1}
+    found = sorted(
+        (order.get(prediction.recording.role, 2), LIFTS.index(lift), position)
+        for position, prediction in enumerate(comparison.predictions)
+        for lift in commanded(prediction.recording.lift)
+    )
+    return [(LIFTS[lift], comparison.predictions[position]) for _, lift, position in found]
+
+
 def simulation_page(simulation: Simulation) -> str:
     """The page of a simulation: command, velocity, pressure and position of each lift."""
     lifts = [lift for lift in LIFTS if np.isfinite(simulation[f"position_{lift}_m"]).any()]
@@ -78,17 +83,30 @@ def simulation_page(simulation: Simulation) -> str:
         f"{simulation.load_kg:g} kg on the forks, oil at {simulation.oil_temperature_degc.mean():.0f} °C, "
         f"{simulation.time_s[-1] - simulation.time_s[0]:.1f} s"
     )
-    return _page(
+    return page(
         title=f"{simulation.truck.name} lowering {simulation.load_kg:g} kg",
         summary=[_lowering(simulation, lift) for lift in lifts],
         tables=[],
         details=[],
-        figures=[
-            {"title": f"{lift.capitalize()} lift", "note": conditions, "panels": _simulated(simulation, lift)}
-            for lift in lifts
+        groups=[
+            curves(
+                [
+                    {
+                        "title": f"{lift.capitalize()} lift",
+                        "note": conditions,
+                        "panels": _simulated(simulation, lift),
+                    }
+                    for lift in lifts
+                ]
+            )
         ],
         footer=[f"Truck {simulation.truck.name}, sha256 {simulation.truck.sha256[:12]}", f"Solver: {work}"],
     )
+
+
+def curves(figures: list[dict[str, Any]]) -> dict[str, Any]:
+    """Figures of curves over time, as a group of the page."""
+    return {"title": "Curves", "note": "", "figures": figures}
 
 
 def _lowering(simulation: Simulation, lift: Lift) -> str:
@@ -106,8 +124,8 @@ def _simulated(simulation: Simulation, lift: Lift) -> list[dict[str, Any]]:
     time, driven = simulation.time_s, simulation.to_polars()
     names = (f"velocity_{lift}_m_s", f"pressure_{lift}_pa", f"position_{lift}_m")
     return [
-        *(_panel("", outputs()[name]["unit"], time, simulated=simulation[name]) for name in names),
-        _panel("commanded", "A", time, simulated=driven[f"current_{lift}_a"].to_numpy()),
+        *(panel("", outputs()[name]["unit"], time, simulated=simulation[name]) for name in names),
+        panel("commanded", "A", time, simulated=driven[f"current_{lift}_a"].to_numpy()),
     ]
 
 
@@ -133,28 +151,46 @@ def decimate(time: Floats, *curves: Floats) -> tuple[Floats, ...]:
 
 def _figure(comparison: Comparison, prediction: Prediction, lift: Lift) -> dict[str, Any]:
     """A recording's pair of panels for one commanded lift."""
-    recording = prediction.recording
-    panels, notes = [], []
-    for channel in (f"velocity_{lift}_m_s", f"pressure_{lift}_pa"):
-        unit = outputs()[channel]["unit"]
-        signal = prediction.signal(channel)
-        if signal is None:
-            panels.append(
-                _panel("not measured", unit, recording.time_s, simulated=prediction.simulation[channel])
-            )
-            continue
-        curves = {"measured": signal.measured, "simulated": signal.simulated}
-        panels.append(_panel("", unit, recording.time_s, **curves))
-        fit = comparison.fits.row(by_predicate=_is(comparison, recording.file, channel), named=True)
+    notes = []
+    for channel in _pair(lift):
+        fit = _fit(comparison, prediction, channel)
         if fit["nrmse_percent"] is not None:
             notes.append(
-                f"{_SHOWN[unit][0]} fit {percent(fit['nmse_percent'])} % (NMSE), "
+                f"{SHOWN[fit['unit']][0]} fit {percent(fit['nmse_percent'])} % (NMSE), "
                 f"{percent(fit['nrmse_percent'])} % (NRMSE)"
             )
+    return figure(lift, {"simulated": prediction}, notes)
+
+
+def figure(lift: Lift, simulated: Mapping[str, Prediction], notes: list[str]) -> dict[str, Any]:
+    """Velocity and pressure of one recording, measured beside what one or more trucks say."""
+    first = next(iter(simulated.values()))
+    recording = first.recording
+    panels = []
+    for channel in _pair(lift):
+        unit = outputs()[channel]["unit"]
+        found = {name: prediction.signal(channel) for name, prediction in simulated.items()}
+        measured = first.signal(channel)
+        if measured is None:
+            said = {name: prediction.simulation[channel] for name, prediction in simulated.items()}
+            panels.append(panel("not measured", unit, recording.time_s, **said))
+            continue
+        said = {name: signal.simulated for name, signal in found.items() if signal is not None}
+        panels.append(panel("", unit, recording.time_s, measured=measured.measured, **said))
     conditions = (
-        f"{lift} lift, {recording.load_kg:g} kg, {prediction.oil_temperature_degc:.0f} °C, {recording.role}"
+        f"{lift} lift, {recording.load_kg:g} kg, {first.oil_temperature_degc:.0f} °C, {recording.role}"
     )
     return {"title": recording.file, "note": "; ".join([conditions, *notes]), "panels": panels}
+
+
+def _pair(lift: Lift) -> tuple[str, str]:
+    return f"velocity_{lift}_m_s", f"pressure_{lift}_pa"
+
+
+def _fit(comparison: Comparison, prediction: Prediction, channel: str) -> dict[str, Any]:
+    """The fit of a recording's signal; empty of numbers where it was not measured."""
+    found = comparison.fits.filter(_is(comparison, prediction.recording.file, channel)).to_dicts()
+    return found[0] if found else {"nrmse_percent": None}
 
 
 def _is(comparison: Comparison, file: str, channel: str) -> Any:
@@ -163,17 +199,20 @@ def _is(comparison: Comparison, file: str, channel: str) -> Any:
     return (pl.col("file") == file) & (pl.col("channel") == channel)
 
 
-def _panel(of: str, unit: str, time: Floats, **curves: Floats) -> dict[str, Any]:
-    quantity, shown, scale = _SHOWN[unit]
+def panel(of: str, unit: str, time: Floats, **curves: Floats) -> dict[str, Any]:
+    """Curves over time, of a quantity told by its unit."""
+    quantity, shown, scale = SHOWN[unit]
     thin, *thinned = decimate(time, *curves.values())
     return {
         "title": f"{quantity.capitalize()} [{shown}]" + (f", {of}" if of else ""),
-        "time": _numbers(thin),
-        "curves": {name: _numbers(curve * scale) for name, curve in zip(curves, thinned, strict=True)},
+        "x": numbers(thin),
+        "x_title": "Time [s]",
+        "curves": {name: numbers(curve * scale) for name, curve in zip(curves, thinned, strict=True)},
     }
 
 
-def _numbers(values: Floats) -> list[float | None]:
+def numbers(values: Floats) -> list[float | None]:
+    """For the page's data: rounded, and None for what is not finite."""
     return [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values.tolist()]
 
 
@@ -234,36 +273,35 @@ def _all_fits(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _page(*, figures: list[dict[str, Any]], **parts: Any) -> str:
+def page(*, groups: list[dict[str, Any]], **parts: Any) -> str:
+    """The whole page: summary, tables and details, then groups of figures of panels."""
     from plotly.offline import get_plotlyjs  # type: ignore[import-untyped]
 
     from forklift import __version__
 
-    panels = [panel for figure in figures for panel in figure["panels"]]
-    numbers = iter(range(len(panels)))
+    panels = [panel for group in groups for figure in group["figures"] for panel in figure["panels"]]
+    places = iter(range(len(panels)))
     outline = [
-        {"title": figure["title"], "note": figure["note"], "panels": list(_numbered(figure, numbers))}
-        for figure in figures
+        group
+        | {
+            "figures": [figure | {"panels": list(_numbered(figure, places))} for figure in group["figures"]],
+            "names": list(_names(group)),
+        }
+        for group in groups
     ]
     data = json.dumps(panels, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    return _template().render(
-        **parts,
-        figures=outline,
-        data=data,
-        plotly=get_plotlyjs(),
-        version=__version__,
-        names=list(_names(panels)),
-    )
+    return _template().render(**parts, groups=outline, data=data, plotly=get_plotlyjs(), version=__version__)
 
 
-def _numbered(figure: dict[str, Any], numbers: Iterator[int]) -> Iterator[dict[str, Any]]:
-    for panel in figure["panels"]:
-        yield {"id": next(numbers), "title": panel["title"]}
+def _numbered(figure: dict[str, Any], places: Iterator[int]) -> Iterator[dict[str, Any]]:
+    for one in figure["panels"]:
+        yield {"id": next(places), "title": one["title"], "height": one.get("height")}
 
 
-def _names(panels: list[dict[str, Any]]) -> dict[str, None]:
-    """The curves that occur, in order: the page's legend."""
-    return dict.fromkeys(name for panel in panels for name in panel["curves"])
+def _names(group: dict[str, Any]) -> dict[str, None]:
+    """The curves that occur, in order: the group's legend."""
+    panels = [panel for figure in group["figures"] for panel in figure["panels"]]
+    return dict.fromkeys(name for panel in panels for name in panel.get("curves", ()))
 
 
 @cache

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from forklift.campaign import Campaign
     from forklift.compare import Comparison
+    from forklift.fit import Fit
     from forklift.simulate import Simulation
     from forklift.truck import Truck
 
@@ -171,6 +172,85 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
     """The tables of a comparison that fit a page: validation and phases of each lift."""
     lifts = [lift for lift in LIFTS if len(comparison.validation(lift))]
     return [table(comparison, lift) for lift in lifts for table in (validation_table, phase_table)]
+
+
+HOW_KNOWN = {"yes": "told", "together": "together", "no": "not told"}
+"""By the column ``told`` of `fit_files.parameters`."""
+
+
+def fit_tables(fit: Fit) -> list[Table]:
+    """The tables of a fit: parameters and velocity of each lift, and what is left of every signal."""
+    found = fit.parameters
+    lifts: list[Lift | None] = [*LIFTS, None]
+    tables = [parameters_table(found, lift) for lift in lifts if len(of_lift(found, lift))]
+    tables += [change_table(fit, lift) for lift in LIFTS if len(fit.after.validation(lift))]
+    return [*tables, mean_square_table(fit)]
+
+
+def of_lift(found: pl.DataFrame, lift: Lift | None) -> pl.DataFrame:
+    """The rows of `fit_files.parameters` of one lift; None: of neither."""
+    return found.filter(found["lift"].eq_missing(lift))
+
+
+def parameters_table(found: pl.DataFrame, lift: Lift | None) -> Table:
+    """Laid out as Table 5.1 or 5.2: what was estimated of one lift, or of neither."""
+    like = "" if lift is None else f", as Table {'5.1' if lift == 'free' else '5.2'}"
+    title = f"Estimated parameters of {f'the {lift} lift' if lift else 'the truck'}{like}"
+    rows = (
+        (
+            row["name"],
+            f"{row['start']:.5g}",
+            f"{row['value']:.5g}",
+            f"{row['lower']:.4g} to {row['upper']:.4g}",
+            row["unit"],
+            HOW_KNOWN[row["told"]],
+        )
+        for row in of_lift(found, lift).iter_rows(named=True)
+    )
+    return _table(title, ["parameter", ">start", ">value", ">95 % interval", "unit", "known"], rows)
+
+
+def change_table(fit: Fit, lift: Lift) -> Table:
+    """Laid out as Table 5.4 or 5.5: both velocity fits for each temperature and load, before and after."""
+    table = fit.validation(lift)
+    role = "" if (table["role"] == "validate").all() else " (there are no validate recordings: all of them)"
+    like = "5.4" if lift == "free" else "5.5"
+    title = f"Model fit of the velocity, {lift} lift, before → after, as Table {like}{role}"
+    names = [">temperature [°C]", ">load [kg]", ">fit (NMSE) [%]", ">fit (NRMSE) [%]", "recording"]
+    return _table(title, names, change_rows(table))
+
+
+def change_rows(table: pl.DataFrame) -> list[tuple[str, ...]]:
+    """The cells of `Fit.validation`."""
+    fits = ("nmse_percent", "nrmse_percent")
+    before, after = (
+        validation_rows(table.rename({f"{name}_{when}": name for name in fits}))
+        for when in ("before", "after")
+    )
+    return [
+        (*new[:2], *(f"{was} → {now}" for was, now in zip(old[2:4], new[2:4], strict=True)), new[4])
+        for old, new in zip(before, after, strict=True)
+    ]
+
+
+def mean_square_table(fit: Fit) -> Table:
+    """What is left of each signal, in units of the sensors' noise: 1 is as good as can be."""
+    rows = (
+        (
+            row["channel"],
+            row["role"],
+            str(row["recordings"]),
+            f"{row['mean_square']:.2f}",
+            f"{row['worst']:.2f}",
+            f"{row['explained']} of {row['recordings']}",
+            f"{row['white']} of {row['tested']}" if row["tested"] else "—",
+            row["worst_file"],
+        )
+        for row in fit.signals.iter_rows(named=True)
+    )
+    title = "What is left over, as mean square in units of the sensors' noise (1: nothing but noise)"
+    names = ["signal", "role", ">recordings", ">mean", ">worst", ">explained", ">white", "worst recording"]
+    return _table(title, names, rows)
 
 
 def _table(title: str, names: list[str], rows: Iterable[tuple[str, ...]]) -> Table:

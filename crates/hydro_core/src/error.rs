@@ -27,6 +27,8 @@ pub enum Error {
     TooManySteps { time_s: f64, limit: usize, tolerance: f64 },
     #[error("{worst_state} ceased to be finite at t = {time_s} s; use more substeps or the adaptive solver, or check the parameters of that part")]
     NotFinite { time_s: f64, worst_state: String },
+    #[error("the {lift} lift has no steady lowering near the thesis's at {current_a} A (point {point}), where {worst_state} does not settle; check the parameters of the effects that act on it")]
+    NoSteadyState { lift: String, point: usize, current_a: f64, worst_state: String },
     #[error("interrupted at t = {time_s} s")]
     Interrupted { time_s: f64 },
 }
@@ -54,6 +56,7 @@ impl Error {
             Error::StepTooSmall { .. } => "step-too-small",
             Error::TooManySteps { .. } => "too-many-steps",
             Error::NotFinite { .. } => "not-finite",
+            Error::NoSteadyState { .. } => "no-steady-state",
             Error::Interrupted { .. } => "interrupted",
         }
     }
@@ -104,6 +107,12 @@ impl Error {
             Error::NotFinite { time_s, worst_state } => {
                 vec![("time_s", Number(*time_s)), ("worst_state", text(worst_state))]
             }
+            Error::NoSteadyState { lift, point, current_a, worst_state } => vec![
+                ("lift", text(lift)),
+                ("row", Count(*point)),
+                ("value", Number(*current_a)),
+                ("worst_state", text(worst_state)),
+            ],
             Error::Interrupted { time_s } => vec![("time_s", Number(*time_s))],
         }
     }

@@ -20,4 +20,5 @@ pub mod run;
 pub mod scalar;
 pub mod sensors;
 pub mod solver;
+pub mod steady;
 pub mod truck;

@@ -93,7 +93,7 @@ pub const VELOCITY: usize = place("velocity");
 pub const CYLINDER_PRESSURE: usize = place("cylinder_pressure");
 
 /// Where [`LIFT_STATES`] lists a state; one that it lacks does not compile.
-const fn place(name: &str) -> usize {
+pub const fn place(name: &str) -> usize {
     let mut k = 0;
     while !same(LIFT_STATES[k].name.as_bytes(), name.as_bytes()) {
         k += 1;
@@ -294,7 +294,7 @@ impl<S: Scalar> Physics<S> for Extended<S> {
     }
     #[inline(always)]
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Open<S>; L], S) {
-        let mut ports = MastPorts { lifts: [Open::quiet(); L], joint_inertia: S::zero() };
+        let mut ports = MastPorts::quiet();
         let mut rest = own;
         for (term, n) in &self.terms {
             let (mine, others) = rest.split_at(*n);

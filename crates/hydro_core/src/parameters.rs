@@ -13,6 +13,10 @@ pub enum Scale {
     /// Positive, and spread over decades: estimated and scattered by its logarithm.
     Log,
     Linear,
+    /// Above 1, and only ever under a logarithm: estimated by the logarithm of its logarithm.
+    LogLog,
+    /// An angle that counts by its cosine: estimated by the logarithm of that.
+    LogCos,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,7 +127,7 @@ lift_parameters! {
     a_2: "bulk.a_2", "a2", "1", 0.0, 1e4, Linear, Prms, "(3.2)",
         "weight of the pressure in the bulk-modulus law",
         "0 is a constant bulk modulus; above 1e4 a3 no longer matters";
-    a_3: "bulk.a_3", "a3", "1", 1.5, 1e5, Log, Prms, "(3.2)",
+    a_3: "bulk.a_3", "a3", "1", 1.5, 1e5, LogLog, Prms, "(3.2)",
         "offset of the bulk-modulus law",
         "above 1, so that the bulk modulus is positive at zero pressure";
     f_pr: "friction.F_pr", "F_pr", "N", 0.0, 2e4, Linear, Prms, "(3.34)",
@@ -195,7 +199,7 @@ lift_parameters! {
     comp_re_cr: "compensator.Re_cr", "Re_cr", "1", 1.0, 1e6, Log, Steady, "(3.8)",
         "critical Reynolds number of the compensator",
         "as for the proportional valve";
-    comp_theta: "compensator.theta", "θ", "rad", 0.0, 1.571, Linear, Steady, "(3.16)",
+    comp_theta: "compensator.theta", "θ", "rad", 0.0, 1.571, LogCos, Steady, "(3.16)",
         "angle of the jet in the compensator, for its flow force",
         "from along the spool (0) to across it (π/2)";
 }

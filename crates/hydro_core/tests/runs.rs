@@ -51,7 +51,7 @@ fn celsius() -> BoxedStrategy<f64> {
 }
 
 proptest! {
-    #![proptest_config(cases(200))]
+    #![proptest_config(cases(100))]
 
     #[test]
     fn no_truck_within_its_bounds_makes_the_fixed_path_leave_the_numbers(

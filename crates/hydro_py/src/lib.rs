@@ -3,6 +3,7 @@
 mod case;
 mod errors;
 mod signals;
+mod steady;
 mod tables;
 mod truck;
 

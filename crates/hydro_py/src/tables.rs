@@ -17,6 +17,8 @@ fn parameter<'py>(py: Python<'py>, spec: &ParameterSpec, length: &str) -> PyResu
     let scale = match spec.scale {
         Scale::Log => "log",
         Scale::Linear => "linear",
+        Scale::LogLog => "loglog",
+        Scale::LogCos => "logcos",
     };
     row.set_item("scale", scale)?;
     let origin = match spec.origin {

@@ -13,6 +13,7 @@ use pyo3::types::PyDict;
 
 use crate::case::{self, PyCase};
 use crate::errors::raise;
+use crate::steady;
 
 /// A truck's parameters, checked against the tables; its effects are those whose parameters are given.
 #[pyclass(name = "Truck", module = "forklift._core", frozen)]
@@ -24,7 +25,7 @@ enum Given {
     Table(Vec<f64>),
 }
 
-fn argument(name: &str, value: &str, requirement: &str) -> Error {
+pub fn argument(name: &str, value: &str, requirement: &str) -> Error {
     Error::Argument { name: name.into(), value: value.into(), requirement: requirement.into() }
 }
 
@@ -134,6 +135,52 @@ impl PyTruck {
         answer.set_item("statistics", statistics)?;
         Ok(answer)
     }
+
+    #[pyo3(signature = (lift, current, bend, pressure, oil_temperature, *, pressure_rate=None, directions=None))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments in Python
+    fn steady_velocity<'py>(
+        &self,
+        py: Python<'py>,
+        lift: &str,
+        current: PyReadonlyArray1<'py, f64>,
+        bend: PyReadonlyArray1<'py, f64>,
+        pressure: PyReadonlyArray1<'py, f64>,
+        oil_temperature: PyReadonlyArray1<'py, f64>,
+        pressure_rate: Option<PyReadonlyArray1<'py, f64>>,
+        directions: Option<Vec<String>>,
+    ) -> PyResult<steady::Velocities<'py>> {
+        let columns = steady::Columns {
+            current: current.as_array().to_vec(),
+            bend: bend.as_array().to_vec(),
+            known: pressure.as_array().to_vec(),
+            rate: pressure_rate.map(|rate| rate.as_array().to_vec()),
+            oil_temperature: oil_temperature.as_array().to_vec(),
+        };
+        steady::velocity(py, &self.0, lift, &columns, &directions.unwrap_or_default())
+    }
+
+    #[pyo3(signature = (lift, current, bend, load, oil_temperature, *, directions=None))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments in Python
+    fn steady_state<'py>(
+        &self,
+        py: Python<'py>,
+        lift: &str,
+        current: PyReadonlyArray1<'py, f64>,
+        bend: PyReadonlyArray1<'py, f64>,
+        load: PyReadonlyArray1<'py, f64>,
+        oil_temperature: PyReadonlyArray1<'py, f64>,
+        directions: Option<Vec<String>>,
+    ) -> PyResult<steady::States<'py>> {
+        let columns = steady::Columns {
+            current: current.as_array().to_vec(),
+            bend: bend.as_array().to_vec(),
+            known: load.as_array().to_vec(),
+            rate: None,
+            oil_temperature: oil_temperature.as_array().to_vec(),
+        };
+        steady::state(py, &self.0, lift, &columns, &directions.unwrap_or_default())
+    }
+
     #[pyo3(signature = (cases, unknowns, directions, *, substeps=Solver::DEFAULT_SUBSTEPS))]
     #[allow(clippy::type_complexity)] // one pair of arrays per case
     fn differentiate<'py>(

@@ -48,3 +48,25 @@ impl<S: Scalar> Effect<S> for FrictionTemperature<S> {
         *port = *port * (-(self.rate * warmer)).exp();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::bus_at_rest;
+
+    #[test]
+    fn at_5_percent_a_kelvin_60_kelvin_warmer_leave_a_twentieth_of_the_friction() {
+        // e^(−0.05·60) = e^(−3) = 0.049787068367863943.
+        let mut bus = bus_at_rest();
+        bus.oil_temperature_degc = 80.0;
+        let mut ports = MastPorts::quiet();
+        FrictionTemperature { rate: 0.05, place: 0 }.act(&bus, &[], &mut ports);
+        assert!((ports.lifts[0].viscous_friction - 0.049_787_068_367_863_943).abs() < 1e-15);
+        assert_eq!(ports.lifts[1].viscous_friction, 1.0);
+        // Ten kelvin below 20 °C: e^(0.5) = 1.6487212707001282, and it multiplies what was there.
+        bus.oil_temperature_degc = 10.0;
+        ports.lifts[1].viscous_friction = 2.0;
+        FrictionTemperature { rate: 0.05, place: 1 }.act(&bus, &[], &mut ports);
+        assert!((ports.lifts[1].viscous_friction - 2.0 * 1.648_721_270_700_128_2).abs() < 1e-14);
+    }
+}

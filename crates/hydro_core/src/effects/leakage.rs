@@ -45,3 +45,30 @@ impl<S: Scalar> Effect<S> for Leakage<S> {
         *port = *port - self.coefficient * over_tank;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::bus_at_rest;
+
+    #[test]
+    fn nine_megapascals_over_the_tank_press_18_cubic_millimetres_a_second_through_a_gap_of_2e_15() {
+        // 2e-15 m³/(s·Pa)·(9.1 MPa − 0.1 MPa) = 1.8e-8 m³/s, out of the cylinder.
+        let mut bus = bus_at_rest();
+        (bus.lifts[1].p_a, bus.p_tank[1]) = (9.1e6, 1e5);
+        let mut ports = MastPorts::quiet();
+        Leakage { coefficient: 2e-15, place: 1 }.act(&bus, &[], &mut ports);
+        assert!((ports.lifts[1].cylinder_flow + 1.8e-8).abs() < 1e-22);
+        assert_eq!(ports.lifts[0].cylinder_flow, 0.0);
+    }
+
+    #[test]
+    fn a_cylinder_below_the_tanks_pressure_draws_oil_in() {
+        // 2e-15·(0.04 MPa − 0.1 MPa) = −1.2e-10 m³/s.
+        let mut bus = bus_at_rest();
+        (bus.lifts[0].p_a, bus.p_tank[0]) = (4e4, 1e5);
+        let mut ports = MastPorts::quiet();
+        Leakage { coefficient: 2e-15, place: 0 }.act(&bus, &[], &mut ports);
+        assert!((ports.lifts[0].cylinder_flow - 1.2e-10).abs() < 1e-24);
+    }
+}

@@ -12,6 +12,14 @@ pub struct MastCoupling<S> {
     joint_inertia: S,
 }
 
+impl<S: Scalar> MastCoupling<S> {
+    /// The share `factor` of M₁₂ [kg], from the free lift's masses.
+    fn joint_inertia(factor: S, m_c: S, m: S) -> S {
+        let two = S::constant(2.0);
+        factor * (two * m_c + (two + two) * m)
+    }
+}
+
 impl<S: Scalar> Effect<S> for MastCoupling<S> {
     const SPEC: EffectSpec = EffectSpec {
         id: "mast_coupling",
@@ -35,13 +43,37 @@ impl<S: Scalar> Effect<S> for MastCoupling<S> {
     };
 
     fn new(values: &[S], lifts: &[Lift<S>], _place: usize) -> Self {
-        let free = &lifts[0];
-        let two = S::constant(2.0);
-        MastCoupling { joint_inertia: values[0] * (two * free.m_c + (two + two) * free.m) }
+        MastCoupling { joint_inertia: MastCoupling::joint_inertia(values[0], lifts[0].m_c, lifts[0].m) }
     }
 
     #[inline(always)]
     fn act<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], ports: &mut MastPorts<S, L>) {
         ports.joint_inertia = ports.joint_inertia + self.joint_inertia;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::bus_at_rest;
+
+    #[test]
+    fn half_the_joint_inertia_of_a_cylinder_of_12_6_kg_and_800_kg_above_it_is_1612_6_kg() {
+        // M₁₂ = 2·12.6 + 4·800 = 3225.2 kg, of which half acts; it adds to what was there.
+        let joint_inertia = MastCoupling::joint_inertia(0.5, 12.6, 800.0);
+        let mut ports = MastPorts::quiet();
+        ports.joint_inertia = 100.0;
+        MastCoupling { joint_inertia }.act(&bus_at_rest(), &[], &mut ports);
+        assert!((ports.joint_inertia - 1712.6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn it_is_what_the_kinetic_energy_holds_of_both_velocities_together() {
+        // ½·m_c(2v_M + v_F)² + ½·m(2v_M + 2v_F)² holds (2m_c + 4m)·v_F·v_M: with v = 1 both, 9/2·m_c + 8m,
+        // less ½·m_c + 2m of v_F alone and 2m_c + 2m of v_M alone.
+        let (m_c, m) = (12.6, 800.0);
+        let both = 4.5 * m_c + 8.0 * m;
+        let mixed = both - (0.5 * m_c + 2.0 * m) - (2.0 * m_c + 2.0 * m);
+        assert!((MastCoupling::joint_inertia(1.0, m_c, m) - mixed).abs() < 1e-12 * mixed);
     }
 }

@@ -50,6 +50,14 @@ pub struct MastPorts<S, const L: usize> {
     pub joint_inertia: S,
 }
 
+impl<S: Scalar, const L: usize> MastPorts<S, L> {
+    /// Nothing acts.
+    #[inline(always)]
+    pub fn quiet() -> Self {
+        MastPorts { lifts: [Open::quiet(); L], joint_inertia: S::zero() }
+    }
+}
+
 /// One effect at work. `place` says on which simulated lift it sits.
 pub trait Effect<S: Scalar>: Sized {
     const SPEC: EffectSpec;
@@ -140,4 +148,11 @@ catalogue! {
     mast_coupling::MastCoupling,
     friction_temperature::FrictionTemperature,
     leakage::Leakage,
+}
+
+/// What an effect sees of two lifts at rest without pressure, at 0 °C.
+#[cfg(test)]
+fn bus_at_rest() -> Bus<f64, 2> {
+    let rest = crate::mast::LiftState::from_slice(&[0.0; crate::mast::STATES]);
+    Bus { lifts: [rest; 2], command: [0.0; 2], p_tank: [0.0; 2], oil_temperature_degc: 0.0 }
 }

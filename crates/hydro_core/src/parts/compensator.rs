@@ -36,6 +36,13 @@ impl<S: Scalar> Compensator<S> {
         (self.a_max - self.slope * (p_xy + p_flow - p_set)).clamp_to(self.a_leak, self.a_max)
     }
 
+    /// The opening [m²] that is its own A_s, at a drop `p_cd` ≥ 0: (3.15) is linear in the opening.
+    #[inline(always)]
+    pub fn settled_area(&self, p_xy: S, p_cd: S, p_set: S) -> S {
+        let open = self.a_max - self.slope * (p_xy - p_set);
+        (open / (S::one() + self.slope * self.flow_force * p_cd)).clamp_to(self.a_leak, self.a_max)
+    }
+
     /// dA/dt [m²/s].
     #[inline(always)]
     pub fn rate(&self, p_xy: S, p_cd: S, area: S, p_set: S) -> S {
@@ -81,6 +88,13 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn settled_it_has_the_opening_that_its_drops_ask_for(p_xy in 0.0..1e7f64, p_cd in 0.0..1e7f64) {
+            let c = thesis();
+            let area = c.settled_area(p_xy, p_cd, c.p_set);
+            prop_assert!((c.steady_area(p_xy, p_cd, area, c.p_set) - area).abs() < 1e-12 * c.a_max);
+        }
+
         #[test]
         fn its_opening_stays_between_its_ends_and_falls_with_either_drop(
             p_xy in -1e7..1e7f64, p_cd in -1e7..1e7f64, area in 1e-9..1e-4f64, more in 0.0..1e6f64,

@@ -36,6 +36,13 @@ impl<S: Scalar> LuGre<S> {
         self.coulomb * (S::one() + self.breakaway_less_one * (self.minus_c_v * speed).exp())
     }
 
+    /// The bristle [m] at which dz/dt is zero while sliding at `v`.
+    #[inline(always)]
+    pub fn settled_bristle(&self, v: S) -> S {
+        let most = self.steady(v.abs()) / self.sigma_0;
+        S::select(v.lt(S::zero()), -most, most)
+    }
+
     /// The friction force [N], positive with positive `v`, and dz/dt [m/s]; `sigma_2` is the
     /// viscous coefficient that acts.
     #[inline(always)]
@@ -60,7 +67,7 @@ mod tests {
     fn sliding_steadily_the_friction_is_the_stribeck_curve_and_the_viscous_share() {
         let friction = thesis();
         for v in [-0.5f64, -1e-3, 1e-4, 0.02, 0.6] {
-            let z = v.signum() * friction.steady(v.abs()) / 2517.2;
+            let z = friction.settled_bristle(v);
             let (force, rate) = friction.force_and_rate(v, z, friction.sigma_2);
             assert!(rate.abs() < 1e-15, "{v}: {rate}");
             assert!((force - (v.signum() * friction.steady(v.abs()) + 4137.8 * v)).abs() < 1e-9, "{v}");

@@ -51,6 +51,13 @@ impl<S: Scalar> Valve<S> {
         }
     }
 
+    /// At rest under the command `u` [A], the bristle bent by the share `bend` of its most: 1 where the
+    /// current rose last, −1 where it fell. Then i = u − bend·f_hs.
+    pub fn settled(&self, u: S, bend: S) -> ValveState<S> {
+        let bristle = bend / self.sigma_0_over_f_hs;
+        ValveState { i: u - self.sigma_0 * bristle, rate: S::zero(), bristle }
+    }
+
     /// No disturbance of the current decays or swings faster than this [1/s]: 2Dω + 2ω²σ1 + ω√(1 + σ0),
     /// where σ1 counts twice because a bristle that is bent against the motion doubles it. A step must
     /// stay below four times its inverse: a longer one is stable while the bristle stays as it is, but
@@ -247,6 +254,16 @@ mod tests {
         let lag = 0.025 * (2.0 / 34.327 + 0.1);
         assert!(((0.5 - up.i) - F_HS).abs() < lag, "{}", 0.5 - up.i);
         assert!(((down.i - 0.5) - F_HS).abs() < lag, "{}", down.i - 0.5);
+    }
+
+    #[test]
+    fn settled_it_rests_beside_the_command_by_the_bent_share_of_the_hysteresis() {
+        for bend in [-1.0, -0.3, 0.0, 1.0] {
+            let x = thesis().settled(0.8, bend);
+            assert!((0.8 - x.i - bend * F_HS).abs() < 1e-15);
+            let rates = thesis().rates(x, 0.8);
+            assert!(rates.i == 0.0 && rates.bristle == 0.0 && rates.rate.abs() < 1e-12, "{rates:?}");
+        }
     }
 
     #[test]

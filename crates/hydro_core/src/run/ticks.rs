@@ -70,10 +70,18 @@ where
     fn run(mut self) -> Self::Output {
         let grid = Grid::new(self.inputs.time, self.substeps);
         let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
+        let held_on = |k: usize| {
+            let command = commands_of(self.which, self.inputs.command[k]).map(S::constant);
+            (command, S::constant(self.inputs.oil_temperature_degc[k]) + self.warmer)
+        };
+        // The rates at the start are those under the first inputs.
+        let mut held = grid.input_at(0, 0);
+        let (command, temperature) = held_on(held);
+        self.mast.set_inputs(command, temperature);
         let mut fixed = Fixed::new(self.mast, self.start, grid.h, valve_steps(fastest.largest(), grid.h));
         let (mut before, mut after) = (self.start.to_vec(), self.start.to_vec());
         let mut row = after.clone();
-        let (mut next, mut held, mut j) = (0, None, 0usize);
+        let (mut next, mut j) = (0, 0usize);
         while next < self.wanted.len() {
             let t = grid.time(j);
             while next < self.wanted.len() && self.wanted[next] <= t + grid.slack() {
@@ -88,11 +96,10 @@ where
                 }
                 next += 1;
             }
-            let k = grid.input_at(j, held.unwrap_or(0));
-            if held != Some(k) {
-                held = Some(k);
-                let command = commands_of(self.which, self.inputs.command[k]).map(S::constant);
-                let temperature = S::constant(self.inputs.oil_temperature_degc[k]) + self.warmer;
+            let k = grid.input_at(j, held);
+            if held != k {
+                held = k;
+                let (command, temperature) = held_on(k);
                 fixed.mast.set_inputs(command, temperature);
             }
             std::mem::swap(&mut before, &mut after);

@@ -3,10 +3,11 @@
 //! One evaluation of the physics per substep, over any scalar. What is stiff is solved, what is not
 //! is predicted and corrected:
 //!
-//! 1. The valve depends on its command alone and runs ahead, one linearly implicit step a substep;
-//!    its bristle is in closed form, and a step in which the current turns is cut there.
-//! 2. Velocity and friction bristle are predicted (Adams–Bashforth 4), the position follows
-//!    (Adams–Moulton 4).
+//! 1. Velocity and friction bristle are predicted (Adams–Bashforth 4), the position follows
+//!    (Adams–Moulton 4). Ports are read there, at the extrapolated cylinder pressure.
+//! 2. The valve depends on its command alone and runs ahead, one linearly implicit step a substep
+//!    unless its fastest rate asks for more ([`valve_steps`]); its bristle is in closed form, and a
+//!    step in which the current turns is cut there.
 //! 3. Given those and the opening, the pressures and the compensator are one scalar equation in
 //!    D = p_A − p_B: p_A by Adams–Moulton 4, p_B by BDF2, the compensator's opening by BDF3, explicit
 //!    in D with its exact ends. It falls strictly with D. Newton's method takes D and p_B together
@@ -31,10 +32,10 @@ use crate::scalar::{Mask, Scalar};
 /// Newton iterations after which a lane is given up; bisection alone would need some 50.
 const NEWTON_LIMIT: usize = 60;
 /// Relative size of the Newton step that counts as converged: what is left is of the order of its
-/// square.
+/// square. The derivatives are those at the root, and do not take part in what is left.
 const CONVERGED: f64 = 2e-3;
-/// The same for p_B, which enters as its root.
-const CONVERGED_B: f64 = 1e-2;
+/// How many times as much p_B may move, which enters as its root.
+const LOOSER_FOR_P_B: f64 = 5.0;
 /// Newton steps in the drop and p_B together before a lane is searched for.
 const NEAR_LIMIT: usize = 2;
 /// Pressure drops below this [Pa] count as this large when convergence is judged.
@@ -151,11 +152,10 @@ struct Gains<S> {
     feedback: S,
     /// r·A_max.
     wide: S,
-    /// r·A_leak.
-    tight: S,
     one_plus_r: S,
-    inverse_one_plus_r: S,
     gamma: S,
+    /// What a substep leaves of the compensator's distance from an end: e^(−h/τ).
+    decay: S,
 }
 
 impl<S: Scalar> Gains<S> {
@@ -166,10 +166,9 @@ impl<S: Scalar> Gains<S> {
             regulation: r * c.slope,
             feedback: r * c.slope * c.flow_force,
             wide: r * c.a_max,
-            tight: r * c.a_leak,
             one_plus_r: S::one() + r,
-            inverse_one_plus_r: S::one() / (S::one() + r),
             gamma: S::constant(h * weights.volume_rate) * lift.volume_stiffness,
+            decay: (-(S::constant(h) * c.inverse_tau)).exp(),
         }
     }
 }
@@ -189,8 +188,8 @@ struct DropEquation<S> {
     p_b_past: S,
     gamma: S,
     p_d: S,
-    /// The compensator's opening A = a_past + r·(A_s − A): before its ends, (numerator − regulation·D)/
-    /// (1 + r + feedback·(p_B − p_D)).
+    /// The compensator's opening A = a_past + r·(A_s − A), which is (numerator − regulation·D)/
+    /// (1 + r + feedback·(p_B − p_D)), between the openings that it reaches if A_s stays at either end.
     numerator: S,
     regulation: S,
     one_plus_r: S,
@@ -322,14 +321,14 @@ impl<S: Scalar> DropEquation<S> {
     /// Newton's method, in the drop and p_B together, from where both are extrapolated to; a lane that
     /// is not there at once is [searched for](Self::searched).
     #[inline(always)]
-    fn root(&self, drop: S, p_b: S) -> (Solved<S>, usize) {
-        let (mut found, mut near) = self.newton(drop, p_b - self.p_d);
+    fn root(&self, drop: S, p_b: S, tolerance: f64) -> (Solved<S>, usize) {
+        let (mut found, mut near) = self.newton(drop, p_b - self.p_d, tolerance);
         let mut missed = near.settled.not();
         for iteration in 1..NEAR_LIMIT {
             if !missed.any() {
                 return (found, iteration);
             }
-            let (next, after) = self.newton(near.drop, near.p_cd);
+            let (next, after) = self.newton(near.drop, near.p_cd, tolerance);
             found = Solved::select(missed, next, found);
             missed = missed.and(after.settled.not());
             near = after;
@@ -337,14 +336,14 @@ impl<S: Scalar> DropEquation<S> {
         if !missed.any() {
             return (found, NEAR_LIMIT);
         }
-        let (far, iterations) = self.searched(drop);
+        let (far, iterations) = self.searched(drop, tolerance);
         (Solved::select(missed, far, found), NEAR_LIMIT + iterations)
     }
 
     /// One Newton step from the drops `drop` across the valve and `p_cd` across the compensator, and
     /// what follows from it to the first order.
     #[inline(always)]
-    fn newton(&self, drop: S, p_cd: S) -> (Solved<S>, Near<S>) {
+    fn newton(&self, drop: S, p_cd: S, tolerance: f64) -> (Solved<S>, Near<S>) {
         let (zero, one) = (S::zero(), S::one());
         let a = self.orifice_a.flow_and_slopes(self.c2_a, self.opening, drop);
         let inverse = one / (self.one_plus_r + self.feedback * p_cd).max(S::constant(0.5));
@@ -365,7 +364,7 @@ impl<S: Scalar> DropEquation<S> {
         let after = free + (by_drop * step + by_p_cd * p_cd_step);
         let then = opening.regulates(after);
         let same_side = regulates.and(then).or(regulates.or(then).not());
-        let small = is_share(step, drop, CONVERGED).and(is_share(p_cd_step, p_cd, CONVERGED_B));
+        let small = is_share(step, drop, tolerance).and(is_share(p_cd_step, p_cd, LOOSER_FOR_P_B * tolerance));
         let settled = small.and(same_side);
         let solved = Solved {
             drop: drop + step,
@@ -382,7 +381,7 @@ impl<S: Scalar> DropEquation<S> {
     /// The bracket: a positive drop fills the volume, so p_B is then no lower than the lower one of
     /// its past and the tank's pressure, and p_A no higher than without the flow; and conversely.
     #[inline(always)]
-    fn searched(&self, guess: S) -> (Solved<S>, usize) {
+    fn searched(&self, guess: S, tolerance: f64) -> (Solved<S>, usize) {
         let (zero, half) = (S::zero(), S::constant(0.5));
         let mut lower = (self.p_a_free - self.p_b_past.max(self.p_d)).min(zero);
         let mut upper = (self.p_a_free - self.p_b_past.min(self.p_d)).max(zero);
@@ -397,7 +396,7 @@ impl<S: Scalar> DropEquation<S> {
             upper = S::select(below, upper, drop);
             let newton = drop - at.residual / at.slope;
             let step = newton - drop;
-            let small = is_share(step, drop, CONVERGED);
+            let small = is_share(step, drop, tolerance);
             // A small step on the steep side of a kink may be far from the root on the flat one.
             let settled = small.and(at.opening.same_side(step));
             let inside = lower.lt(newton).and(newton.lt(upper)).and(step.abs().lt(half * last));
@@ -416,9 +415,9 @@ impl<S: Scalar> DropEquation<S> {
 
     /// The root with its derivatives, by the implicit function theorem.
     #[inline(always)]
-    fn solve(&self, drop: S::Real, p_b: S::Real) -> (Solved<S>, usize) {
+    fn solve(&self, drop: S::Real, p_b: S::Real, tolerance: f64) -> (Solved<S>, usize) {
         let real = self.real();
-        let (found, iterations) = real.root(drop, p_b);
+        let (found, iterations) = real.root(drop, p_b, tolerance);
         let at = self.at(S::from_real(found.drop));
         let drop = S::implicit(found.drop, at.residual, real.at(found.drop).slope);
         let at = self.at(drop);
@@ -432,12 +431,22 @@ impl<S: Scalar> DropEquation<S> {
     }
 }
 
+/// What the rate of p_A, which is history to later substeps, is made of besides the ports.
+#[derive(Debug, Clone, Copy)]
+struct Oil<S> {
+    /// E/V [Pa/m³].
+    stiffness: S,
+    q_a: S,
+}
+
 /// The mast on its way, substep after substep.
 #[derive(Debug, Clone)]
 pub struct Fixed<S, X, const L: usize> {
     pub mast: Mast<S, X, L>,
     /// Newton iterations of the pressure equations so far.
     pub pair_iterations: usize,
+    /// Relative size of the Newton step that counts as converged.
+    pub tolerance: f64,
     lifts: [LiftState<S>; L],
     own: Vec<S>,
     own_rates: Vec<Past<S, 4>>,
@@ -482,6 +491,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let mut fixed = Fixed {
             mast,
             pair_iterations: 0,
+            tolerance: CONVERGED,
             lifts,
             own,
             own_rates,
@@ -536,14 +546,17 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             self.gains = std::array::from_fn(|k| Gains::new(&self.mast.lifts[k], self.h, weights));
         }
         let h = S::constant(self.h);
-        let bus = self.mast.bus(self.lifts);
-        let (ports, _) = self.mast.physics.ports(&bus, &self.own);
         let mut moved = self.lifts;
         for k in 0..L {
-            self.advance_oil(k, &mut moved[k], &ports[k], weights);
+            self.predict_motion(k, &mut moved[k], weights);
         }
         for (own, past) in self.own.iter_mut().zip(&self.own_rates) {
             *own = *own + h * weigh(past, weights.predict);
+        }
+        let (ports, _) = self.mast.physics.ports(&self.mast.bus(moved), &self.own);
+        let mut oil = [Oil { stiffness: S::zero(), q_a: S::zero() }; L];
+        for k in 0..L {
+            oil[k] = self.advance_oil(k, &mut moved[k], &ports[k], weights);
         }
         // The rates at the prediction, and the correction with them.
         let bus = self.mast.bus(moved);
@@ -558,6 +571,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         for k in 0..L {
             let (stop, old, past) = (self.mast.lifts[k].stop, &self.lifts[k], &mut self.history[k]);
             let s = &mut moved[k];
+            let displaced = ports[k].cylinder_flow(-(self.mast.lifts[k].balance.area * s.v));
+            push(&mut past.p_a_rate, oil[k].stiffness * (displaced - oil[k].q_a));
             let v_rate = S::select(stop.blocks(s.x, acceleration[k]), S::zero(), acceleration[k]);
             s.z = correct(old.z, h, z_rate[k], &past.z_rate, weights.correct);
             let v = correct(old.v, h, v_rate, &past.v_rate, weights.correct);
@@ -583,9 +598,22 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         self.substeps += 1;
     }
 
-    /// Valve, predicted motion and pressures of lift `k`, from `s` at the start of the substep.
+    /// Predicted motion of lift `k`, from `s` at the start of the substep, and its cylinder pressure
+    /// extrapolated, which is what the oil's ports and E/V are taken at: one that lagged by the
+    /// substep would leave an effect of the pressure at first order.
     #[inline(always)]
-    fn advance_oil(&mut self, k: usize, s: &mut LiftState<S>, ports: &X::Ports, weights: &Weights) {
+    fn predict_motion(&self, k: usize, s: &mut LiftState<S>, weights: &Weights) {
+        let (lift, past, h) = (&self.mast.lifts[k], &self.history[k], S::constant(self.h));
+        s.z = s.z + h * weigh(&past.z_rate, weights.predict);
+        let v = s.v + h * weigh(&past.v_rate, weights.predict);
+        let x = correct(s.x, h, v, &past.v, weights.correct);
+        (s.x, s.v) = lift.stop.limit(x, v);
+        s.p_a = past.p_a[0] + past.p_a[0] - past.p_a[1];
+    }
+
+    /// Valve and pressures of lift `k` after its predicted motion.
+    #[inline(always)]
+    fn advance_oil(&mut self, k: usize, s: &mut LiftState<S>, ports: &X::Ports, weights: &Weights) -> Oil<S> {
         let (lift, past, h) = (&self.mast.lifts[k], &mut self.history[k], S::constant(self.h));
         let (gains, command) = (&self.gains[k], ports.current(self.mast.command[k]));
         let mut valve = ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle };
@@ -594,21 +622,15 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         }
         (s.i, s.i_rate, s.i_bristle) = (valve.i, valve.rate, valve.bristle);
 
-        s.z = s.z + h * weigh(&past.z_rate, weights.predict);
-        let v = s.v + h * weigh(&past.v_rate, weights.predict);
-        let x = correct(s.x, h, v, &past.v, weights.correct);
-        (s.x, s.v) = lift.stop.limit(x, v);
-
         // E/V at the extrapolated pressure: it changes by less than a percent per substep.
-        let p_a_ahead = past.p_a[0] + past.p_a[0] - past.p_a[1];
-        let stiffness = lift.cylinder_stiffness(p_a_ahead, s.x, ports);
+        let stiffness = lift.cylinder_stiffness(s.p_a, s.x, ports);
         let [implicit, first, second, third] = weights.pressure;
         let rest = weigh(&past.p_a_rate, [first, second, third]);
         let displaced = ports.cylinder_flow(-(lift.balance.area * s.v));
         let kappa = h * S::constant(implicit) * stiffness;
         let nu = ports.viscosity(lift.nu);
         let a_past = weigh(&past.a_comp, weights.opening);
-        let least = lift.compensator.a_leak;
+        let (least, most) = (lift.compensator.a_leak, lift.compensator.a_max);
         let equation = DropEquation {
             orifice_a: lift.orifice_a,
             orifice_b: lift.orifice_b,
@@ -624,20 +646,20 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             regulation: gains.regulation,
             one_plus_r: gains.one_plus_r,
             feedback: gains.feedback,
-            closed: ((a_past + gains.tight) * gains.inverse_one_plus_r).max(least),
-            open: ((a_past + gains.wide) * gains.inverse_one_plus_r).max(least),
+            closed: least + (s.a_comp - least) * gains.decay,
+            open: most + (s.a_comp - most) * gains.decay,
         };
         let drop = past.drop[0].real() + past.drop[0].real() - past.drop[1].real();
         let p_a = past.p_a[0] + h * weigh(&past.p_a_rate, weights.ahead);
-        let (solved, iterations) = equation.solve(drop, p_a.real() - drop);
+        let (solved, iterations) = equation.solve(drop, p_a.real() - drop, self.tolerance);
         self.pair_iterations += iterations;
         s.p_a = equation.p_a_free - kappa * solved.q_a;
         s.p_b = s.p_a - solved.drop;
         s.a_comp = solved.a_comp;
         push(&mut past.p_a, s.p_a);
-        push(&mut past.p_a_rate, stiffness * (displaced - solved.q_a));
         push(&mut past.p_b, s.p_b);
         push(&mut past.a_comp, s.a_comp);
         push(&mut past.drop, solved.drop);
+        Oil { stiffness, q_a: solved.q_a }
     }
 }

@@ -24,8 +24,8 @@ pub fn cases(count: u32) -> Config {
 /// Evenly spread over [lower, upper] or over its logarithms.
 pub fn inside(lower: f64, upper: f64, scale: Scale) -> BoxedStrategy<f64> {
     match scale {
-        Scale::Linear => (lower..=upper).boxed(),
-        Scale::Log => (lower.ln()..=upper.ln()).prop_map(move |x| x.exp().clamp(lower, upper)).boxed(),
+        Scale::Linear | Scale::LogCos => (lower..=upper).boxed(),
+        Scale::Log | Scale::LogLog => (lower.ln()..=upper.ln()).prop_map(move |x| x.exp().clamp(lower, upper)).boxed(),
     }
 }
 

@@ -1,0 +1,209 @@
+//! The effects: silent at their quiet values, to the bit, and each as its equation says.
+
+mod common;
+
+use common::{column, state, thesis_values, truck_with, Lowering, TICK};
+use hydro_core::effects::Instance;
+use hydro_core::mast::{Extended, Lift, LiftName, LiftState, Mast, Physics, Thesis, STATES};
+use hydro_core::run::{simulate, Inputs, Lifts, Run, Solver};
+use hydro_core::truck::{Truck, Value};
+
+/// The thesis's truck with these effects, their amplitudes at `amplitude(specification)`, what else
+/// they have half way between its bounds.
+fn truck_with_effects(effects: &[Instance], amplitude: impl Fn(&Instance) -> f64) -> Truck {
+    let mut values = thesis_values();
+    for instance in effects {
+        for (k, p) in instance.kind.spec().parameters.iter().enumerate() {
+            let value = if k == 0 { amplitude(instance) } else { 0.5 * (p.lower + p.upper) };
+            values.insert(format!("{}.{}", instance.name(), p.name), Value::Number(value));
+        }
+    }
+    Truck::from_values(values).unwrap()
+}
+
+fn quiet(instance: &Instance) -> f64 {
+    instance.kind.spec().quiet
+}
+
+/// A tenth of the way from the quiet value to the upper bound.
+fn loud(instance: &Instance) -> f64 {
+    let spec = instance.kind.spec();
+    spec.quiet + 0.1 * (spec.parameters[0].upper - spec.quiet)
+}
+
+/// Both lifts at 60 °C with 700 kg, each moving for a second and a half.
+fn lower(truck: &Truck, solver: Solver) -> Run {
+    let time: Vec<f64> = (0..75).map(|k| f64::from(k) * TICK).collect();
+    let command: Vec<[f64; 2]> = (0..75).map(|k| if k < 5 { [0.0; 2] } else { [0.7, 0.8] }).collect();
+    let inputs = Inputs { time: &time, command: &command, oil_temperature_degc: &[60.0; 75], load_kg: 700.0 };
+    simulate(truck, Lifts::Both, &inputs, &time, solver, None, &|| false).unwrap()
+}
+
+const SOLVERS: [Solver; 2] = [Solver::Adaptive { tolerance: 1e-5 }, Solver::Fixed { substeps: 4 }];
+
+/// The lifts' states, without those of effects.
+fn lifts(run: &Run) -> Vec<u64> {
+    let rows = run.states.chunks_exact(run.state_names.len());
+    rows.flat_map(|row| row[..2 * STATES].iter().map(|x| x.to_bits())).collect()
+}
+
+#[test]
+fn an_effect_at_its_quiet_value_changes_no_bit_of_a_run_in_either_solver() {
+    let all: Vec<Instance> = Instance::all().collect();
+    for solver in SOLVERS {
+        let thesis = lower(&truck_with(&[]), solver);
+        for instance in &all {
+            let extended = lower(&truck_with_effects(&[*instance], quiet), solver);
+            assert!(lifts(&extended) == lifts(&thesis), "{} with {solver:?}", instance.name());
+        }
+        assert!(lifts(&lower(&truck_with_effects(&all, quiet), solver)) == lifts(&thesis), "all with {solver:?}");
+    }
+}
+
+#[test]
+fn an_effect_at_another_value_changes_the_run_and_both_solvers_agree_on_how() {
+    let thesis = SOLVERS.map(|solver| lower(&truck_with(&[]), solver));
+    for instance in Instance::all() {
+        let truck = truck_with_effects(&[instance], loud);
+        let runs = SOLVERS.map(|solver| lower(&truck, solver));
+        let velocities = |run: &Run, k: usize| {
+            [run.states[k * run.state_names.len() + 4], run.states[k * run.state_names.len() + STATES + 4]]
+        };
+        let (mut change, mut apart) = (0.0f64, 0.0f64);
+        for k in 0..75 {
+            let [adaptive, fixed] = [0, 1].map(|s| velocities(&runs[s], k));
+            let before = velocities(&thesis[0], k);
+            for lift in 0..2 {
+                change = change.max((adaptive[lift] - before[lift]).abs());
+                apart = apart.max((adaptive[lift] - fixed[lift]).abs());
+            }
+        }
+        assert!(change > 1e-3, "{}: {change:e} m/s", instance.name());
+        // Two hundredths of a millimetre a second is what the integrators are apart without effects. Large
+        // leaks let the lift swing from the first instant, which four substeps a tick follow to some
+        // thousandths.
+        assert!(apart < 2e-5 + 4e-3 * change, "{}: {apart:e} m/s of {change:e}", instance.name());
+    }
+}
+
+#[test]
+fn halved_substeps_quarter_the_error_where_an_effect_of_the_pressure_acts() {
+    for instance in Instance::all().filter(|instance| instance.name().ends_with("leakage")) {
+        let truck = truck_with_effects(&[instance], loud);
+        let exact = lower(&truck, Solver::Adaptive { tolerance: 1e-8 });
+        let errors = [2, 4, 8].map(|substeps| {
+            let run = lower(&truck, Solver::Fixed { substeps });
+            let rows = run.states.chunks_exact(2 * STATES).zip(exact.states.chunks_exact(2 * STATES));
+            rows.flat_map(|(a, b)| [4, STATES + 4].map(|v| (a[v] - b[v]).abs())).fold(0.0, f64::max)
+        });
+        assert!(errors[0] > 3.5 * errors[1] && errors[1] > 3.5 * errors[2], "{}: {errors:?} m/s", instance.name());
+    }
+}
+
+#[test]
+fn at_one_temperature_warm_friction_is_another_coefficient_from_the_first_substep() {
+    let (rate, oil_temperature_degc) = (0.03, 70.0);
+    let sigma_2 = 4137.8 * (-rate * (oil_temperature_degc - 20.0f64)).exp();
+    // In motion, where what the friction was before the start would show.
+    let mut start = vec![0.0; STATES];
+    (start[3], start[4], start[5], start[6], start[7], start[8]) = (0.9, -0.2, -0.5, 9e6, 5e6, 1e-5);
+    for solver in SOLVERS {
+        let runs = [("free.friction_temperature.rate", rate), ("free.friction.sigma_2", sigma_2)].map(|change| {
+            let command = [0.7; 50];
+            let lowering = Lowering { lift: LiftName::Free, load_kg: 700.0, oil_temperature_degc, command: &command };
+            let run = lowering.run_from(&truck_with(&[change]), solver, Some(&start)).unwrap();
+            column(&run, state::VELOCITY)
+        });
+        let apart = runs[0].iter().zip(&runs[1]).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(apart < 1e-9, "{solver:?}: {apart:e} m/s");
+    }
+}
+
+#[test]
+fn the_thesis_model_carries_no_state_of_the_catalogue_and_an_effect_its_own_only() {
+    assert_eq!(Physics::<f64>::states(&Thesis), 0);
+    assert_eq!(lower(&truck_with(&[]), SOLVERS[1]).state_names.len(), 2 * STATES);
+    for instance in Instance::all() {
+        let run = lower(&truck_with_effects(&[instance], quiet), SOLVERS[1]);
+        assert_eq!(run.state_names.len(), 2 * STATES + instance.kind.spec().states.len(), "{}", instance.name());
+    }
+}
+
+/// Rates of a moving mast under one effect, and of the same mast without it.
+fn rates(name: &str, amplitude: f64, oil_temperature_degc: f64) -> ([Lift<f64>; 2], [Vec<f64>; 2], Vec<f64>) {
+    let effects: Vec<Instance> = Instance::all().filter(|instance| instance.name() == name).collect();
+    assert_eq!(effects.len(), 1, "{name}");
+    let truck = truck_with_effects(&effects, |_| amplitude);
+    let (lifts, effects) = truck.build(LiftName::BOTH, 700.0, |_, v| v).unwrap();
+    let mut x = vec![0.0; 2 * STATES];
+    for k in 0..2 {
+        let p_a = lifts[k].balance.equilibrium_pressure();
+        let moving = LiftState {
+            i: 0.7,
+            v: -0.1 - 0.05 * k as f64,
+            z: -1e-3,
+            p_a: 1.1 * p_a,
+            a_comp: 2e-5,
+            ..lifts[k].at_rest(0.5)
+        };
+        moving.write(&mut x[k * STATES..(k + 1) * STATES]);
+    }
+    let command = [0.7; 2];
+    let mut thesis = Mast { lifts: lifts.clone(), physics: Thesis, command, oil_temperature_degc: 0.0 };
+    let physics = Extended::new(&effects, &lifts);
+    let mut extended = Mast { lifts: lifts.clone(), physics, command, oil_temperature_degc: 0.0 };
+    thesis.set_inputs(command, oil_temperature_degc);
+    extended.set_inputs(command, oil_temperature_degc);
+    let mut both = [vec![0.0; 2 * STATES], vec![0.0; 2 * STATES]];
+    thesis.rates(&x, &mut both[0]);
+    extended.rates(&x, &mut both[1]);
+    (lifts, both, x)
+}
+
+fn assert_near(got: f64, want: f64) {
+    assert!((got - want).abs() <= 1e-9 * want.abs(), "{got} is not {want}");
+}
+
+#[test]
+fn leakage_takes_oil_from_the_cylinder_in_proportion_to_its_pressure_over_the_tank() {
+    for (lift, name) in [(0, "free.leakage"), (1, "main.leakage")] {
+        let (lifts, [without, with], x) = rates(name, 2e-12, 40.0);
+        let s = LiftState::from_slice(&x[lift * STATES..(lift + 1) * STATES]);
+        let volume = lifts[lift].v_0 + lifts[lift].balance.area * s.x;
+        let flow = 2e-12 * (s.p_a - lifts[lift].p_tank);
+        let pressure = lift * STATES + 6;
+        assert_near(with[pressure] - without[pressure], -lifts[lift].bulk.at(s.p_a) / volume * flow);
+        let others = (0..2 * STATES).filter(|&k| k != pressure);
+        assert!(others.into_iter().all(|k| with[k] == without[k]));
+    }
+}
+
+#[test]
+fn viscous_friction_falls_by_its_rate_for_each_kelvin_above_20_degrees() {
+    let sigma_2 = 4137.8;
+    for oil_temperature_degc in [20.0, 21.0, 60.0, -10.0] {
+        let (lifts, [without, with], x) = rates("free.friction_temperature", 0.02, oil_temperature_degc);
+        let factor = (-0.02f64 * (oil_temperature_degc - 20.0)).exp();
+        let less = (1.0 - factor) * sigma_2 * x[4];
+        let change = with[4] - without[4];
+        assert!((change - less / lifts[0].balance.inertia).abs() < 1e-12, "{oil_temperature_degc}: {change}");
+    }
+}
+
+#[test]
+fn coupled_lifts_obey_the_joint_mass_matrix_and_keep_its_kinetic_energy() {
+    for factor in [0.25, 1.0] {
+        let (lifts, [without, with], x) = rates("mast_coupling", factor, 40.0);
+        let joint = factor * (2.0 * lifts[0].m_c + 4.0 * lifts[0].m);
+        let inertia = [lifts[0].balance.inertia, lifts[1].balance.inertia];
+        let force = [0, 1].map(|k| inertia[k] * without[k * STATES + 4]);
+        let a = [with[4], with[STATES + 4]];
+        assert_near(inertia[0] * a[0] + joint * a[1], force[0]);
+        assert_near(joint * a[0] + inertia[1] * a[1], force[1]);
+        // What the forces do is the change of ½M_F·v_F² + M₁₂·v_F·v_M + ½M_M·v_M².
+        let v = [x[4], x[STATES + 4]];
+        let power = force[0] * v[0] + force[1] * v[1];
+        let change = inertia[0] * v[0] * a[0] + joint * (a[0] * v[1] + v[0] * a[1]) + inertia[1] * v[1] * a[1];
+        assert_near(change, power);
+    }
+}

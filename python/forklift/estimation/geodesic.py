@@ -1,0 +1,138 @@
+"""Along a canyon of the likelihood: Levenberg–Marquardt with geodesic acceleration.
+
+Openings, critical Reynolds numbers and viscosity nearly make up for one another: the likelihood is a canyon,
+ten thousand times longer than wide, and bent. A step that is straight leaves it after a hundredth of the way,
+so that a trust region crawls. Here each step δ₁ is bent after it by δ₂ = −½ (JᵀJ + μ)⁻¹ Jᵀ r″, with r″ the
+second derivative of the residuals along δ₁ from one further simulation (Transtrum & Sethna 2012, section 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.errors import ForkliftError
+
+if TYPE_CHECKING:
+    from forklift.estimation.problem import Linearised, Problem
+
+Floats = NDArray[np.float64]
+
+PROBE = 0.1
+"""Share of the step at which the second derivative is taken."""
+BENT = 0.75
+"""Largest 2|δ₂|/|δ₁| of an accepted step: beyond it the series is not to be trusted."""
+DAMPING = 1.0
+"""μ at the start, in units of the prior."""
+RELAX, STIFFEN = 5.0, 3.0
+"""μ is divided by the one after a step taken, multiplied by the other after one refused."""
+MOST_REFUSED = 12
+"""Refusals in a row after which there is nothing to gain."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A place with what a step from it needs."""
+
+    x: Floats
+    runs: list[Linearised]
+    normal: Floats
+    gradient: Floats
+    cost: float
+
+
+def descend(
+    problem: Problem,
+    x: Floats,
+    evaluations: int,
+    gain: float,
+    progress: Callable[[float, Floats], None],
+) -> Floats:
+    """From x down to where a step lowers the cost, as predicted or twice in a row, by less than `gain`.
+
+    Raises
+    ------
+    ForkliftError
+        If x itself is impossible.
+    """
+    here = _point(problem, x)
+    progress(here.cost, x)
+    damping, small = DAMPING, 0
+    for _ in range(1, evaluations):
+        if small > 1 or 0.5 * here.gradient @ np.linalg.solve(here.normal, here.gradient) < gain:
+            break
+        for _refused in range(MOST_REFUSED):
+            then = _step(problem, here, damping)
+            if then is not None:
+                break
+            damping *= STIFFEN
+        else:
+            break
+        before, here = here.cost, _point(problem, then)
+        progress(here.cost, then)
+        damping /= RELAX
+        small = small + 1 if before - here.cost < gain else 0
+    return here.x
+
+
+def _point(problem: Problem, x: Floats) -> Point:
+    """Normal equations, gathered recording by recording."""
+    rho, slope = problem.prior(x)
+    normal, gradient, square = np.diag(slope**2), slope * rho, float(rho @ rho)
+    runs = problem.products(x)
+    for k, run in enumerate(runs):
+        place = problem.place(k)
+        normal[np.ix_(place, place)] += run.normal
+        gradient[place] += run.gradient
+        square += run.square
+    return Point(x, [run.at for run in runs], normal, gradient, 0.5 * square)
+
+
+def _step(problem: Problem, here: Point, damping: float) -> Floats | None:
+    """Where the bent step ends, if the cost is lower there."""
+    lower, upper = problem.bounds()
+    matrix = here.normal + damping * np.eye(len(here.x))
+    first: Floats = -np.asarray(np.linalg.solve(matrix, here.gradient))
+
+    def bent() -> Floats:
+        return -0.5 * np.asarray(np.linalg.solve(matrix, _curvature(problem, here, first)))
+
+    # The bent step first; the straight one where the bend is not to be trusted: over the smallest steps it
+    # is lost in the simulation's own roughness.
+    for bend in (bent, lambda: np.zeros_like(first)):
+        try:
+            second = bend()
+            if 2.0 * np.linalg.norm(second) <= BENT * np.linalg.norm(first):
+                then: Floats = np.clip(here.x + first + second, lower, upper)
+                if cost(problem, then) < here.cost:
+                    return then
+        except ForkliftError as error:
+            if error.code == "interrupted":
+                raise
+    return None
+
+
+def _curvature(problem: Problem, here: Point, step: Floats) -> Floats:
+    """Jᵀ r″ along `step`."""
+    ahead = here.x + PROBE * step
+    rho, slope = problem.prior(here.x)
+    there, _ = problem.prior(ahead)
+    out: Floats = slope * (2.0 / PROBE) * ((there - rho) / PROBE - slope * step)
+    for k, (run, residuals) in enumerate(zip(here.runs, problem.residuals(ahead), strict=True)):
+        place = problem.place(k)
+        for channel, residual in residuals.items():
+            jacobian = run.jacobian[channel]
+            bend = (2.0 / PROBE) * ((residual - run.residual[channel]) / PROBE - jacobian @ step[place])
+            out[place] += jacobian.T @ bend
+    return out
+
+
+def cost(problem: Problem, x: Floats) -> float:
+    """−ln posterior at x, up to a constant."""
+    rho, _ = problem.prior(x)
+    squares = (float(residual @ residual) for run in problem.residuals(x) for residual in run.values())
+    return 0.5 * (float(rho @ rho) + sum(squares))

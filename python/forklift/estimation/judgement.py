@@ -1,0 +1,124 @@
+"""How well a truck explains recordings it was not fitted on, in units of the sensors' own noise.
+
+What a recording cannot be blamed for is taken off first: for each recording the deviation of the truck's
+parameters (with their uncertainty from the fit), of its oil temperature and of its start that explains it
+best, all channels together. Of a complete model the mean square that is left is about 1, and what is left
+is white.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.stats import chi2
+
+if TYPE_CHECKING:
+    from forklift.estimation.problem import Linearised, Problem, Sample
+    from forklift.estimation.sensors import Sensor
+
+Floats = NDArray[np.float64]
+
+AT_NOISE = 1.2
+"""Mean square up to which a channel counts as explained."""
+LAGS = 25
+"""Of the Ljung–Box test."""
+ROUNDING = sqrt(3.0)
+"""Half an encoder's count in units of its noise. A lift at rest reads off by a constant of up to this much:
+that is rounding, and taken off."""
+WHITE = 0.01
+"""Its level: a complete model fails one test in a hundred."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One channel of one recording, judged."""
+
+    file: str
+    role: str
+    lift: str
+    channel: str
+    samples: int
+    mean_square: float
+    """Of what is left, in units of the sensor's noise (an encoder's: count/√12)."""
+    whiteness: float | None
+    """p-value of the Ljung–Box test over `LAGS` lags; None for an encoder, whose error is not white while
+    the truck moves slowly, and for a channel with gaps."""
+    rows: NDArray[np.intp]
+    """(samples,) the recording's samples that were finite."""
+    left: Floats
+    """(samples,) residual in units of noise, measured less simulated."""
+
+    @property
+    def explained(self) -> bool:
+        return self.mean_square <= AT_NOISE
+
+    @property
+    def white(self) -> bool | None:
+        return None if self.whiteness is None else self.whiteness >= WHITE
+
+
+def judge(problem: Problem, theta: Floats, covariance: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
+    """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`.
+
+    The channels pull with the problem's weights, so that one the model cannot follow does not bend the
+    others; what is left is then told in units of the sensors' noise.
+    """
+    x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
+    judged = []
+    for sample, at in zip(problem.samples, problem.linearise(x), strict=True):
+        judged += _judge(sample, at, covariance, sensors)
+    return judged
+
+
+def _judge(sample: Sample, at: Linearised, covariance: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
+    prior = block_diag(covariance, np.eye(len(sample.free)))
+    jacobian = np.vstack([at.jacobian[name] for name in at.residual])
+    residual = np.concatenate([at.residual[name] for name in at.residual])
+    # x = −(C⁻¹ + JᵀJ)⁻¹ Jᵀr without inverting C, which may be nearly singular
+    normal = jacobian.T @ jacobian
+    step = -np.linalg.solve(np.eye(len(prior)) + prior @ normal, prior @ (jacobian.T @ residual))
+    judged = []
+    for seen in sample.observed:
+        name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]
+        slope = at.slope[name]
+        said = at.model[name] + slope @ step
+        left = (seen.values + 0.5 * sensor.count - said) / sensor.noise
+        if sensor.count:
+            left = left - np.clip(left.mean(), -ROUNDING, ROUNDING)
+        even = len(left) == len(sample.recording)
+        whiteness = ljung_box(left) if even and not sensor.count else None
+        judged.append(
+            Judged(
+                sample.recording.file,
+                sample.recording.role,
+                sample.recording.lift,
+                name,
+                len(left),
+                float(np.mean(left**2)),
+                whiteness,
+                seen.rows,
+                left,
+            )
+        )
+    return judged
+
+
+def ljung_box(residual: Floats, lags: int = LAGS) -> float | None:
+    """p-value of whiteness (Ljung & Box 1978): Q = n(n + 2) Σ r_k²/(n − k) is χ² with `lags` degrees.
+
+    None if there are too few samples or the residual is constant.
+    """
+    n = len(residual)
+    centred = residual - residual.mean()
+    energy = float(centred @ centred)
+    if n <= 2 * lags or energy == 0.0:
+        return None
+    correlation = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / energy
+    q = n * (n + 2.0) * np.sum(correlation**2 / (n - np.arange(1, lags + 1)))
+    return float(chi2.sf(q, lags))

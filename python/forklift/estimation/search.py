@@ -1,0 +1,212 @@
+"""The search: least squares in stages, from heavily tempered noise to the sensors' own.
+
+With the noise thirty times too large, the likelihood is smooth enough to be followed from another truck's
+values; then each channel's noise is the larger of its sensor's and of what its own residuals show, so that
+a channel the model cannot follow does not drag the rest along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, minimize_scalar
+
+from forklift.errors import ForkliftError
+from forklift.estimation import geodesic, likelihood
+from forklift.estimation.algebra import one_thread
+from forklift.estimation.problem import Linearised, Problem
+
+if TYPE_CHECKING:
+    from forklift.estimation.sensors import Sensor
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One descent with weights of its own."""
+
+    along: Literal["trust region", "canyon"]
+    """Scipy's trust-region search, or `forklift.estimation.geodesic`."""
+    temper: float
+    """The sensors' noise is multiplied by this; 1: the larger of the noise and of what the residuals show."""
+    substeps: int
+    evaluations: int
+    """Most evaluations with derivatives."""
+    gain: float
+    """The stage ends where a further step lowers the cost by less than about this."""
+    sharpest: float = 0.3
+    """Least softness of an encoder's edges, in counts."""
+
+
+STAGES = (
+    Stage("trust region", 30.0, 4, 12, 0.2),
+    Stage("canyon", 3.0, 4, 20, 1.0),
+    Stage("canyon", 1.0, 4, 20, 0.5),
+    Stage("canyon", 1.0, 8, 15, 0.02, 0.1),
+)
+"""An encoder's edges are sharpened last: while the model is further off than they are wide, only the few
+samples at the edges pull. They never get sharper than what the simulation itself may be off by."""
+
+Progress = Callable[[Stage, int, float, Floats], None]
+"""Told after each evaluation: the stage, its count, the cost, and the unknown vector."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a search ended."""
+
+    x: Floats
+    problem: Problem
+    """With the weights of the last stage."""
+    cost: float
+    """−ln posterior at x, up to a constant that depends on the weights."""
+    residual: Floats
+    jacobian: Floats
+    evaluations: int
+    """With derivatives."""
+
+
+def search(
+    problem: Problem,
+    x: Floats,
+    sensors: Mapping[str, Sensor],
+    stages: tuple[Stage, ...] = STAGES,
+    progress: Progress | None = None,
+) -> Found:
+    """From x through all stages.
+
+    Raises
+    ------
+    ForkliftError
+        If the truck at x is impossible, or a run fails there.
+    """
+    evaluations = 0
+    with one_thread():
+        for stage in stages:
+            problem = _weighted(problem, x, sensors, stage)
+            counter = Counter(stage, progress)
+            descend = _trust_region if stage.along == "trust region" else _canyon
+            x = descend(problem, x, stage, counter)
+            evaluations += counter.count
+        return _found(problem, x, evaluations)
+
+
+def settle(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Found:
+    """What a search that ends at x gives, with the last stage's weights."""
+    return _found(_weighted(problem, x, sensors, STAGES[-1]), x, 1)
+
+
+def _found(problem: Problem, x: Floats, evaluations: int) -> Found:
+    residual, jacobian = problem.compressed(x)
+    return Found(x, problem, 0.5 * float(residual @ residual), residual, jacobian, evaluations)
+
+
+def _weighted(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: Stage) -> Problem:
+    weights = temper(problem, x, sensors, stage)
+    return replace(problem, substeps=stage.substeps, sigma=weights)
+
+
+class Counter:
+    """Counts a stage's evaluations and tells of them."""
+
+    def __init__(self, stage: Stage, progress: Progress | None) -> None:
+        self.stage, self.progress, self.count = stage, progress, 0
+
+    def __call__(self, cost: float, x: Floats) -> None:
+        self.count += 1
+        if self.progress:
+            self.progress(self.stage, self.count, cost, x)
+
+
+def _trust_region(problem: Problem, x: Floats, stage: Stage, counter: Counter) -> Floats:
+    solver = _Cached(problem, counter)
+    start = solver.residual(x)
+    found: Floats = least_squares(
+        solver.residual,
+        x,
+        jac=solver.jacobian,
+        bounds=problem.bounds(),
+        method="trf",
+        ftol=min(0.1, 2.0 * stage.gain / max(float(start @ start), 100.0 * stage.gain)),
+        xtol=1e-8,
+        gtol=None,
+        max_nfev=stage.evaluations,
+    ).x
+    return found
+
+
+def _canyon(problem: Problem, x: Floats, stage: Stage, counter: Counter) -> Floats:
+    return geodesic.descend(problem, x, stage.evaluations, stage.gain, counter)
+
+
+def temper(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: Stage) -> dict[str, float]:
+    """The standard deviation each channel is weighted by in this stage."""
+    if stage.temper > 1.0:
+        return {name: stage.temper * sensor.noise for name, sensor in sensors.items()}
+    current = replace(problem, sigma={name: sensor.noise for name, sensor in sensors.items()})
+    at = current.linearise(x)
+    return {name: _own_noise(name, sensor, current, at, stage.sharpest) for name, sensor in sensors.items()}
+
+
+def _own_noise(name: str, sensor: Sensor, problem: Problem, at: list[Linearised], sharpest: float) -> float:
+    """The larger of a sensor's noise and of what its residuals show over all recordings."""
+    pairs = [
+        (seen.values, at[k].model[name])
+        for k, sample in enumerate(problem.samples)
+        for seen in sample.observed
+        if seen.sensor.channel == name
+    ]
+    if not pairs:
+        return sensor.noise
+    read, said = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    if not sensor.count:
+        off = np.abs(said - read)
+        robust = np.sqrt(np.mean(np.minimum(off, likelihood.HUBER * max(sensor.noise, np.median(off))) ** 2))
+        return max(sensor.noise, float(robust))
+    count = sensor.count
+    best = minimize_scalar(
+        lambda log_s: likelihood.interval_cost(read, said, count, np.exp(log_s)),
+        bounds=(np.log(sharpest * count), np.log(100.0 * count)),
+        method="bounded",
+    )
+    return float(np.exp(best.x))
+
+
+class _Cached:
+    """Residual and Jacobian come from one simulation; scipy asks for them one after the other."""
+
+    def __init__(self, problem: Problem, counter: Counter) -> None:
+        self.problem, self.counter = problem, counter
+        self.at: Floats | None = None
+        self.value: tuple[Floats, Floats] | None = None
+        self.rows = 0
+
+    def residual(self, x: Floats) -> Floats:
+        self._evaluate(x)
+        if self.value is None:  # an impossible truck: scipy steps back from what is not finite
+            return np.full(self.rows, np.inf)
+        return self.value[0]
+
+    def jacobian(self, x: Floats) -> Floats:
+        self._evaluate(x)
+        assert self.value is not None
+        return self.value[1]
+
+    def _evaluate(self, x: Floats) -> None:
+        if self.at is not None and np.array_equal(self.at, x):
+            return
+        self.at = x.copy()
+        try:
+            self.value = self.problem.compressed(x)
+        except ForkliftError as error:
+            if self.rows == 0 or error.code == "interrupted":
+                raise
+            self.value = None
+            return
+        self.rows = len(self.value[0])
+        self.counter(0.5 * float(self.value[0] @ self.value[0]), x)

@@ -1,0 +1,428 @@
+"""Fit a truck to a campaign: all that the thesis estimated, with what is known of it and what is not."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from forklift.compare import Comparison, check_temperature, compare
+from forklift.errors import ForkliftError
+from forklift.estimation import words
+from forklift.estimation.algebra import one_thread
+from forklift.estimation.judgement import Judged, judge
+from forklift.estimation.knowledge import Knowledge, knowledge
+from forklift.estimation.problem import Problem, sample
+from forklift.estimation.profile import Profile, profile
+from forklift.estimation.search import STAGES, Found, Stage, settle
+from forklift.estimation.sensors import Sensor, sensors
+from forklift.estimation.starts import End, Ends, compare_ends, from_starts
+from forklift.estimation.suitability import Caution, suitability
+from forklift.estimation.unknowns import Unknown, move, unknowns
+from forklift.names import Lift, commanded
+from forklift.truck import Truck
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from forklift.campaign import Campaign
+    from forklift.fits import Floats
+
+T = TypeVar("T")
+
+SEED = 1
+AGAIN = 3
+"""Starts of a fit that leaves something over."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a fit is; told after every evaluation."""
+
+    start: int
+    starts: int
+    stage: int
+    stages: int
+    evaluation: int
+    misfit: float
+    """Root mean square of the residuals, in units of the sensors' noise."""
+    cost: float
+    """−ln posterior with the stage's weights."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """What `fit` gives; `write` puts all of it into a folder."""
+
+    campaign: Campaign
+    start: Truck
+    truck: Truck
+    """The fitted truck; its moved values carry their 95 % interval in their source."""
+    lifts: tuple[Lift, ...]
+    """The lifts that were fitted: those that some recording commands."""
+    unknowns: tuple[Unknown, ...]
+    found: Found
+    sensors: dict[str, Sensor]
+    noise: dict[str, float]
+    """What each channel was weighted by, in its unit; of an encoder the softness of its edges."""
+    knowledge: Knowledge
+    judged: tuple[Judged, ...]
+    """Every channel of every recording, against the sensors' noise."""
+    ends: tuple[End, ...]
+    profiles: tuple[Profile, ...]
+    cautions: tuple[Caution, ...]
+    before: Comparison
+    after: Comparison
+    interrupted: bool
+    seconds: float
+    options: Mapping[str, Any]
+    """What `fit` was called with beside campaign and truck."""
+
+    @property
+    def held_out(self) -> tuple[Judged, ...]:
+        """What is judged on: `validate` recordings, or without any, all."""
+        judged = tuple(found for found in self.judged if found.role == "validate")
+        return judged or self.judged
+
+    @property
+    def complete(self) -> bool:
+        """Whether the truck explains all that is judged to the sensors' noise."""
+        return all(found.explained for found in self.held_out)
+
+    @cached_property
+    def verdict(self) -> tuple[str, ...]:
+        """In plain sentences: how good the fit is, what it leaves over and where, what it cannot tell."""
+        return words.verdict(self)
+
+    def validation(self, lift: Lift) -> pl.DataFrame:
+        """`Comparison.validation` of one lift, before and after: Table 5.4 (free) or 5.5 (main)."""
+        from forklift import fit_files
+
+        return fit_files.validation(self, lift)
+
+    @cached_property
+    def fits(self) -> pl.DataFrame:
+        """`Comparison.fits` before and after: one row per recording and signal."""
+        from forklift import fit_files
+
+        return fit_files.fits(self)
+
+    @cached_property
+    def signals(self) -> pl.DataFrame:
+        """What is left of each signal and role, as mean square in units of the sensors' noise."""
+        from forklift import fit_files
+
+        return fit_files.signals(self)
+
+    @cached_property
+    def parameters(self) -> pl.DataFrame:
+        """One row per parameter: start, value, 95 % intervals before and after, and how it is known."""
+        from forklift import fit_files
+
+        return fit_files.parameters(self)
+
+    def profile(self, name: str) -> Profile:
+        """The profile likelihood of one parameter (a minute's work for thirty of them).
+
+        Raises
+        ------
+        ForkliftError
+            ``"parameter-unknown"`` if it was not estimated.
+        """
+        _check_profiles([name], self.unknowns)
+        k = [unknown.name for unknown in self.unknowns].index(name)
+        return profile(self.found.problem, self.found.x, k, self.knowledge.estimates[k].deviation)
+
+    def write(self, out: str | Path) -> Path:
+        """Write the fitted truck, the page to look at, and all that is known of the fit, into a folder.
+
+        ``truck.toml``, ``fit.html``, ``fit.json``, ``fit.csv``, ``parameters.csv``,
+        ``predictions/baseline/FILE.csv``, and ``speed_table_free.csv`` or ``speed_table_main.csv`` of each
+        fitted lift. The folder appears whole or not at all; an earlier fit there is replaced.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `out` holds anything but an earlier fit, ``"not-writable"``.
+        """
+        from forklift import fit_files
+
+        return fit_files.write(self, out)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All but the curves as plain data, with version and hashes, for JSON."""
+        from forklift import fit_files
+
+        return fit_files.to_dict(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"Fit({self.campaign.name!r}, {len(self.unknowns)} unknowns, "
+            f"{'complete' if self.complete else 'something left over'}, {self.seconds:.1f} s)"
+        )
+
+    def __str__(self) -> str:
+        from forklift.tables import fit_tables, plain
+
+        return "\n".join([*self.verdict, "", *map(plain, fit_tables(self))])
+
+
+@dataclass
+class _Watch:
+    """Turns the search's progress into the caller's, and keeps each start's best point for Ctrl-C."""
+
+    tell: Callable[[Progress], None] | None
+    starts: int
+    samples: int
+    best: dict[int, tuple[Stage, float, Floats]] = field(default_factory=dict)
+    """By start, where its last stage stands: costs of two stages do not compare."""
+    evaluations: int = 0
+
+    def of(self, start: int) -> Callable[[Stage, int, float, Floats], None]:
+        def evaluated(stage: Stage, evaluation: int, cost: float, x: Floats) -> None:
+            self.evaluations += 1
+            known = self.best.get(start)
+            if known is None or known[0] is not stage or cost <= known[1]:
+                self.best[start] = stage, cost, x.copy()
+            if self.tell:
+                misfit = stage.temper * float(np.sqrt(2.0 * cost / max(self.samples, 1)))
+                place = STAGES.index(stage) + 1
+                self.tell(Progress(start, self.starts, place, len(STAGES), evaluation, misfit, cost))
+
+        return evaluated
+
+
+def fit(
+    campaign: Campaign,
+    truck: Truck,
+    *,
+    hold: Collection[str] = (),
+    also: Collection[str] = (),
+    together: Sequence[Sequence[str]] = (),
+    load_width_kg: float = 0.0,
+    oil_temperature_degc: float | None = None,
+    starts: int | None = None,
+    profiles: Collection[str] = (),
+    seed: int = SEED,
+    progress: Callable[[Progress], None] | None = None,
+) -> Fit:
+    """Estimate the truck's parameters from all ``estimate`` recordings at once, and judge it on the others.
+
+    Free-running simulation of both lifts; joint likelihood of positions (encoders as intervals), pressures
+    and fork height with each sensor's own noise; per recording an offset of the oil temperature and the
+    positions at the start. Least squares on exact derivatives, tempered, along the canyon of what nearly
+    makes up for one another (`forklift.estimation`).
+
+    Parameters
+    ----------
+    campaign, truck
+        What was measured, and where the fit starts: another truck of the same make will do.
+    hold, also, together
+        Parameters left as they are, estimated besides the thesis's, and groups that move together
+        (`forklift.estimation.unknowns`).
+    load_width_kg
+        Standard deviation of each recording's entered load [kg]; 0: the loads are right.
+    oil_temperature_degc
+        For recordings without an oil temperature [°C].
+    starts
+        How many starts: the truck itself and scattered ones. By default one, and if that leaves something
+        over three, so that a search gone astray is not taken for missing physics.
+    profiles
+        Parameters whose profile likelihood is wanted.
+    seed
+        Of the scattered starts.
+    progress
+        Called after each evaluation. Ctrl-C ends the search and keeps the best so far.
+
+    Raises
+    ------
+    ForkliftError
+        Those of `forklift.estimation.suitability` if the campaign cannot support a fit;
+        ``"parameter-unknown"``, ``"argument-invalid"``; those of `forklift.simulate.predict`.
+    """
+    began = time.monotonic()
+    check_temperature(oil_temperature_degc)
+    _check_numbers(starts, load_width_kg)
+    suited = suitability(campaign.recordings, truck)
+    every = sensors(campaign.recordings)
+    moved = unknowns(truck, suited.lifts, hold=hold, also=also, together=together)
+    if not moved:
+        raise ForkliftError(
+            "argument-invalid",
+            "every parameter is held, so that there is nothing to fit; hold fewer",
+            name="hold",
+        )
+    _check_profiles(profiles, moved)
+    conditions: dict[str, Any] = {
+        "load_width_kg": load_width_kg,
+        "oil_temperature_degc": oil_temperature_degc,
+    }
+    samples = tuple(sample(found, truck, every, **conditions) for found in campaign.recordings)
+    fitted = tuple(
+        found
+        for found in samples
+        if found.recording.role == "estimate" and set(commanded(found.recording.lift)) & set(suited.lifts)
+    )
+    problem = Problem(truck, moved, fitted, substeps=4)
+    everyone = replace(problem, samples=samples)
+    stop = _Stop()
+    ends = _search(problem, every, starts or 1, seed, progress, stop)
+    known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
+    if starts is None and not stop.asked and not all(seen.explained for seen in judged):
+        ends = _search(problem, every, AGAIN, seed, progress, stop, earlier=ends)
+        known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
+    found = ends.best
+    best = _fitted_truck(campaign, truck, moved, found, known)
+    before, after = (
+        stop.finish(lambda shown=shown: compare(campaign, shown, oil_temperature_degc=oil_temperature_degc))  # type: ignore[misc]
+        for shown in (truck, best)
+    )
+    result = Fit(
+        campaign,
+        truck,
+        best,
+        suited.lifts,
+        moved,
+        found,
+        every,
+        dict(found.problem.sigma),
+        known,
+        judged,
+        ends.ends,
+        (),
+        suited.cautions,
+        before,
+        after,
+        stop.asked,
+        0.0,
+        conditions
+        | {
+            "hold": [*hold],
+            "also": [*also],
+            "together": [[*group] for group in together],
+            "starts": starts,
+            "profiles": [*profiles],
+            "seed": seed,
+        },
+    )
+    drawn: list[Profile] = []
+    with stop.noticed():
+        for name in () if stop.asked else profiles:
+            drawn.append(result.profile(name))
+    seconds = time.monotonic() - began
+    return replace(result, profiles=tuple(drawn), interrupted=stop.asked, seconds=seconds)
+
+
+class _Stop:
+    """Ctrl-C, once there is something to keep: it ends the search and the profiles, and nothing is lost."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    @contextmanager
+    def noticed(self) -> Iterator[None]:
+        """Leave the block at Ctrl-C, and go on behind it."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            self.asked = True
+        except ForkliftError as error:
+            if error.code != "interrupted":
+                raise
+            self.asked = True
+
+    def finish(self, work: Callable[[], T]) -> T:
+        """What `work` gives, little beside a search: done again after Ctrl-C; a second one ends it."""
+        with self.noticed():
+            return work()
+        return work()
+
+
+def _check_numbers(starts: int | None, load_width_kg: float) -> None:
+    if starts is not None and starts < 1:
+        raise ForkliftError(
+            "argument-invalid",
+            f"a fit needs a start, and {starts} are asked for; ask for one or more",
+            name="starts",
+            value=starts,
+            lower=1,
+        )
+    if not (load_width_kg >= 0.0 and np.isfinite(load_width_kg)):
+        raise ForkliftError(
+            "argument-invalid",
+            f"the loads' standard deviation is {load_width_kg:g} kg; give zero or more",
+            name="load_width_kg",
+            value=load_width_kg,
+            lower=0.0,
+            unit="kg",
+        )
+
+
+def _check_profiles(names: Collection[str], moved: Sequence[Unknown]) -> None:
+    """Before the search: a profile can be had of what is estimated only."""
+    known = [unknown.name for unknown in moved]
+    for name in names:
+        if name not in known:
+            raise ForkliftError(
+                "parameter-unknown",
+                f"{name} is not estimated; profiles can be had of {', '.join(known)}",
+                name=name,
+            )
+
+
+def _search(
+    problem: Problem,
+    every: Mapping[str, Sensor],
+    starts: int,
+    seed: int,
+    progress: Callable[[Progress], None] | None,
+    stop: _Stop,
+    earlier: Ends | None = None,
+) -> Ends:
+    """The best of some starts, and how the others compare; after Ctrl-C, of those that were begun."""
+    count = sum(len(seen.rows) for found in problem.samples for seen in found.observed)
+    watch = _Watch(progress, starts, count)
+    done = [earlier.best] if earlier else []
+    with stop.noticed():
+        return from_starts(problem, every, starts, seed, watch.of, done[0] if done else None)
+    begun = [*done, *(settle(problem, x, every) for _, _, x in watch.best.values())]
+    if not begun:
+        raise KeyboardInterrupt
+    ends = compare_ends(begun, begun)
+    evaluations = watch.evaluations + sum(found.evaluations for found in done)
+    return replace(ends, best=replace(ends.best, evaluations=evaluations))
+
+
+def _judge(
+    problem: Problem, found: Found, every: Mapping[str, Sensor]
+) -> tuple[Knowledge, tuple[Judged, ...]]:
+    with one_thread():
+        known = knowledge(found.problem, found.x)
+        theta = found.x[: len(problem.unknowns)]
+        weighted = replace(found.problem, samples=problem.samples)
+        return known, tuple(judge(weighted, theta, known.covariance, every))
+
+
+def _fitted_truck(
+    campaign: Campaign, start: Truck, moved: Sequence[Unknown], found: Found, known: Knowledge
+) -> Truck:
+    """The truck at the optimum; each moved value has its interval as its source."""
+    from_campaign = f"estimated from campaign {campaign.name} (sha256 {campaign.sha256[:12]})"
+    truck = move(start, moved, found.x[: len(moved)], from_campaign)
+    sources = dict(truck.sources)
+    for estimate in known.estimates:
+        for name in estimate.unknown.names:
+            if name not in sources:
+                continue  # a knot: its table is one value in the file, and its interval stands in fit.json
+            sources[name] = (
+                f"{from_campaign}, 95 % interval {estimate.lower:.6g} to {estimate.upper:.6g}"
+                if estimate.told
+                else f"not told by campaign {campaign.name} alone; near {start.name}'s by its prior"
+            )
+    return Truck(f"{campaign.name} fitted from {start.name}", truck.values, sources)
