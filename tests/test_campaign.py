@@ -13,12 +13,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import shared
+from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording
 from forklift.channels import COMMANDS, REQUIRED, TIME, conversions, table
 from small_campaign import ROWS, make, raised, signals, snapshot
 
-SHARED = ("coupling", "leak", "null", "thermfric")
+NAMES = ("coupling", "leak", "null", "thermfric")
 
 
 @pytest.fixture
@@ -275,9 +275,9 @@ def test_required_channels_are_in_the_core_s_table():
     assert all(conversions(row.unit) for row in table().values())
 
 
-@pytest.mark.parametrize("name", SHARED)
-def test_every_shared_campaign_is_read_and_its_copy_reads_back_equal(name, tmp_path):
-    campaign = Campaign.read(shared.campaign(name))
+@pytest.mark.parametrize("name", NAMES)
+def test_every_simulated_campaign_is_read_and_its_copy_reads_back_equal(name, tmp_path):
+    campaign = Campaign.read(CAMPAIGNS / name)
     assert campaign.estimate
     assert campaign.validate
     campaign.write(tmp_path / "copy")
@@ -285,7 +285,7 @@ def test_every_shared_campaign_is_read_and_its_copy_reads_back_equal(name, tmp_p
 
 
 def test_a_campaign_of_fourteen_recordings_is_read_in_a_tenth_of_a_second():
-    folder = shared.campaign("null")
+    folder = CAMPAIGNS / "null"
     assert len(Campaign.read(folder)) >= 14
     times = []
     for _ in range(5):

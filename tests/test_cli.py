@@ -11,12 +11,12 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-import shared
+from campaigns import CAMPAIGNS
 from forklift import Truck, cli, commands
 from forklift.demo import RECORDINGS
 from forklift.truck import SHIPPED
 
-COMMANDS = ("simulate", "compare", "info", "convert", "demo")
+COMMANDS = ("simulate", "compare", "fit", "info", "convert", "demo")
 
 
 def called(capfd, *arguments: object) -> tuple[int, str, str]:
@@ -316,7 +316,7 @@ def test_every_name_of_the_package_is_there_and_stays_the_verb():
 
 def test_compare_takes_less_than_5_s_with_start_up(tmp_path):
     """The first requirement of a tool that is called in a loop; about 1 s where it was written."""
-    campaign = shared.campaign("null")
+    campaign = CAMPAIGNS / "null"
     call = [sys.executable, "-m", "forklift", "compare", str(campaign), "--out", str(tmp_path / "out")]
     start = time.perf_counter()
     subprocess.run(call, check=True, capture_output=True)

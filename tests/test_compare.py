@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 from scipy.signal import savgol_filter
 
-import shared
+from campaigns import CAMPAIGNS
 from forklift import Campaign, ForkliftError, Recording, Truck, _core, commands, compare, simulate
 from forklift.commands import Command
 from forklift.compare import PREDICTED, Comparison, _operating_points
@@ -332,8 +332,8 @@ def test_a_comparison_prints_itself(comparison):
 
 
 @pytest.mark.parametrize("name", ["null", "thermfric", "leak", "coupling"])
-def test_a_shared_campaign_is_compared_whole(name, thesis):
-    campaign = Campaign.read(shared.campaign(name))
+def test_a_simulated_campaign_is_compared_whole(name, thesis):
+    campaign = Campaign.read(CAMPAIGNS / name)
     result = compare(campaign, thesis)
     assert len(result.predictions) == len(campaign)
     assert result.fits["rmse"].is_not_null().all()
@@ -342,7 +342,7 @@ def test_a_shared_campaign_is_compared_whole(name, thesis):
 
 def test_another_truck_of_the_same_make_fits_nearly_as_well_as_the_thesiss_own():
     """Tables 5.4 and 5.5 have NRMSE fits of 68 to 86 % after estimation; this one is not fitted."""
-    result = compare(Campaign.read(shared.campaign("null")), Truck.read("thesis"))
+    result = compare(Campaign.read(CAMPAIGNS / "null"), Truck.read("thesis"))
     assert 55 < result.validation("free")["nrmse_percent"].mean() < 95
 
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from campaigns import CAMPAIGNS
 from forklift import Campaign, ForkliftError, Recording, Truck, commands, demo, simulate, steady_state
 from forklift.plateaus import plateaus
-from shared import campaign as shared_campaign
 
 UP = [60, 0, 80, 0, 100, 0, 125, 0, 150, 0]
 OTHER_UP = [70, 0, 90, 0, 112, 0, 138, 0, 165]
@@ -202,7 +202,7 @@ def test_a_slow_plateau_is_told_by_the_instants_at_which_the_count_changes():
 
 
 def test_on_a_shared_campaign_of_another_truck_the_plateaus_are_fitted_within_a_millimetre_a_second():
-    found = steady_state(Campaign.read(shared_campaign("null")), Truck.read("thesis"))
+    found = steady_state(Campaign.read(CAMPAIGNS / "null"), Truck.read("thesis"))
     assert len(found.plateaus) >= 30
     assert found.rms_m_s < 1e-3
     assert found.scatter["free"] < 1.2

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-import shared
+from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording, Truck, simulate
 from forklift.commands import Command, generate
 from forklift.demo import measured, scattered
@@ -800,9 +800,9 @@ CONCEALED = {"null": ("free",), "coupling": ("free", "main"), "thermfric": ("fre
 
 
 @pytest.mark.parametrize(("name", "lifts"), CONCEALED.items())
-def test_the_shared_campaigns_are_fit(name, lifts):
+def test_the_simulated_campaigns_are_fit(name, lifts):
     """What they conceal is for a diagnosis, not a reason not to fit."""
-    assert suitability(Campaign.read(shared.campaign(name)).recordings, THESIS) == Suitability(lifts, ())
+    assert suitability(Campaign.read(CAMPAIGNS / name).recordings, THESIS) == Suitability(lifts, ())
 
 
 S, P = "free_steps_0kg_30c.csv", "free_prms1_1500kg_60c.csv"
@@ -832,7 +832,7 @@ BROKEN_NULL = [
     ("code", "mutation", "says"), BROKEN_NULL, ids=lambda value: value if isinstance(value, str) else ""
 )
 def test_a_shared_campaign_broken_is_told(code, mutation, says):
-    found = Campaign.read(shared.campaign("null")).recordings
+    found = Campaign.read(CAMPAIGNS / "null").recordings
     error = raised(suitability, tuple(mutation(found)), THESIS)
     assert error.code == code, error
     assert says in error.message, error
@@ -840,5 +840,5 @@ def test_a_shared_campaign_broken_is_told(code, mutation, says):
 
 
 def test_one_load_of_a_shared_campaign_is_a_caution():
-    found = Campaign.read(shared.campaign("null")).recordings
+    found = Campaign.read(CAMPAIGNS / "null").recordings
     assert codes(suitability([r for r in found if r.load_kg == 800.0], THESIS)) == ["one-load"]

@@ -19,7 +19,6 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).parents[1] / "peers"))
 
-import made
 import native
 from cvode import Cvode
 from judge import Judged, judge
@@ -35,6 +34,7 @@ from forklift.estimation.unknowns import unknowns
 from forklift.names import LIFTS
 from forklift.truck import Truck
 
+NULL = Path(__file__).parents[2] / "tests" / "campaigns" / "null"
 SUBSTEPS = 4
 CVODE = {
     "rtol": 1e-6, "order": 3, "restart": 0, "stop": 1, "nls": 2, "setup": 15, "jacage": 10, "dgamma": 0.6,
@@ -76,9 +76,8 @@ def forklift(problem: Problem, known: dict[str, Sensor]) -> Fit:
     began, began_processor = perf_counter(), process_time()
     found = search(problem, np.zeros(problem.starts[-1]), known, progress=progress)
     wall, processor = perf_counter() - began, process_time() - began_processor
-    ended = "converged" if found.converged else "most evaluations of its last stage"
     runs = found.evaluations * len(problem.samples)
-    return Fit("forklift", found.x, wall, processor, runs, ended, seen)
+    return Fit("forklift", found.x, wall, processor, runs, "at the end of its last stage", seen)
 
 
 def trf(usual: Usual) -> str:
@@ -236,7 +235,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("campaign", type=Path, nargs="?", help="a campaign's folder; else a made-up one")
+    parser.add_argument(
+        "campaign", type=Path, nargs="?", default=NULL, help="a campaign's folder; else tests/campaigns/null"
+    )
     parser.add_argument("--out", type=Path, required=True, help="where the tables go")
     parser.add_argument(
         "--sundials", type=Path, help="source of SUNDIALS 6 or 7; without it the system's library"
@@ -246,15 +247,7 @@ def main() -> None:
     parser.add_argument("--peers", nargs="+", choices=("trf", "lmfit"), default=("trf", "lmfit"))
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        folder, campaign = Path(name), args.campaign
-        shared = os.environ.get("FORKLIFT_SHARED")
-        if campaign is None and shared:
-            campaign = Path(shared) / "campaigns" / "null"
-        if campaign is None:
-            campaign = folder / "campaign"
-            campaign.mkdir()
-            made.make(campaign)
-        bench(Campaign.read(campaign), args, folder)
+        bench(Campaign.read(args.campaign), args, Path(name))
 
 
 if __name__ == "__main__":

@@ -21,11 +21,14 @@ pub fn cases(count: u32) -> Config {
     config
 }
 
-/// Evenly spread over [lower, upper] or over its logarithms.
+/// Evenly spread over [lower, upper] on the parameter's scale; an angle over its radians.
 pub fn inside(lower: f64, upper: f64, scale: Scale) -> BoxedStrategy<f64> {
     match scale {
         Scale::Linear | Scale::LogCos => (lower..=upper).boxed(),
-        Scale::Log | Scale::LogLog => (lower.ln()..=upper.ln()).prop_map(move |x| x.exp().clamp(lower, upper)).boxed(),
+        Scale::Log => (lower.ln()..=upper.ln()).prop_map(move |x| x.exp().clamp(lower, upper)).boxed(),
+        Scale::LogLog => {
+            (lower.ln().ln()..=upper.ln().ln()).prop_map(move |x| x.exp().exp().clamp(lower, upper)).boxed()
+        }
     }
 }
 
