@@ -48,7 +48,7 @@ fn lowering<S: Scalar>(value: impl Fn(usize, f64) -> S) -> Lowering<S> {
     let mut mast = Mast { lifts, physics: Thesis, command: [S::zero()], oil_temperature_degc: S::constant(40.0) };
     mast.set_inputs([S::zero()], S::constant(40.0));
     let h = TICK / SUBSTEPS as f64;
-    Lowering { fixed: Fixed::new(mast, &start, h, valve_steps(200.0, h)), command }
+    Lowering { fixed: Fixed::new(mast, &start, h, valve_steps(350.0, h)), command }
 }
 
 fn bench(c: &mut Criterion) {

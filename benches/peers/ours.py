@@ -17,6 +17,7 @@ SETTINGS: dict[str, dict[str, float]] = {
     "8 lanes, 2 substeps a tick": {"substeps": 2, "lanes": 8},
     "8 lanes, 3 substeps a tick": {"substeps": 3, "lanes": 8},
     "8 lanes, 4 substeps a tick": {"substeps": 4, "lanes": 8},
+    "16 lanes, 2 substeps a tick": {"substeps": 2, "lanes": 16},
     "16 lanes, 3 substeps a tick": {"substeps": 3, "lanes": 16},
     "16 lanes, 4 substeps a tick": {"substeps": 4, "lanes": 16},
     "adaptive, tolerance 1e-3": {"tolerance": 1e-3},

@@ -117,7 +117,8 @@ impl Submodel for ProportionalValve {
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Vec<S> {
         let valve = Valve::new(x[0], x[1], x[2], x[3], x[4]);
         let rates = valve.rates(ValveState { i: x[5], rate: x[6], bristle: x[7] }, x[8]);
-        vec![rates.i, rates.rate, rates.bristle, valve.fastest_rate()]
+        let next = valve.over(S::constant(1e-3)).advance(ValveState { i: x[5], rate: x[6], bristle: x[7] }, x[8]);
+        vec![rates.i, rates.rate, rates.bristle, valve.fastest_rate(), next.i, next.rate, next.bristle]
     }
 }
 
