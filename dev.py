@@ -81,6 +81,18 @@ def bench_fit(*arguments):
     return run(PYTHON, "benches/estimation/run.py", "--out", out, *arguments)
 
 
+def coverage(*arguments):
+    """do the intervals of simulated trucks hold the truth; further arguments go to proofs/coverage.py"""
+    install()
+    return run(PYTHON, "proofs/coverage.py", *arguments)
+
+
+def starts(*arguments):
+    """do scattered starts end in the same place; further arguments go to proofs/starts.py"""
+    install()
+    return run(PYTHON, "proofs/starts.py", *arguments)
+
+
 def install(*extras):
     """Put forklift with these extras into the environment, unless what is there is still the same."""
     if not shutil.which("cargo"):
@@ -138,10 +150,15 @@ def run(*command, cwd=ROOT):
     return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
 
 
+TASKS = (demo, test, lint, docs, bench, bench_fit, coverage, starts)
+PASSED_ON = ("test", "bench", "bench-fit", "coverage", "starts")
+"""Tasks that take further arguments."""
+
+
 def main():
     if sys.version_info < (3, 11):  # noqa: UP036  (older ones are told so)
         sys.exit(f"dev.py: this is Python {sys.version.split()[0]}; run it with Python 3.11 or later.")
-    tasks = {task.__name__.replace("_", "-"): task for task in (demo, test, lint, docs, bench, bench_fit)}
+    tasks = {task.__name__.replace("_", "-"): task for task in TASKS}
     parser = argparse.ArgumentParser(
         description=__doc__.splitlines()[0], epilog="\n\n".join(__doc__.split("\n\n")[1:])
     )
@@ -150,7 +167,7 @@ def main():
         commands.add_parser(name, help=task.__doc__, description=task.__doc__)
     try:
         known, others = parser.parse_known_args()
-        if others and known.task not in ("test", "bench", "bench-fit"):
+        if others and known.task not in PASSED_ON:
             parser.error(f"{known.task} takes no {' '.join(others)}")
         sys.exit(tasks[known.task](*others))
     except KeyboardInterrupt:

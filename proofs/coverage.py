@@ -45,11 +45,15 @@ def truth(thesis, seed):
         if not name.startswith(f"{LIFT}."):
             continue
         if name.endswith("table_area"):
-            values[name] = rising(lambda value=value: value * np.exp(AREA_SCATTER * random.standard_normal(len(value))))
+            values[name] = rising(
+                lambda value=value: value * np.exp(AREA_SCATTER * random.standard_normal(len(value)))
+            )
         elif name.endswith("table_current"):
             inner = np.r_[0.0, np.ones(len(value) - 2), 0.0]
             values[name] = rising(
-                lambda value=value, inner=inner: value + CURRENT_SCATTER_A * inner * random.standard_normal(len(value))
+                lambda value=value, inner=inner: (
+                    value + CURRENT_SCATTER_A * inner * random.standard_normal(len(value))
+                )
             )
         elif spec["origin"] in ("steady", "prms"):
             factor = np.exp(SCATTER * random.standard_normal())
@@ -123,7 +127,8 @@ def one(number):
 
     values = dict(zip(true.core.names, true.core.values, strict=True))
     x = [
-        (SCALES[unknown.scale].forth(values[unknown.name]) - SCALES[unknown.scale].forth(unknown.start[0])) / unknown.width
+        (SCALES[unknown.scale].forth(values[unknown.name]) - SCALES[unknown.scale].forth(unknown.start[0]))
+        / unknown.width
         for unknown in moved
     ]
     for seen, temperature, start in zip(samples, temperatures, starts, strict=True):
@@ -247,7 +252,10 @@ def main():
         try:
             for count, done in enumerate(as_completed(running), 1):
                 seconds = (time.monotonic() - began) / count * (len(left) - count)
-                print(f"truck {done.result()}; {len(left) - count} left, about {seconds / 60:.0f} min", flush=True)
+                print(
+                    f"truck {done.result()}; {len(left) - count} left, about {seconds / 60:.0f} min",
+                    flush=True,
+                )
         except KeyboardInterrupt:
             pool.shutdown(wait=False, cancel_futures=True)
             print("Interrupted; the same command goes on from here.", file=sys.stderr)

@@ -30,8 +30,8 @@ DAMPING = 1.0
 """μ at the start, in units of the prior."""
 RELAX, STIFFEN = 5.0, 3.0
 """μ is divided by the one after a step taken, multiplied by the other after one refused."""
-MOST_REFUSED = 12
-"""Refusals in a row after which there is nothing to gain."""
+MOST_REFUSED = 24
+"""Refusals in a row after which it ends: μ has then grown by eleven orders of magnitude."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +65,8 @@ def descend(
     for _ in range(1, evaluations):
         if small > 1 or 0.5 * here.gradient @ np.linalg.solve(here.normal, here.gradient) < gain:
             break
-        for _refused in range(MOST_REFUSED):
-            then = _step(problem, here, damping)
-            if then is not None:
-                break
-            damping *= STIFFEN
-        else:
+        then, damping = _downhill(problem, here, damping, gain)
+        if then is None:
             break
         before, here = here.cost, _point(problem, then)
         progress(here.cost, then)
@@ -90,6 +86,19 @@ def _point(problem: Problem, x: Floats) -> Point:
         gradient[place] += run.gradient
         square += run.square
     return Point(x, [run.at for run in runs], normal, gradient, 0.5 * square)
+
+
+def _downhill(problem: Problem, here: Point, damping: float, gain: float) -> tuple[Floats | None, float]:
+    """The first of ever shorter steps that leads down, and its damping; None if there is nothing to gain."""
+    for _ in range(MOST_REFUSED):
+        then = _step(problem, here, damping)
+        if then is not None:
+            return then, damping
+        straight = np.linalg.solve(here.normal + damping * np.eye(len(here.x)), here.gradient)
+        if straight @ (here.gradient - 0.5 * here.normal @ straight) < gain:
+            break
+        damping *= STIFFEN
+    return None, damping
 
 
 def _step(problem: Problem, here: Point, damping: float) -> Floats | None:

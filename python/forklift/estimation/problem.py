@@ -123,9 +123,12 @@ class Problem:
         return [int(end) for end in np.cumsum(lengths)]
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Least and greatest of the unknown vector."""
+        """Least and greatest of the unknown vector: no load is below zero."""
         own = self.starts[-1] - len(self.unknowns)
-        lower = [*(unknown.lower for unknown in self.unknowns), *[-np.inf] * own]
+        lower = [unknown.lower for unknown in self.unknowns]
+        for sample in self.samples:
+            least = np.where(np.array(OWN) == "load", 0.0, -np.inf)[sample.free]
+            lower += [*((least - sample.centre[sample.free]) / sample.width[sample.free])]
         upper = [*(unknown.upper for unknown in self.unknowns), *[np.inf] * own]
         return np.array(lower), np.array(upper)
 

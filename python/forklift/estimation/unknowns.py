@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, log
+from math import cos, log, pi
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -44,7 +44,8 @@ FAR_FROM_ZERO = 1e-3
 all the same: what is known only as a product is then a straight line, which a search follows easily."""
 
 LEAST_ANGLE = 0.02
-"""Angles that count by their cosine stay above this [rad]: nearer to 0 their cosine no longer tells them."""
+"""Angles that count by their cosine stay above this [rad]: nearer to 0 their cosine no longer tells them.
+A start is kept as far from a right angle, where the cosine's logarithm ends."""
 
 ESTIMATED = ("prms", "steady")
 """Origins of the parameters that the thesis estimated, and a fit does; the others were given or chosen."""
@@ -185,7 +186,8 @@ def move(truck: Truck, unknowns: Sequence[Unknown], theta: Floats, source: str) 
 def _estimated(truck: Truck, name: str) -> bool:
     table = _table_of(name)
     if table is None:
-        return parameters()[name]["origin"] in ESTIMATED
+        of_effect = name.rpartition(".")[0] in truck.effects
+        return of_effect or parameters()[name]["origin"] in ESTIMATED
     knots, at = np.array(truck.values[table]), int(name.rpartition(".")[2])
     return bool(knots[at] > 0.0) if table.endswith(AREAS) else 0 < at < len(knots) - 1
 
@@ -212,6 +214,8 @@ def _unknown(truck: Truck, names: tuple[str, ...]) -> Unknown:
             name=names[0],
         )
     scale, width = max(shapes)
+    if scale == "logcos":
+        start = tuple(min(max(angle, LEAST_ANGLE), 0.5 * pi - LEAST_ANGLE) for angle in start)
     ends = [_ends(name, value, scale, width) for name, value in zip(names, start, strict=True)]
     unit = _spec(names[0])["unit"]
     return Unknown(names, unit, scale, start, width, max(end[0] for end in ends), min(end[1] for end in ends))

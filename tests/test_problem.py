@@ -1,0 +1,181 @@
+"""Recordings as one least-squares problem: costs and derivatives agree, and nothing depends on threads."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from forklift import Campaign, Recording, Truck
+from forklift.estimation.geodesic import cost
+from forklift.estimation.problem import Problem, sample
+from forklift.estimation.sensors import sensors
+from forklift.estimation.unknowns import unknowns
+
+ROOT = Path(__file__).parents[1]
+NULL = ROOT / "tests" / "campaigns" / "null"
+
+
+def shortened(recording: Recording, begin_s: float, seconds: float) -> Recording:
+    """A recording's part, from time 0."""
+    rows = (recording.time_s >= begin_s) & (recording.time_s < begin_s + seconds)
+    channels = {name: values[rows] for name, values in recording.channels.items()}
+    time = recording.time_s[rows] - recording.time_s[rows][0]
+    return Recording(recording.file, recording.lift, recording.load_kg, recording.role, time, channels)
+
+
+@cache
+def problem(light: str = "free_prms1_800kg_20c.csv") -> Problem:
+    """Two recordings from rest until the lift has moved for three seconds, their loads not quite known."""
+    thesis = Truck.read("thesis")
+    recordings = [
+        shortened(recording, 0.0, 4.0)
+        for recording in Campaign.read(NULL).recordings
+        if recording.file in (light, "free_prms1_1500kg_60c.csv")
+    ]
+    every = sensors(recordings)
+    samples = tuple(sample(one, thesis, every, load_width_kg=5.0) for one in recordings)
+    moved = unknowns(thesis, ["free"])
+    return Problem(thesis, moved, samples, 4, {name: 10.0 * sensor.noise for name, sensor in every.items()})
+
+
+def somewhere(seed: int) -> np.ndarray:
+    return 0.03 * np.random.default_rng(seed).standard_normal(problem().starts[-1])
+
+
+def uncompressed(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Every sample's residual and its derivatives, one below the other."""
+    rho, slope = problem.prior(x)
+    residual, jacobian = [rho], [np.diag(slope)]
+    for k, at in enumerate(problem.linearise(x)):
+        for channel in at.residual:
+            rows = np.zeros((len(at.residual[channel]), len(x)))
+            rows[:, problem.place(k)] = at.jacobian[channel]
+            residual.append(at.residual[channel])
+            jacobian.append(rows)
+    return np.concatenate(residual), np.vstack(jacobian)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_compressed_problem_has_the_cost_gradient_and_normal_matrix_of_all_samples(seed):
+    x = somewhere(seed)
+    residual, jacobian = uncompressed(problem(), x)
+    small, slopes = problem().compressed(x)
+    assert len(small) < len(residual) / 4
+    assert small @ small == pytest.approx(residual @ residual, rel=1e-10)
+    scale = np.sqrt(np.diag(jacobian.T @ jacobian))
+    gradient = jacobian.T @ residual / scale
+    assert slopes.T @ small / scale == pytest.approx(gradient, abs=1e-9 * np.abs(gradient).max())
+    normal = jacobian.T @ jacobian / np.outer(scale, scale)
+    assert slopes.T @ slopes / np.outer(scale, scale) == pytest.approx(normal, abs=1e-10)
+
+
+def test_products_and_residuals_are_those_of_the_linearised_problem():
+    x = somewhere(3)
+    residual, jacobian = uncompressed(problem(), x)
+    normal, gradient, square = np.diag(problem().prior(x)[1] ** 2), np.zeros(len(x)), 0.0
+    gradient += problem().prior(x)[1] * problem().prior(x)[0]
+    for k, run in enumerate(problem().products(x)):
+        place = problem().place(k)
+        normal[np.ix_(place, place)] += run.normal
+        gradient[place] += run.gradient
+        square += run.square
+    scale = np.sqrt(np.diag(normal))
+    assert normal / np.outer(scale, scale) == pytest.approx(
+        jacobian.T @ jacobian / np.outer(scale, scale), abs=1e-10
+    )
+    assert gradient / scale == pytest.approx(jacobian.T @ residual / scale, rel=1e-8, abs=1e-6)
+    assert cost(problem(), x) == pytest.approx(0.5 * residual @ residual, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_gradient_is_the_costs_difference_quotient_along_any_direction(seed):
+    x = somewhere(seed)
+    direction = np.random.default_rng([seed, 1]).standard_normal(len(x))
+    residual, jacobian = problem().compressed(x)
+    exact = residual @ jacobian @ direction
+    step = 1e-5
+
+    def quotient(step: float) -> float:
+        return (cost(problem(), x + step * direction) - cost(problem(), x - step * direction)) / (2.0 * step)
+
+    size = np.linalg.norm(jacobian.T @ residual)  # along some directions nearly nothing is left of it
+    assert quotient(step) == pytest.approx(exact, rel=1e-4, abs=1e-5 * size)
+
+
+def test_each_unknown_has_its_own_slope():
+    """Along one unknown after the other, where a mistake in one place cannot hide among the rest."""
+    x = somewhere(7)
+    residual, jacobian = problem().compressed(x)
+    gradient, step = jacobian.T @ residual, 1e-5
+    for k in range(len(x)):
+        aside = step * np.eye(len(x))[k]
+        quotient = (cost(problem(), x + aside) - cost(problem(), x - aside)) / (2.0 * step)
+        assert quotient == pytest.approx(gradient[k], rel=1e-3, abs=1e-6 * np.abs(gradient).max()), k
+
+
+def test_a_recordings_own_unknowns_touch_no_other_recording():
+    x = somewhere(4)
+    before = problem().residuals(x)
+    x[problem().starts[0]] += 0.5
+    after = problem().residuals(x)
+    for channel in before[0]:
+        assert np.array_equal(before[1][channel], after[1][channel])
+    assert not np.array_equal(before[0]["pressure_free_pa"], after[0]["pressure_free_pa"])
+
+
+def test_no_search_asks_for_a_load_below_zero():
+    lower, upper = problem("free_prms1_0kg_20c.csv").bounds()
+    first, second, _ = problem().starts
+    assert lower[first] == 0.0
+    assert lower[second] == -300.0
+    assert np.isneginf(np.delete(lower[first:], [0, second - first])).all()
+    assert np.isposinf(upper[first:]).all()
+
+
+SEARCH = """
+import hashlib, sys
+import numpy as np
+sys.path.insert(0, "tests")
+import forklift.estimation.problem as module
+module.cpu_count = lambda: int(sys.argv[1])
+from test_problem import problem, sensors
+from forklift.estimation.search import Stage, search
+from forklift.estimation.knowledge import knowledge
+small = problem()
+every = sensors([one.recording for one in small.samples])
+stages = (Stage("trust region", 30.0, 4, 3, 0.2), Stage("canyon", 3.0, 4, 3, 1.0))
+found = search(small, np.zeros(small.starts[-1]), every, stages)
+known = knowledge(found.problem, found.x)
+bits = found.x.tobytes() + found.residual.tobytes() + found.jacobian.tobytes() + known.covariance.tobytes()
+print(hashlib.sha256(bits).hexdigest(), np.abs(found.x).max() > 0.1)
+"""
+
+
+def searched(rayon: int, blas: int, workers: int) -> str:
+    environment = os.environ | {
+        "RAYON_NUM_THREADS": str(rayon),
+        "OPENBLAS_NUM_THREADS": str(blas),
+        "OMP_NUM_THREADS": str(blas),
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", SEARCH, str(workers)],
+        cwd=ROOT,
+        env=environment,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    return done.stdout
+
+
+def test_a_search_does_not_depend_on_any_number_of_threads_to_the_bit():
+    alone = searched(1, 1, 1)
+    assert alone.endswith("True\n")  # it has moved
+    for threads in ((2, 1, 2), (1, 2, 1), (3, 2, 5)):
+        assert searched(*threads) == alone

@@ -1,0 +1,145 @@
+"""The proofs' own judgement: right intervals pass, wrong ones fail, and one truck goes all the way."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from forklift import Truck
+from forklift.estimation.starts import End
+
+PROOFS = Path(__file__).parents[1] / "proofs"
+
+
+def loaded(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"proofs_{name}", PROOFS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+coverage, starts = loaded("coverage"), loaded("starts")
+
+
+def trucks(count: int, *, told: float = 1.0, biased: str = "", seed: int = 1) -> list[dict]:
+    """Results whose intervals are `told` times as wide as they ought to be; one parameter may be off."""
+    random = np.random.default_rng(seed)
+    made = []
+    for number in range(1, count + 1):
+        parameters = []
+        for k in range(20):
+            name = f"p{k}"
+            error = random.standard_normal() + 2.0 * (name == biased)
+            parameters.append(
+                {
+                    "name": name,
+                    "told": True,
+                    "together": False,
+                    "covers": bool(abs(error) < 1.96 * told),
+                    "z": error / told,
+                }
+            )
+        made.append({"truck": number, "parameters": parameters})
+    return made
+
+
+def test_holms_correction_of_a_worked_example():
+    # in order 0.005, 0.01, 0.03, 0.04, times 4, 3, 2, 1, and never falling
+    assert coverage.holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert coverage.holm([0.6, 0.7]) == [1.0, 1.0]
+
+
+def test_right_intervals_meet_the_criterion():
+    for seed in range(5):
+        text, met = coverage.summary(trucks(50, seed=seed))
+        assert met, text
+        assert "The criterion is met." in text
+
+
+@pytest.mark.parametrize("told", [0.8, 1.3])
+def test_intervals_too_narrow_or_too_wide_fail(told):
+    text, met = coverage.summary(trucks(50, told=told))
+    assert not met
+    assert "The criterion is not met." in text
+
+
+def test_one_biased_parameter_fails_and_is_named_though_the_pool_looks_right():
+    text, met = coverage.summary(trucks(50, biased="p7"))
+    assert not met
+    assert "Holm-corrected p < 0.01): p7." in text
+    covered = int(re.search(r"(\d+) of 1000 intervals", text)[1])
+    assert coverage.BAND[0] < covered / 1000 < coverage.BAND[1]
+
+
+def test_what_is_not_told_or_known_only_together_is_not_counted():
+    made = trucks(50)
+    for truck in made:
+        truck["parameters"][0] |= {"told": False, "covers": False}
+        truck["parameters"][1] |= {"together": True, "covers": False}
+    text, met = coverage.summary(made)
+    assert met
+    assert " of 900 intervals" in text
+    assert "`p0`" not in text
+    assert "`p1`" not in text
+
+
+def test_a_drawn_truck_is_another_one_with_the_free_lift_scattered_as_told():
+    thesis = Truck.read("thesis")
+    drawn = [coverage.truth(thesis, seed) for seed in range(40)]
+    assert coverage.truth(thesis, 3) == drawn[3]
+    logs = np.log([one.values["free.cylinder.V_0"] / thesis.values["free.cylinder.V_0"] for one in drawn])
+    assert np.std(logs) == pytest.approx(coverage.SCATTER, rel=0.35)
+    for one in drawn:
+        assert all(
+            one.values[name] == value for name, value in thesis.values.items() if name.startswith("main.")
+        )
+        assert one.values["free.cylinder.area"] == thesis.values["free.cylinder.area"]
+
+
+def test_one_truck_goes_all_the_way(tmp_path):
+    coverage.run(1, tmp_path)
+    (path,) = tmp_path.iterdir()
+    truck = json.loads(path.read_text())
+    assert truck["truck"] == 1
+    assert (
+        truck["cost"] < truck["cost_at_truth"]
+    )  # the optimum is below the truth by about half of all unknowns
+    assert truck["cost_at_truth"] - truck["cost"] < 2.0 * len(truck["parameters"])
+    assert truck["evaluations"] <= 60
+    assert truck["worst_mean_square"] < 1.3
+    counted = [one for one in truck["parameters"] if one["told"] and not one["together"]]
+    assert len(counted) >= 15
+    assert sum(one["covers"] for one in counted) >= 0.8 * len(counted)
+    assert all(one["lower"] <= one["estimate"] <= one["upper"] for one in truck["parameters"])
+    text, _ = coverage.summary([truck])
+    assert text.startswith("1 trucks;")
+
+
+def test_starts_that_agree_or_are_named_hold_the_proof():
+    inf = float("inf")
+    ends = [End(k, 0.01 * k, 0.02, True) for k in range(9)] + [End(9, inf, inf, False)]
+    said = ["9 of 10 starts ended in the same place.", "Start 10 failed on the way; it is left out."]
+    assert starts.judged(ends, said)[1]
+    assert starts.judged(ends[:9], ["9 of 9 starts ended in the same place."])[1]
+    assert "| 10 | inf | inf | no |" in starts.table(ends)
+
+
+def test_starts_that_disagree_too_often_or_unsaid_do_not():
+    ends = [End(k, 0.01 * k, 0.02, True) for k in range(8)] + [End(k, 40.0, 9.0, False) for k in (8, 9)]
+    said = [
+        "8 of 10 starts ended in the same place.",
+        "Start 9 ended elsewhere: ...",
+        "Start 10 ended elsewhere",
+    ]
+    assert not starts.judged(ends, said)[1]
+    one = [*ends[:9], End(9, 0.0, 0.0, True)]
+    text, holds = starts.judged(one, ["9 of 10 starts ended in the same place."])
+    assert not holds
+    assert "does not name start 9" in text
+    assert not starts.judged(one, ["Start 9 ended elsewhere"])[1]
