@@ -1,14 +1,10 @@
 """What several test modules share: results that take seconds to make."""
 
-from pathlib import Path
-
 import pytest
 
+from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, fit
 from forklift.fit import Fit
-
-CAMPAIGNS = Path(__file__).parent / "campaigns"
-"""Campaigns that stand in the repository."""
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ from forklift import Truck, cli, commands
 from forklift.demo import RECORDINGS
 from forklift.truck import SHIPPED
 
-COMMANDS = ("simulate", "compare", "info", "convert", "demo")
+COMMANDS = ("simulate", "compare", "fit", "info", "convert", "demo")
 
 
 def called(capfd, *arguments: object) -> tuple[int, str, str]:

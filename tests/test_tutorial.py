@@ -42,7 +42,7 @@ def missing(expected: str, printed: str) -> str | None:
     return next((line for line in expected.splitlines() if line.rstrip() not in lines), None)
 
 
-@pytest.mark.parametrize("page", ["docs/tutorial.md", "README.md"])
+@pytest.mark.parametrize("page", ["docs/tutorial.md", "docs/fitting.md", "README.md"])
 def test_every_block_of_a_page_runs_and_prints_what_the_page_says(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+import typer.core
 
 from forklift.errors import ForkliftError
 
@@ -30,7 +31,19 @@ INTERRUPTED = 130
 PAGE = (".html",)
 """Suffix of a page."""
 
+
+class _Commands(typer.core.TyperGroup):
+    """Ctrl-C reaches `run` as one error, before Typer makes a silent exit of it."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise ForkliftError("interrupted", "interrupted") from None
+
+
 app = typer.Typer(
+    cls=_Commands,
     name="forklift",
     help="Simulate a forklift's hydraulic lowering function, compare it with recordings, fit it to them.",
     no_args_is_help=True,
@@ -526,17 +539,17 @@ def _searching() -> Iterator[Callable[[Progress], None] | None]:
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(bar_width=10), TimeElapsedColumn())
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("Reading what the recordings support", total=None)
 
         def told(now: Progress) -> None:
+            where = now.profile or f"start {now.start + 1}/{now.starts} stage {now.stage}/{now.stages}"
             bar.update(
                 task,
                 total=now.starts * now.stages,
                 completed=now.start * now.stages + now.stage - 1,
-                description=f"Start {now.start + 1} of {now.starts}, stage {now.stage} of {now.stages}, "
-                f"evaluation {now.evaluation}: misfit {now.misfit:.2f} x noise",
+                description=f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise",
             )
 
         yield told

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -50,10 +51,12 @@ class Progress:
     stage: int
     stages: int
     evaluation: int
-    misfit: float
-    """Root mean square of the residuals, in units of the sensors' noise."""
     cost: float
-    """−ln posterior with the stage's weights."""
+    """−ln posterior with the stage's weights: comparable within a stage only."""
+    misfit: float
+    """Root mean square of the residuals in units of the sensors' noise, whatever the stage's weights."""
+    profile: str = ""
+    """After the search: the parameter whose profile likelihood is being drawn."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,7 +131,7 @@ class Fit:
         return fit_files.parameters(self)
 
     def profile(self, name: str) -> Profile:
-        """The profile likelihood of one parameter (a minute's work for thirty of them).
+        """The profile likelihood of one parameter: about as much work as the fit itself.
 
         Raises
         ------
@@ -137,7 +140,8 @@ class Fit:
         """
         _check_profiles([name], self.unknowns)
         k = [unknown.name for unknown in self.unknowns].index(name)
-        return profile(self.found.problem, self.found.x, k, self.knowledge.estimates[k].deviation)
+        with one_thread():
+            return profile(self.found.problem, self.found.x, k, self.knowledge.estimates[k].deviation)
 
     def write(self, out: str | Path) -> Path:
         """Write the fitted truck, the page to look at, and all that is known of the fit, into a folder.
@@ -177,9 +181,10 @@ class Fit:
 class _Watch:
     """Turns the search's progress into the caller's, and keeps each start's best point for Ctrl-C."""
 
+    problem: Problem
+    sensors: Mapping[str, Sensor]
     tell: Callable[[Progress], None] | None
     starts: int
-    samples: int
     best: dict[int, tuple[Stage, float, Floats]] = field(default_factory=dict)
     """By start, where its last stage stands: costs of two stages do not compare."""
     evaluations: int = 0
@@ -191,11 +196,18 @@ class _Watch:
             if known is None or known[0] is not stage or cost <= known[1]:
                 self.best[start] = stage, cost, x.copy()
             if self.tell:
-                misfit = stage.temper * float(np.sqrt(2.0 * cost / max(self.samples, 1)))
-                place = STAGES.index(stage) + 1
-                self.tell(Progress(start, self.starts, place, len(STAGES), evaluation, misfit, cost))
+                at = replace(self.problem, substeps=stage.substeps)
+                place, misfit = STAGES.index(stage) + 1, _misfit(at, self.sensors, x)
+                self.tell(Progress(start, self.starts, place, len(STAGES), evaluation, cost, misfit))
 
         return evaluated
+
+
+def _misfit(problem: Problem, every: Mapping[str, Sensor], x: Floats) -> float:
+    """See `Progress.misfit`."""
+    at_noise = replace(problem, sigma={name: sensor.noise for name, sensor in every.items()})
+    left = [residual for run in at_noise.residuals(x) for residual in run.values()]
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
 def fit(
@@ -258,6 +270,7 @@ def fit(
             "every parameter is held, so that there is nothing to fit; hold fewer",
             name="hold",
         )
+    _check_moved([*also, *(name for group in together for name in group)], moved)
     _check_profiles(profiles, moved)
     conditions: dict[str, Any] = {
         "load_width_kg": load_width_kg,
@@ -314,6 +327,10 @@ def fit(
     drawn: list[Profile] = []
     with stop.noticed():
         for name in () if stop.asked else profiles:
+            if progress:
+                starts, stages = len(ends.ends), len(STAGES)
+                misfit = _misfit(found.problem, every, found.x)
+                progress(Progress(starts - 1, starts, stages, stages, 0, found.cost, misfit, name))
             drawn.append(result.profile(name))
     seconds = time.monotonic() - began
     return replace(result, profiles=tuple(drawn), interrupted=stop.asked, seconds=seconds)
@@ -364,14 +381,33 @@ def _check_numbers(starts: int | None, load_width_kg: float) -> None:
         )
 
 
+def _check_moved(names: Sequence[str], moved: Sequence[Unknown]) -> None:
+    """What is asked to move does, and once: a table as a whole or a lift without recordings cannot."""
+    every = [name for unknown in moved for name in unknown.names]
+    for name in names:
+        if name not in every:
+            near = get_close_matches(name, every, n=1, cutoff=0.0)[0]
+            raise ForkliftError(
+                "argument-invalid",
+                f"{name} is not estimated, by itself or in a group; did you mean {near}?",
+                name=name,
+            )
+    for name in every:
+        if every.count(name) > 1:
+            raise ForkliftError(
+                "argument-invalid", f"{name} is in two groups that move together; make them one", name=name
+            )
+
+
 def _check_profiles(names: Collection[str], moved: Sequence[Unknown]) -> None:
     """Before the search: a profile can be had of what is estimated only."""
     known = [unknown.name for unknown in moved]
     for name in names:
         if name not in known:
+            near = get_close_matches(name, known, n=1, cutoff=0.0)[0]
             raise ForkliftError(
                 "parameter-unknown",
-                f"{name} is not estimated; profiles can be had of {', '.join(known)}",
+                f"{name} is not estimated, so that it has no profile; did you mean {near}?",
                 name=name,
             )
 
@@ -386,8 +422,7 @@ def _search(
     earlier: Ends | None = None,
 ) -> Ends:
     """The best of some starts, and how the others compare; after Ctrl-C, of those that were begun."""
-    count = sum(len(seen.rows) for found in problem.samples for seen in found.observed)
-    watch = _Watch(progress, starts, count)
+    watch = _Watch(problem, every, progress, starts)
     done = [earlier.best] if earlier else []
     with stop.noticed():
         return from_starts(problem, every, starts, seed, watch.of, done[0] if done else None)

@@ -12,7 +12,7 @@ from forklift.estimation.knowledge import QUANTILE
 from forklift.estimation.unknowns import SCALES
 from forklift.names import LIFTS
 from forklift.plots import SHOWN, Floats, curves, figure, numbers, page, shown
-from forklift.tables import HOW_KNOWN, change_rows, of_lift, percent
+from forklift.tables import HOW_KNOWN, change_rows, mean_square, of_lift, percent
 
 if TYPE_CHECKING:
     from forklift.compare import Prediction
@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 RISE = QUANTILE**2
 """Of −2 ln L, at the ends of a 95 % interval."""
-DARKEST = 100.0
-"""Mean square of the darkest cell."""
+STRONGEST = 100.0
+"""Mean square of the most strongly coloured cell."""
+SHADE = 50.0
+"""Its share of colour [%]: text on it stays readable, by day and by night."""
 ROW_PX = 17
 """Height of a row of the correlations."""
 
@@ -89,7 +91,7 @@ def _change(fit: Fit, lift: Lift) -> dict[str, Any]:
 
 
 def _mean_squares(fit: Fit) -> dict[str, Any]:
-    """A row per recording, a cell per signal, the darker the more is left over."""
+    """A row per recording, a cell per signal, the stronger coloured the more is left over."""
     channels = list(fit.sensors)
     files = dict.fromkeys((found.role, found.file) for found in fit.judged)
     found = {(seen.file, seen.channel): seen.mean_square for seen in fit.judged}
@@ -99,7 +101,7 @@ def _mean_squares(fit: Fit) -> dict[str, Any]:
     ]
     return {
         "title": "What is left over: mean square in units of the sensors' noise. 1 is noise alone, up to "
-        f"{AT_NOISE:g} counts as explained; the darker, the more",
+        f"{AT_NOISE:g} counts as explained; more is coloured",
         "head": ["Recording", "Role", *(_short(channel) for channel in channels)],
         "numeric": [False, False, *[True] * len(channels)],
         "rows": rows,
@@ -110,8 +112,8 @@ def _mean_squares(fit: Fit) -> dict[str, Any]:
 def _shaded(value: float | None) -> Any:
     if value is None:
         return {"text": "—", "shade": 0}
-    dark = np.clip(np.log(max(value, AT_NOISE) / AT_NOISE) / np.log(DARKEST / AT_NOISE), 0.0, 1.0)
-    return {"text": f"{value:.2f}" if value < 100 else f"{value:.3g}", "shade": round(70 * float(dark))}
+    strength = np.log(max(value, AT_NOISE) / AT_NOISE) / np.log(STRONGEST / AT_NOISE)
+    return {"text": mean_square(value), "shade": round(SHADE * min(float(strength), 1.0))}
 
 
 def _short(channel: str) -> str:
@@ -219,7 +221,8 @@ def _profiles(fit: Fit) -> list[dict[str, Any]]:
         return []
     note = (
         "How much worse everything fits, as −2 ln of the posterior, with one parameter held and all others "
-        "fitted anew; dotted: the parabola that the intervals in the table assume. The dashed level bounds 95 %."
+        "fitted anew; dotted: the parabola that the intervals in the table assume. The dashed level bounds "
+        "95 %."
     )
     figures = [
         {"title": found.name, "note": _interval(found), "panels": [_profile(fit, found)]}

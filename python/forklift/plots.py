@@ -273,8 +273,8 @@ def _all_fits(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def page(*, groups: list[dict[str, Any]], **parts: Any) -> str:
-    """The whole page: summary, tables and details, then groups of figures of panels."""
+def page(*, groups: list[dict[str, Any]], command: str | None = None, **parts: Any) -> str:
+    """The whole page: summary, tables and details, groups of figures, the command that repeats it."""
     from plotly.offline import get_plotlyjs  # type: ignore[import-untyped]
 
     from forklift import __version__
@@ -290,7 +290,9 @@ def page(*, groups: list[dict[str, Any]], **parts: Any) -> str:
         for group in groups
     ]
     data = json.dumps(panels, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    return _template().render(**parts, groups=outline, data=data, plotly=get_plotlyjs(), version=__version__)
+    return _template().render(
+        **parts, groups=outline, command=command, data=data, plotly=get_plotlyjs(), version=__version__
+    )
 
 
 def _numbered(figure: dict[str, Any], places: Iterator[int]) -> Iterator[dict[str, Any]]:

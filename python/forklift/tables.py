@@ -239,9 +239,8 @@ def mean_square_table(fit: Fit) -> Table:
         (
             row["channel"],
             row["role"],
-            str(row["recordings"]),
-            f"{row['mean_square']:.2f}",
-            f"{row['worst']:.2f}",
+            mean_square(row["mean_square"]),
+            mean_square(row["worst"]),
             f"{row['explained']} of {row['recordings']}",
             f"{row['white']} of {row['tested']}" if row["tested"] else "—",
             row["worst_file"],
@@ -249,7 +248,7 @@ def mean_square_table(fit: Fit) -> Table:
         for row in fit.signals.iter_rows(named=True)
     )
     title = "What is left over, as mean square in units of the sensors' noise (1: nothing but noise)"
-    names = ["signal", "role", ">recordings", ">mean", ">worst", ">explained", ">white", "worst recording"]
+    names = ["signal", "role", ">mean", ">worst", ">explained", ">white", "worst recording"]
     return _table(title, names, rows)
 
 
@@ -271,6 +270,11 @@ def _table(title: str, names: list[str], rows: Iterable[tuple[str, ...]]) -> Tab
 
 def _value(value: float | tuple[float, ...]) -> str:
     return " ".join(f"{knot:.6g}" for knot in (value if isinstance(value, tuple) else (value,)))
+
+
+def mean_square(value: float) -> str:
+    """A mean square in units of noise, as a table shows it: hundreds without decimals."""
+    return f"{value:.2f}" if value < 100.0 else f"{value:.0f}"
 
 
 def percent(value: float | None) -> str:

@@ -72,6 +72,8 @@ def profile(problem: Problem, x: Floats, k: int, deviation: float) -> Profile:
     values = np.array([unknown.values(float(theta))[0] for theta in thetas_sorted])
     ends = [_crossing(thetas_sorted, rise_sorted, x[k], side) for side in (-1.0, 1.0)]
     lower, upper = (float(unknown.values(end)[0]) if np.isfinite(end) else float("nan") for end in ends)
+    if values[-1] < values[0]:  # the scale falls: ln cos of an angle
+        return Profile(unknown.name, values[::-1], rise_sorted[::-1], upper, lower)
     return Profile(unknown.name, values, rise_sorted, lower, upper)
 
 
