@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 from scipy.stats import chi2
 
-from conftest import CAMPAIGNS
+from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording, Truck, fit, simulate
 from forklift.commands import Command
 from forklift.estimation.geodesic import cost

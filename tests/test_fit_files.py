@@ -41,7 +41,8 @@ def page(folder):
 
 @pytest.fixture(scope="module")
 def stopped():
-    """A fit of the main lift, stopped at its third evaluation, and what was told on the way."""
+    """A fit of the main lift, two parameters moving together, stopped at its third evaluation, and what was
+    told on the way."""
     seen = []
 
     def stop(progress):
@@ -49,7 +50,9 @@ def stopped():
         if len(seen) == 3:
             raise KeyboardInterrupt
 
-    return fit(Campaign.read(CAMPAIGNS / "leak"), Truck.read("thesis"), progress=stop), seen
+    campaign, thesis = Campaign.read(CAMPAIGNS / "leak"), Truck.read("thesis")
+    pair = ["main.friction.sigma_1", "main.friction.sigma_2"]
+    return fit(campaign, thesis, together=[pair], progress=stop), seen
 
 
 def test_the_folder_holds_what_the_docstring_says(null_fit, folder):
@@ -252,6 +255,17 @@ def test_a_stopped_fit_keeps_the_best_so_far_and_says_so(stopped, tmp_path):
     assert seen[-1].misfit < seen[0].misfit
     written = json.loads((found.write(tmp_path / "out") / "fit.json").read_text(encoding="utf-8"))
     assert written["interrupted"] is True
+
+
+def test_what_moves_together_has_one_factor_and_an_interval_each(stopped):
+    found, _ = stopped
+    rows = {row["name"]: row for row in found.parameters.iter_rows(named=True)}
+    first, second = (rows[f"main.friction.sigma_{k}"] for k in (1, 2))
+    assert second["moves_with"] == first["name"]
+    for end in ("value", "lower", "upper"):
+        assert first[end] / first["start"] == pytest.approx(second[end] / second["start"])
+    said = found.truck.sources[second["name"]]
+    assert f"95 % interval {second['lower']:.6g} to {second['upper']:.6g}" in said
 
 
 def test_the_main_lifts_tables_are_5_2_and_5_5(stopped):

@@ -52,6 +52,20 @@ def test_an_equally_good_end_elsewhere_is_not_the_same():
     assert other.distance == pytest.approx(2.0 * abs(ends[0].x[0]) / deviation, rel=0.02)
 
 
+def test_an_end_nearby_that_is_far_less_likely_is_not_the_same():
+    """A little off in many unknowns, each by less than a deviation."""
+    problem = analytic.linear(np.zeros(8), np.eye(8), "abcdefgh", SIGMA)
+    ends = []
+    for off in (0.0, 0.9):
+        x = np.full(8, off * SIGMA)
+        residual, jacobian = problem.compressed(x)
+        ends.append(Found(x, problem, 0.5 * float(residual @ residual), residual, jacobian, 1))
+    other = compare_ends(ends, ends).ends[1]
+    assert other.distance < 1.0
+    assert other.cost == pytest.approx(8 * 0.5 * 0.9**2, rel=0.01)
+    assert not other.same
+
+
 def test_a_worse_end_is_left_out_and_its_cost_told():
     ends = [found(square(0.05), start) for start in (-0.5, 0.5)]
     compared = compare_ends(ends, ends)

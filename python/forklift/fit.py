@@ -18,7 +18,7 @@ from forklift.errors import ForkliftError
 from forklift.estimation import words
 from forklift.estimation.algebra import one_thread
 from forklift.estimation.judgement import Judged, judge
-from forklift.estimation.knowledge import Knowledge, knowledge
+from forklift.estimation.knowledge import QUANTILE, Knowledge, knowledge
 from forklift.estimation.problem import Problem, sample
 from forklift.estimation.profile import Profile, profile
 from forklift.estimation.search import STAGES, Found, Stage, settle
@@ -448,16 +448,20 @@ def _fitted_truck(
     campaign: Campaign, start: Truck, moved: Sequence[Unknown], found: Found, known: Knowledge
 ) -> Truck:
     """The truck at the optimum; each moved value has its interval as its source."""
-    from_campaign = f"estimated from campaign {campaign.name} (sha256 {campaign.sha256[:12]})"
+    from forklift import fit_files
+
+    from_campaign = f"estimated from campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
     truck = move(start, moved, found.x[: len(moved)], from_campaign)
     sources = dict(truck.sources)
-    for estimate in known.estimates:
-        for name in estimate.unknown.names:
+    for estimate, theta in zip(known.estimates, found.x.tolist(), strict=False):
+        unknown = estimate.unknown
+        ends = fit_files.interval(unknown, theta, QUANTILE * estimate.deviation)
+        for name, lower, upper in zip(unknown.names, *ends.tolist(), strict=True):
             if name not in sources:
                 continue  # a knot: its table is one value in the file, and its interval stands in fit.json
             sources[name] = (
-                f"{from_campaign}, 95 % interval {estimate.lower:.6g} to {estimate.upper:.6g}"
+                f"{from_campaign}, 95 % interval {lower:.6g} to {upper:.6g}"
                 if estimate.told
-                else f"not told by campaign {campaign.name} alone; near {start.name}'s by its prior"
+                else f"not told by campaign {campaign.name!r} alone; near truck {start.name!r} by its prior"
             )
     return Truck(f"{campaign.name} fitted from {start.name}", truck.values, sources)

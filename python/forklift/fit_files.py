@@ -28,7 +28,9 @@ from forklift.speed_table import SpeedTable, speed_to_current
 
 if TYPE_CHECKING:
     from forklift.estimation.judgement import Judged
+    from forklift.estimation.unknowns import Unknown
     from forklift.fit import Fit
+    from forklift.fits import Floats
     from forklift.names import Lift
 
 MARK = "fit.json"
@@ -74,15 +76,10 @@ def _parameter_rows(fit: Fit) -> Iterator[tuple[Any, ...]]:
     together = {name for group in fit.knowledge.groups for name in group.names}
     for estimate, theta in zip(fit.knowledge.estimates, fit.found.x, strict=False):
         unknown = estimate.unknown
-
-        def interval(centre: float, half: float, unknown: Any = unknown) -> np.ndarray[Any, Any]:
-            ends = np.clip([centre - half, centre + half], unknown.lower, unknown.upper)
-            return np.sort([unknown.values(float(end)) for end in ends], axis=0)
-
         told = "yes" if estimate.told else "together" if estimate.name in together else "no"
         values = unknown.values(float(theta))
-        before = interval(0.0, PRIOR_QUANTILE)
-        after = interval(float(theta), QUANTILE * estimate.deviation)
+        before = interval(unknown, 0.0, PRIOR_QUANTILE)
+        after = interval(unknown, float(theta), QUANTILE * estimate.deviation)
         for place, name in enumerate(unknown.names):
             lift = name.partition(".")[0]
             yield (
@@ -98,6 +95,12 @@ def _parameter_rows(fit: Fit) -> Iterator[tuple[Any, ...]]:
                 estimate.alone,
                 unknown.name if place else None,
             )
+
+
+def interval(unknown: Unknown, centre: float, half: float) -> Floats:
+    """(2, names) of each parameter: least and greatest for θ within `half` of `centre` and its bounds."""
+    ends = np.clip([centre - half, centre + half], unknown.lower, unknown.upper)
+    return np.sort([unknown.values(float(end)) for end in ends], axis=0)
 
 
 def fits(fit: Fit) -> pl.DataFrame:

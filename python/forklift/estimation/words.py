@@ -159,7 +159,10 @@ def _starts(fit: Fit) -> Iterator[str]:
     if len(fit.ends) < 2:
         return
     agreeing = sum(end.same for end in fit.ends)
-    yield f"{agreeing} of {len(fit.ends)} starts ended in the same place."
+    if agreeing == 1:
+        yield f"No other of {len(fit.ends)} starts ended where the best one did."
+    else:
+        yield f"{agreeing} of {len(fit.ends)} starts ended in the same place."
     for end in fit.ends:
         if not end.same:
             why = (
