@@ -28,6 +28,7 @@ AREA_SCATTER = 0.05  # the same of each opening of the area table
 CURRENT_SCATTER_A = 0.01  # of the currents of its inner knots
 TEMPERATURE_STEP_K = 0.5  # of the oil temperature's sensor
 TOLERANCE = 1e-7
+END_M = 0.03  # a recording ends where the cylinder comes this near to the end of its stroke
 
 LEVEL = 0.95
 BAND = (0.92, 0.97)  # in which the pooled coverage must lie
@@ -89,12 +90,20 @@ def record(truck, plan, seed):
             solver="adaptive",
             tolerance=TOLERANCE,
         )
-        columns = measured(simulation, seed, stream).to_dict(as_series=False)
+        kept = before_the_end(simulation, truck)
+        columns = measured(simulation, seed, stream)[:kept].to_dict(as_series=False)
         at = np.array(columns.pop("time_s"))
         recordings.append(Recording(like.file, like.lift, like.load_kg, "estimate", at, columns))
         temperatures.append(temperature)
         starts.append([float(simulation[f"{lift}.position"][0]) for lift in ("free", "main")])
     return recordings, temperatures, starts
+
+
+def before_the_end(simulation, truck):
+    """How many samples there are until shortly before the lift meets the end of its stroke, if it does."""
+    left = simulation[f"{LIFT}.position"] - truck.values[f"{LIFT}.cylinder.stroke_lower"]
+    met = np.flatnonzero(left < END_M)
+    return met[0] if len(met) else len(left)
 
 
 def one(number):

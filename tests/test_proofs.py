@@ -11,7 +11,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from forklift import Truck
+from forklift import Truck, simulate
+from forklift.commands import Command
 from forklift.estimation.starts import End
 
 PROOFS = Path(__file__).parents[1] / "proofs"
@@ -100,6 +101,18 @@ def test_a_drawn_truck_is_another_one_with_the_free_lift_scattered_as_told():
             one.values[name] == value for name, value in thesis.values.items() if name.startswith("main.")
         )
         assert one.values["free.cylinder.area"] == thesis.values["free.cylinder.area"]
+
+
+def test_a_recording_ends_before_the_lift_meets_its_stop():
+    thesis = Truck.read("thesis")
+    command = Command.of_samples(50.0, free=np.full(750, 1.2))
+    run = simulate(thesis, command, load_kg=1500.0, oil_temperature_degc=60.0)
+    kept = coverage.before_the_end(run, thesis)
+    position, end = run["free.position"], thesis.values["free.cylinder.stroke_lower"]
+    assert position[-1] < end + 1e-3
+    assert position[kept - 1] > end + 0.02
+    assert position[kept] < end + 0.04
+    assert coverage.before_the_end(run, thesis.with_values({"free.cylinder.stroke_lower": -0.1})) == 750
 
 
 def test_one_truck_goes_all_the_way(tmp_path):
