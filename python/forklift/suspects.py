@@ -105,5 +105,3 @@ def _conditions() -> Iterator[Suspect]:
         "temperature_offset", "parameter", "the oil's temperature is off", "", "operating-point", None,
         lambda problem: widened(problem, "oil_temperature", TEMPERATURE_WIDTH_K), ("oil_temperature_at_valve",),
     )  # fmt: skip
-
-

@@ -71,7 +71,10 @@ def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], respond: R
     """An unknown input at each port in turn; ports named after a channel are its sensor. Best first."""
     noise = {name: _noise(problem, name) for name in problem.sigma}
     runs = problem.linearise(x)
-    base = [_base(problem, k, sample, run, noise) for k, (sample, run) in enumerate(zip(problem.samples, runs, strict=True))]
+    base = [
+        _base(problem, k, sample, run, noise)
+        for k, (sample, run) in enumerate(zip(problem.samples, runs, strict=True))
+    ]
     found = []
     for port in ports:
         parts = [
@@ -99,7 +102,8 @@ def _base(
     jacobian = np.vstack([run.slope[name] / noise[name] for name in names])
     residual = np.concatenate(
         [
-            (run.model[seen.sensor.channel] - seen.values - 0.5 * seen.sensor.count) / noise[seen.sensor.channel]
+            (run.model[seen.sensor.channel] - seen.values - 0.5 * seen.sensor.count)
+            / noise[seen.sensor.channel]
             for seen in sample.observed
         ]
     )
@@ -123,12 +127,16 @@ def _rows(
         hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - centres) / WIDTH_S)
         return np.vstack(
             [
-                hats[seen.rows] / noise[port] if seen.sensor.channel == port else np.zeros((len(seen.rows), len(centres)))
+                hats[seen.rows] / noise[port]
+                if seen.sensor.channel == port
+                else np.zeros((len(seen.rows), len(centres)))
                 for seen in sample.observed
             ]
         )
     answers = respond(problem, x, k, port, centres)
-    return np.vstack([answers[seen.rows, seen.column] / noise[seen.sensor.channel] for seen in sample.observed])
+    return np.vstack(
+        [answers[seen.rows, seen.column] / noise[seen.sensor.channel] for seen in sample.observed]
+    )
 
 
 def _with_port(part: _Part, rows: tuple[Floats, Floats], answers: Floats) -> _Part:
@@ -172,7 +180,13 @@ def _prior(centres: Floats) -> Floats:
 
 
 def _evidence(
-    parts: Sequence[_Part], length: int, size: float, s: float, *, smooth: bool = False, only_left: bool = False
+    parts: Sequence[_Part],
+    length: int,
+    size: float,
+    s: float,
+    *,
+    smooth: bool = False,
+    only_left: bool = False,
 ) -> tuple[float, list[Floats], list[Floats]]:
     """ln evidence (or, with `only_left`, the sum of squares left over), smoothed inputs and their bands."""
     matrix, gradient = np.eye(length), np.zeros(length)

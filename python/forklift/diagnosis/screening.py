@@ -25,6 +25,8 @@ PROBE = 1.0
 FARTHEST = 5.0
 """Largest root mean square that a step may move the residuals by; a longer one is shortened."""
 SHORTER = 0.2
+UNTOLD = 0.5
+"""An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
 MOST_TRIES = 8
 
 
@@ -37,6 +39,13 @@ class Screened:
     """How far −ln posterior would fall."""
     amplitudes: tuple[float, ...]
     """The best linear step of each amplitude, in its prior's deviations; not a number for conditions."""
+    deviations: tuple[float, ...]
+    """Standard deviation of each amplitude beside all other unknowns, in its prior's; likewise."""
+
+    @property
+    def testable(self) -> bool:
+        """Whether these recordings tell the amplitude at all."""
+        return not any(deviation >= UNTOLD for deviation in self.deviations)
 
 
 @dataclass(frozen=True)
@@ -71,7 +80,8 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
 
     def stack(parts: Sequence[dict[str, Floats]]) -> list[Floats]:
         return [
-            np.concatenate([part[name] for name in names]) for part, names in zip(parts, channels, strict=True)
+            np.concatenate([part[name] for name in names])
+            for part, names in zip(parts, channels, strict=True)
         ]
 
     residual = stack([dict(run.residual) for run in runs])
@@ -137,9 +147,7 @@ def _moved(problem: Problem, trial: Problem, suspect: Suspect) -> list[int]:
 class _Base:
     """The normal equations without suspects, and what suspects add to them."""
 
-    def __init__(
-        self, problem: Problem, x: Floats, residual: list[Floats], jacobian: list[Floats]
-    ) -> None:
+    def __init__(self, problem: Problem, x: Floats, residual: list[Floats], jacobian: list[Floats]) -> None:
         rho, slope = problem.prior(x)
         self.residual, self.jacobian = residual, jacobian
         self.places = [problem.place(k) for k in range(len(residual))]
@@ -169,18 +177,19 @@ class _Base:
         normal = np.block([[self.normal, cross], [cross.T, corner]])
         both = np.concatenate([self.gradient, gradient])
         step = -np.linalg.solve(normal, both)[total:]
-        amplitudes, first = [], 0
+        deviation = np.sqrt(np.diag(np.linalg.inv(normal))[total:])
+        amplitudes, deviations, first = [], [], 0
         for column, wide in zip(columns, width, strict=True):
             amplitudes.append(float("nan") if column.own else float(step[first]))
+            deviations.append(float("nan") if column.own else float(deviation[first]))
             first += wide
         return Screened(
             tuple(column.suspect for column in columns),
             self._drop(normal, both) - self.alone,
             tuple(amplitudes),
+            tuple(deviations),
         )
 
     @staticmethod
     def _drop(normal: Floats, gradient: Floats) -> float:
         return 0.5 * float(gradient @ np.linalg.solve(normal, gradient))
-
-

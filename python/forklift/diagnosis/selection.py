@@ -119,5 +119,3 @@ def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> di
         tuple(suspect.label for suspect in trial.suspects): float(share)
         for trial, share in zip(trials, shares, strict=True)
     }
-
-

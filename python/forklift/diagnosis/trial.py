@@ -98,7 +98,9 @@ class Bench:
         return self._judged(suspects, found, rough, finished=False)
 
     def _judged(self, suspects: Sequence[Suspect], found: Found, rough: float, *, finished: bool) -> Trial:
-        everyone = replace(_with(self.everyone, suspects), sigma=found.problem.sigma, substeps=found.problem.substeps)
+        everyone = replace(
+            _with(self.everyone, suspects), sigma=found.problem.sigma, substeps=found.problem.substeps
+        )
         with one_thread():
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]
@@ -110,5 +112,3 @@ def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:
     for suspect in suspects:
         problem = suspect.add(problem)
     return problem
-
-
