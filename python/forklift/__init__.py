@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from forklift.compare import Comparison as Comparison
     from forklift.compare import compare as compare
     from forklift.convert import convert as convert
+    from forklift.diagnose import Diagnosis as Diagnosis
+    from forklift.diagnose import diagnose as diagnose
     from forklift.fit import Fit as Fit
     from forklift.fit import fit as fit
     from forklift.recording import Recording as Recording
@@ -44,6 +46,7 @@ _HOME = {
     "Campaign": "campaign",
     "Command": "commands",
     "Comparison": "compare",
+    "Diagnosis": "diagnose",
     "Fit": "fit",
     "Recording": "recording",
     "Simulation": "simulate",
@@ -52,6 +55,7 @@ _HOME = {
     "Truck": "truck",
     "compare": "compare",
     "convert": "convert",
+    "diagnose": "diagnose",
     "fit": "fit",
     "predict": "simulate",
     "simulate": "simulate",

@@ -273,6 +273,37 @@ def fit(
         raise typer.Exit(INTERRUPTED)
 
 
+@app.command(epilog="Example: forklift diagnose campaign --truck thesis --out found")
+def diagnose(
+    campaign: Annotated[Path, typer.Argument(help="The campaign's folder, with its campaign.toml.")],
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder to write diagnosis.json, truck.toml and predictions to.")
+    ],
+    truck: TruckName = "thesis",
+    temperature: Annotated[
+        float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Find where model and recordings part, name what is missing, and show what the model gains by it."""
+    from forklift import diagnose as verb
+    from forklift import diagnosis_files, output
+    from forklift.campaign import Campaign
+    from forklift.truck import Truck
+
+    output.check_folder(out, diagnosis_files.earlier(out), diagnosis_files.MARK)
+    chosen = Truck.read(truck)
+    found = Campaign.read(campaign)
+    with _telling() as progress:
+        result = verb(found, chosen, oil_temperature_degc=temperature, progress=progress)
+    result.write(out)
+    if as_json:
+        _print_json(result.to_dict())
+    else:
+        typer.echo(str(result))
+        _say_written(out / diagnosis_files.MARK, out / diagnosis_files.TRUCK, out / "predictions")
+
+
 @app.command(epilog="Example: forklift info thesis")
 def info(
     what: Annotated[
@@ -551,6 +582,26 @@ def _searching() -> Iterator[Callable[[Progress], None] | None]:
                 completed=now.start * now.stages + now.stage - 1,
                 description=f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise",
             )
+
+        yield told
+
+
+@contextmanager
+def _telling() -> Iterator[Callable[[str], None] | None]:
+    """What is being done and for how long, on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Reading what the recordings support", total=None)
+
+        def told(what: str) -> None:
+            bar.update(task, description=what[:1].upper() + what[1:])
 
         yield told
 

@@ -167,9 +167,9 @@ class Comparison:
             (temporary / "compare.html").write_text(comparison_page(self), encoding="utf-8")
         return Path(out)
 
-    def write_predictions(self, folder: Path) -> None:
-        """Write ``predictions/baseline/FILE.csv`` of every recording below `folder`."""
-        files = prediction_files([prediction.recording.file for prediction in self.predictions])
+    def write_predictions(self, folder: Path, model: str = "baseline") -> None:
+        """Write ``predictions/MODEL/FILE.csv`` of every recording below `folder`."""
+        files = prediction_files([prediction.recording.file for prediction in self.predictions], model)
         for prediction, file in zip(self.predictions, files, strict=True):
             path = folder / file
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -261,12 +261,15 @@ def result_files(recordings: Sequence[str]) -> frozenset[str]:
 
 
 def earlier_files(
-    out: str | Path, mark: str = MARK, files: Callable[[Sequence[str]], frozenset[str]] = result_files
+    out: str | Path,
+    mark: str = MARK,
+    files: Callable[[Sequence[str]], frozenset[str]] = result_files,
+    facts: str = "campaign",
 ) -> frozenset[str]:
     """The files of the earlier result that stands in `out`, as its file `mark` tells; else none."""
     try:
         found = json.loads((Path(out) / mark).read_text(encoding="utf-8"))
-        return files([recording["file"] for recording in found["campaign"]["recordings"]])
+        return files([recording["file"] for recording in found[facts]["recordings"]])
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
         return frozenset()
 
@@ -290,7 +293,7 @@ def truck_facts(truck: Truck) -> dict[str, Any]:
     }
 
 
-def prediction_files(recordings: Sequence[str]) -> list[str]:
+def prediction_files(recordings: Sequence[str], model: str = "baseline") -> list[str]:
     """By recording, the file that its prediction is written to."""
     names = [csv_name(file) for file in recordings]
     # a.csv and a.mf4 are two recordings
@@ -298,7 +301,7 @@ def prediction_files(recordings: Sequence[str]) -> list[str]:
         name if names.count(name) == 1 else f"{file}.csv"
         for file, name in zip(recordings, names, strict=True)
     ]
-    return [f"predictions/baseline/{name}" for name in own]
+    return [f"predictions/{model}/{name}" for name in own]
 
 
 def check_temperature(oil_temperature_degc: float | None) -> None:

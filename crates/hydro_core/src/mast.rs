@@ -245,6 +245,9 @@ pub trait Physics<S: Scalar>: Clone {
     fn states(&self) -> usize;
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Self::Ports; L], S);
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]);
+    /// Told by the fast path before each substep: the time in its middle [s].
+    #[inline(always)]
+    fn at_time(&mut self, _t: f64) {}
 }
 
 /// The thesis and nothing else: no state, no arithmetic of the catalogue.
@@ -266,11 +269,25 @@ impl<S: Scalar> Physics<S> for Thesis {
     fn rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
 }
 
-/// The thesis with effects.
+/// The thesis with effects, and with unknown inputs at its ports.
 #[derive(Debug, Clone)]
 pub struct Extended<S> {
     /// Each effect with the number of its states.
     terms: Vec<(Term<S>, usize)>,
+    inputs: Vec<UnknownInput<S>>,
+    /// What the unknown inputs write now, by simulated lift.
+    pushed: [Open<S>; 2],
+}
+
+/// A hat over time at one port of a simulated lift: `height` at `centre` [s], zero from `width` [s] on.
+#[derive(Debug, Clone, Copy)]
+pub struct UnknownInput<S> {
+    pub place: usize,
+    /// Its place in [`crate::ports::PORTS`].
+    pub port: usize,
+    pub height: S,
+    pub centre: f64,
+    pub width: f64,
 }
 
 impl<S: Scalar> Extended<S> {
@@ -282,7 +299,13 @@ impl<S: Scalar> Extended<S> {
                 (Term::new(instance.kind, values, lifts, *place), instance.kind.spec().states.len())
             })
             .collect();
-        Extended { terms }
+        Extended { terms, inputs: Vec::new(), pushed: [Open::quiet(); 2] }
+    }
+
+    /// With unknown inputs besides: of the fast path only, which tells the time.
+    pub fn with_inputs(mut self, inputs: Vec<UnknownInput<S>>) -> Self {
+        self.inputs = inputs;
+        self
     }
 }
 
@@ -301,7 +324,25 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             term.act(bus, mine, &mut ports);
             rest = others;
         }
+        if !self.inputs.is_empty() {
+            for (port, pushed) in ports.lifts.iter_mut().zip(&self.pushed) {
+                *port = port.joined(pushed);
+            }
+        }
         (ports.lifts, ports.joint_inertia)
+    }
+    #[inline(always)]
+    fn at_time(&mut self, t: f64) {
+        if self.inputs.is_empty() {
+            return;
+        }
+        self.pushed = [Open::quiet(); 2];
+        for input in &self.inputs {
+            let share = 1.0 - ((t - input.centre) / input.width).abs();
+            if share > 0.0 {
+                self.pushed[input.place].push(input.port, S::constant(share) * input.height);
+            }
+        }
     }
     #[inline(always)]
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {

@@ -51,6 +51,18 @@ macro_rules! ports {
             pub fn quiet() -> Self {
                 Open { $($name: ports!(@quiet $join),)* }
             }
+
+            /// What both do.
+            #[inline(always)]
+            pub fn joined(&self, other: &Self) -> Self {
+                Open { $($name: ports!(@join $join, self.$name, other.$name),)* }
+            }
+
+            /// Moves the port at `place` of [`PORTS`] by `value` from where it is.
+            pub fn push(&mut self, place: usize, value: S) {
+                let ports = [$(&mut self.$name,)*];
+                *ports[place] = *ports[place] + value;
+            }
         }
 
         impl<S: Scalar> Ports<S> for Open<S> {

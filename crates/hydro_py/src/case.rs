@@ -3,10 +3,11 @@
 use hydro_core::error::Error;
 use hydro_core::mast::LiftName;
 use hydro_core::outputs::OUTPUTS;
-use hydro_core::run::sensitivity::{differentiate_all, Case, Direction};
+use hydro_core::ports::PORTS;
+use hydro_core::run::sensitivity::{self, differentiate_all, Case, Direction, Input};
 use hydro_core::run::Inputs;
 use hydro_core::truck::Truck;
-use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
@@ -40,6 +41,23 @@ impl PyCase {
     }
 }
 
+impl PyCase {
+    /// The recording under its own unknowns: load, offset of the oil temperature, starts of free and main.
+    fn at(&self, unknown: &[f64]) -> Result<Case<'_>, Error> {
+        let &[load_kg, warmer, free, main] = unknown else {
+            let expected = "4: load, oil temperature's offset, start of free and main".into();
+            return Err(Error::Shape { name: "unknowns".into(), got: unknown.len().to_string(), expected });
+        };
+        let inputs = Inputs {
+            time: &self.command_time,
+            command: &self.command,
+            oil_temperature_degc: &self.oil_temperature,
+            load_kg,
+        };
+        Ok(Case { inputs, wanted: &self.time, warmer, start: [free, main] })
+    }
+}
+
 /// `load`, `oil_temperature`, `free.start`, `main.start`, or a parameter's name.
 fn direction(name: &str, names: &[String]) -> Result<Direction, Error> {
     match name {
@@ -53,6 +71,46 @@ fn direction(name: &str, names: &[String]) -> Result<Direction, Error> {
             requirement: "parameters of the truck, load, oil_temperature, free.start or main.start".into(),
         }),
     }
+}
+
+/// `free.force`: a port of a lift, with its place among the ports.
+fn port(name: &str) -> Option<(LiftName, usize)> {
+    let (lift, port) = name.split_once('.')?;
+    let lift = LiftName::BOTH.into_iter().find(|known| known.as_str() == lift)?;
+    Some((lift, PORTS.iter().position(|known| known.name == port)?))
+}
+
+/// Derivatives of one case's outputs along hats over time at ports: (times, outputs, ports, centres).
+#[allow(clippy::too_many_arguments)] // keyword arguments in Python
+pub fn responses<'py>(
+    py: Python<'py>,
+    truck: &Truck,
+    case: &PyCase,
+    unknown: &PyReadonlyArray1<'py, f64>,
+    ports: &[String],
+    centres: &PyReadonlyArray1<'py, f64>,
+    width: f64,
+    substeps: usize,
+) -> PyResult<Bound<'py, PyArray4<f64>>> {
+    let fail = |error: Error| raise(py, &error);
+    let argument = |name: &str, value: String, requirement: &str| {
+        fail(Error::Argument { name: name.into(), value, requirement: requirement.into() })
+    };
+    if width <= 0.0 || !width.is_finite() {
+        return Err(argument("width", width.to_string(), "above 0 s and finite"));
+    }
+    let mut along = Vec::new();
+    let centres = centres.as_array();
+    for name in ports {
+        let Some((lift, port)) = port(name) else {
+            return Err(argument("ports", name.clone(), "a lift and one of its ports, such as free.force"));
+        };
+        along.extend(centres.iter().map(|&centre| Direction::Input(Input { lift, port, centre, width })));
+    }
+    let run = case.at(&unknown.as_array().to_vec()).map_err(fail)?;
+    let interrupt = || Python::attach(|py| py.check_signals().is_err());
+    let found = py.detach(|| sensitivity::differentiate(truck, &run, substeps, &along, &interrupt)).map_err(fail)?;
+    found.derivatives.into_pyarray(py).reshape([case.time.len(), OUTPUTS.len(), ports.len(), centres.len()])
 }
 
 type Derived<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
@@ -75,21 +133,8 @@ pub fn differentiate<'py>(
     let names = truck.names();
     let along = directions.iter().map(|name| direction(name, &names)).collect::<Result<Vec<_>, _>>();
     let along = along.map_err(|e| raise(py, &e))?;
-    let runs: Vec<Case> = cases
-        .iter()
-        .zip(unknowns.rows())
-        .map(|(case, unknown)| Case {
-            inputs: Inputs {
-                time: &case.command_time,
-                command: &case.command,
-                oil_temperature_degc: &case.oil_temperature,
-                load_kg: unknown[0],
-            },
-            wanted: &case.time,
-            warmer: unknown[1],
-            start: [unknown[2], unknown[3]],
-        })
-        .collect();
+    let runs = cases.iter().zip(unknowns.rows()).map(|(case, unknown)| case.at(&unknown.to_vec()));
+    let runs = runs.collect::<Result<Vec<Case>, Error>>().map_err(|e| raise(py, &e))?;
     let interrupt = || Python::attach(|py| py.check_signals().is_err());
     let result = py.detach(|| differentiate_all(truck, &runs, substeps, &along, &interrupt));
     let results = result.map_err(|(_, e)| raise(py, &e))?;

@@ -7,7 +7,9 @@ use hydro_core::mast::LiftName;
 use hydro_core::outputs::{outputs, OUTPUTS};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::truck::{Truck, Value};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -192,5 +194,20 @@ impl PyTruck {
         substeps: usize,
     ) -> PyResult<Vec<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>)>> {
         case::differentiate(py, &self.0, &cases, &unknowns, &directions, substeps)
+    }
+
+    #[pyo3(signature = (case, unknowns, ports, centres, width, *, substeps=Solver::DEFAULT_SUBSTEPS))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments in Python
+    fn responses<'py>(
+        &self,
+        py: Python<'py>,
+        case: PyRef<'py, PyCase>,
+        unknowns: PyReadonlyArray1<'py, f64>,
+        ports: Vec<String>,
+        centres: PyReadonlyArray1<'py, f64>,
+        width: f64,
+        substeps: usize,
+    ) -> PyResult<Bound<'py, PyArray4<f64>>> {
+        case::responses(py, &self.0, &case, &unknowns, &ports, &centres, width, substeps)
     }
 }

@@ -21,6 +21,7 @@ from forklift import _core
 from forklift.commands import Command
 from forklift.estimation import likelihood
 from forklift.estimation.algebra import one_thread
+from forklift.estimation.readings import Reading
 from forklift.estimation.unknowns import DEGREES, Unknown, move
 from forklift.names import LIFTS, Lift, outputs
 from forklift.simulate import START_WITHIN_S, mean_temperature, simulate
@@ -169,7 +170,7 @@ class Problem:
         ForkliftError
             As `linearise`.
         """
-        runs = self._simulate(x, ())
+        runs = self._simulate(x, derivatives=False)
         return [
             {
                 seen.sensor.channel: self.misfit(seen, values[seen.rows, seen.column])[0]
@@ -204,19 +205,34 @@ class Problem:
 
     def _each(self, x: Floats, use: Callable[[Sample, Floats, Floats, Floats], T]) -> Iterator[T]:
         theta = x[: len(self.unknowns)]
-        names = [name for unknown in self.unknowns for name in unknown.names]
-        runs = self._simulate(x, (*names, *OWN))
         chain = block_diag(
             *(unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True))
         )
+        runs = self._simulate(x, derivatives=True)
         with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
             yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)
 
-    def _simulate(self, x: Floats, directions: Sequence[str]) -> list[tuple[Floats, Floats]]:
-        truck = move(self.truck, self.unknowns, x[: len(self.unknowns)], "fit")
-        conditions = [sample.conditions(self.own(x, k)) for k, sample in enumerate(self.samples)]
-        cases = [sample.case for sample in self.samples]
-        return truck.core.differentiate(cases, np.array(conditions), directions, substeps=self.substeps)
+    def _simulate(self, x: Floats, *, derivatives: bool) -> list[tuple[Floats, Floats]]:
+        """Outputs of every recording, and slopes along parameters, readings and what is its own."""
+        moved, readings = self._split(x)
+        truck = move(self.truck, [unknown for unknown, _ in moved], np.array([at for _, at in moved]), "fit")
+        names = [name for unknown, _ in moved for name in unknown.names]
+        runs = truck.core.differentiate(
+            [sample.case for sample in self.samples],
+            np.array([sample.conditions(self.own(x, k)) for k, sample in enumerate(self.samples)]),
+            [*names, *OWN] if derivatives else [],
+            substeps=self.substeps,
+        )
+        return [
+            _read(sample.recording.time_s, run, readings, len(names) if derivatives else 0)
+            for sample, run in zip(self.samples, runs, strict=True)
+        ]
+
+    def _split(self, x: Floats) -> tuple[list[tuple[Unknown, float]], list[tuple[Reading, float]]]:
+        """The truck's unknowns and the sensors', each with its θ; the sensors' come last."""
+        pairs = list(zip(self.unknowns, x.tolist(), strict=False))
+        readings = [(unknown, at) for unknown, at in pairs if isinstance(unknown, Reading)]
+        return pairs[: len(pairs) - len(readings)], readings
 
     def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
         along = chain.shape[0]
@@ -258,6 +274,19 @@ class Problem:
         rows = np.vstack([np.column_stack([at.jacobian[name], at.residual[name]]) for name in at.residual])
         triangle: Floats = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][:columns]
         return triangle
+
+
+def _read(
+    time: Floats, run: tuple[Floats, Floats], readings: Sequence[tuple[Reading, float]], own: int
+) -> tuple[Floats, Floats]:
+    """What the sensors read; the slopes along them stand before those from `own` on."""
+    values, slopes = run
+    if not readings:
+        return run
+    count = slopes.shape[2]
+    for reading, at in readings:
+        values, slopes = reading.read(time, values, slopes, at)
+    return values, np.concatenate([slopes[..., :own], slopes[..., count:], slopes[..., own:count]], axis=2)
 
 
 def sample(

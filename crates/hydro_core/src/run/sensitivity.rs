@@ -12,14 +12,14 @@ use super::{check, commanded_names, Inputs, Interrupt, Solver};
 use crate::dual::Dual;
 use crate::effects::Scope;
 use crate::error::Error;
-use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
 use crate::outputs::{LIFT_QUANTITIES, OUTPUTS};
 use crate::scalar::Scalar;
 use crate::solver::vectors::widest;
 use crate::truck::{Owner, Truck};
 
 /// What a derivative is taken along.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Direction {
     /// The k-th of [`Truck::values`].
     Parameter(usize),
@@ -29,6 +29,19 @@ pub enum Direction {
     OilTemperature,
     /// The cylinder position [m] at which a lift starts.
     Start(LiftName),
+    /// An unknown input.
+    Input(Input),
+}
+
+/// A hat over time at a port of a lift, quiet but for its derivative: highest at `centre` [s], none from
+/// `width` [s] on. In the port's unit; of a factor, its share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Input {
+    pub lift: LiftName,
+    /// Its place in [`crate::ports::PORTS`].
+    pub port: usize,
+    pub centre: f64,
+    pub width: f64,
 }
 
 /// One recording to be simulated.
@@ -118,7 +131,7 @@ impl Task<'_> {
                 Owner::Mast => L == 2,
             },
             Direction::Load | Direction::OilTemperature => true,
-            Direction::Start(lift) => which.contains(lift),
+            Direction::Start(lift) | Direction::Input(Input { lift, .. }) => which.contains(lift),
         };
         let along: Vec<usize> = (0..self.directions.len()).filter(|&d| concerns(&self.directions[d])).collect();
         let mut rest = along.as_slice();
@@ -152,10 +165,24 @@ impl Task<'_> {
         };
         let load = number(Direction::Load, self.case.inputs.load_kg);
         let (lifts, effects) = self.truck.build(which, load, |k, v| number(Direction::Parameter(k), v))?;
-        if effects.is_empty() {
+        let inputs: Vec<UnknownInput<Dual<f64, P>>> = part
+            .iter()
+            .enumerate()
+            .filter_map(|(p, &d)| match self.directions[d] {
+                Direction::Input(input) => Some(UnknownInput {
+                    place: which.iter().position(|&lift| lift == input.lift)?,
+                    port: input.port,
+                    height: Dual::variable(0.0, p),
+                    centre: input.centre,
+                    width: input.width,
+                }),
+                _ => None,
+            })
+            .collect();
+        if effects.is_empty() && inputs.is_empty() {
             self.run(which, lifts, Thesis, number, part, values, sum)
         } else {
-            let physics = Extended::new(&effects, &lifts);
+            let physics = Extended::new(&effects, &lifts).with_inputs(inputs);
             self.run(which, lifts, physics, number, part, values, sum)
         }
     }

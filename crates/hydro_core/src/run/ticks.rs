@@ -103,6 +103,7 @@ where
                 fixed.mast.set_inputs(command, temperature);
             }
             std::mem::swap(&mut before, &mut after);
+            fixed.mast.physics.at_time(t + 0.5 * grid.h);
             fixed.substep();
             fixed.write(&mut after);
             j += 1;

@@ -1,0 +1,342 @@
+"""Where simulation and recordings part, what is missing, and what the model gains by it: one call."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from forklift import diagnosis_files, unknown_ports
+from forklift.campaign import Campaign
+from forklift.compare import Comparison, check_temperature, compare
+from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
+from forklift.diagnosis.region import Shape, shapes
+from forklift.diagnosis.screening import Screening, screen
+from forklift.diagnosis.selection import Selection, credibility, select
+from forklift.diagnosis.suspect import Suspect
+from forklift.diagnosis.trial import Bench, Trial
+from forklift.estimation.problem import Problem, sample
+from forklift.estimation.readings import Reading
+from forklift.estimation.sensors import sensors
+from forklift.estimation.suitability import Caution, suitability
+from forklift.estimation.unknowns import move, unknowns
+from forklift.names import LIFTS
+from forklift.suspects import suspects
+from forklift.truck import Truck
+
+Verdict = Literal["no-mismatch", "missing-physics", "unknown-effect", "parameter-error", "sensor-fault"]
+VERDICTS: Mapping[str, Verdict] = {
+    "physics": "missing-physics",
+    "sensor": "sensor-fault",
+    "parameter": "parameter-error",
+    "unknown": "unknown-effect",
+}
+"""By kind of the first cause."""
+
+AS_GOOD = 0.05
+"""Credibility from which on a rival that leaves nothing over cannot be told from the cause."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One accepted explanation."""
+
+    suspect: Suspect
+    credibility: float
+    form: Literal["complete", "uncertain"]
+    not_separable_from: tuple[Suspect, ...]
+    rivals: tuple[tuple[tuple[Suspect, ...], float, float], ...]
+    """What else was tried: suspects, credibility, and the mean square they leave over."""
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where the mismatch lies."""
+
+    lift: str
+    equation: str
+    signal: str
+    region: str
+    share: float
+    """Of the misfit above the noise, that an unknown input there explains."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis:
+    """What `diagnose` gives; `write` puts all of it into a folder."""
+
+    campaign: Campaign
+    start: Truck
+    truck: Truck
+    """The final truck, with what was found missing."""
+    verdict: Verdict
+    location: Location | None
+    causes: tuple[Cause, ...]
+    inputs: tuple[UnknownInput, ...]
+    """An unknown input at every place, the most credible first."""
+    shapes: tuple[Shape, ...]
+    """The most credible one as a function of what an operator knows, the best first."""
+    selection: Selection
+    screening: Screening
+    """All suspects at the final model."""
+    cautions: tuple[Caution, ...]
+    before: Comparison
+    after: Comparison
+    seconds: Mapping[str, float]
+    """By stage."""
+
+    @property
+    def baseline(self) -> Trial:
+        return self.selection.baseline
+
+    @property
+    def final(self) -> Trial:
+        return self.selection.final
+
+    @property
+    def untestable(self) -> tuple[Suspect, ...]:
+        """Suspects of which these recordings can tell nothing."""
+        loose = [found.suspects[0] for found in self.screening.singles if not found.testable]
+        return (*self.screening.untestable, *loose)
+
+    @property
+    def gap_closed(self) -> float:
+        """(MS_before − MS_after)/(MS_before − 1), MS the mean square left over on held-out recordings."""
+        before, after = self.baseline.left_over, self.final.left_over
+        return (before - after) / (before - 1.0) if before > 1.0 else float("nan")
+
+    @cached_property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        return diagnosis_files.sentence(self)
+
+    def write(self, out: str | Path) -> Path:
+        """Write ``diagnosis.json``, ``truck.toml`` and the predictions of both models into a folder.
+
+        The folder appears whole or not at all; an earlier diagnosis there is replaced.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `out` holds anything but an earlier diagnosis, ``"not-writable"``.
+        """
+        return diagnosis_files.write(self, out)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``diagnosis.json`` has it."""
+        return diagnosis_files.to_dict(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"Diagnosis({self.campaign.name!r}, {self.verdict!r}, {[c.suspect.label for c in self.causes]})"
+        )
+
+    def __str__(self) -> str:
+        return diagnosis_files.text(self)
+
+
+@dataclass
+class _Clock:
+    """Tells the stage, and keeps how long each took."""
+
+    tell: Callable[[str], None] | None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        self.say(name)
+        began = time.monotonic()
+        try:
+            yield
+        finally:
+            self.seconds[name] = time.monotonic() - began
+
+    def say(self, what: str) -> None:
+        if self.tell:
+            self.tell(what)
+
+
+def diagnose(
+    campaign: Campaign,
+    truck: Truck,
+    *,
+    oil_temperature_degc: float | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Fit the truck, find where it and the recordings part, and what would mend that.
+
+    The truck is fitted to the ``estimate`` recordings. If it explains the others to the sensors' noise, nothing is
+    amiss. Else an unknown input at every equation in turn tells where it is, every suspect (the effects of
+    the catalogue, sensors, entered conditions) is screened at the optimum, and the most promising are fitted from
+    the start, jointly with the truck; what recordings held out say decides.
+
+    Parameters
+    ----------
+    campaign, truck
+        What was measured, and where the fit starts: another truck of the same make will do.
+    oil_temperature_degc
+        For recordings without an oil temperature [°C].
+    progress
+        Told what is being done.
+
+    Raises
+    ------
+    ForkliftError
+        Those of `forklift.estimation.suitability` if the campaign cannot support a fit;
+        ``"argument-invalid"``; those of `forklift.simulate.predict`.
+    """
+    check_temperature(oil_temperature_degc)
+    clock = _Clock(progress)
+    suited = suitability(campaign.recordings, truck)
+    every = sensors(campaign.recordings)
+    samples = tuple(
+        sample(found, truck, every, oil_temperature_degc=oil_temperature_degc)
+        for found in campaign.recordings
+    )
+    everyone = Problem(truck, unknowns(truck, suited.lifts), samples, substeps=4)
+    fitted = tuple(found for found in samples if found.recording.role == "estimate")
+    bench = Bench(replace(everyone, samples=fitted), everyone, every)
+    with clock.stage("fitting the truck"):
+        baseline = bench.finish((), *bench.rough(()))
+    inputs: list[UnknownInput] = []
+    seen: list[Shape] = []
+    if not baseline.complete:
+        with clock.stage("locating the mismatch"):
+            places = [*unknown_ports.ports(suited.lifts), *every]
+            inputs = unknown_inputs(
+                replace(baseline.found.problem, substeps=4), baseline.found.x, places, unknown_ports.respond
+            )
+            seen = _shapes(baseline, inputs)
+    asked = suspects(suited.lifts, list(every))
+    with clock.stage("trying the suspects"):
+        selection = select(bench, baseline, asked, clock.say)
+    final = selection.final
+    with clock.stage("screening the final model"):
+        left = [suspect for suspect in asked if suspect not in final.suspects]
+        screening = screen(final.found.problem, final.found.x, left)
+    causes = _causes(selection)
+    best = _truck(campaign, truck, final)
+    fitted_truck = _truck(campaign, truck, baseline)
+    with clock.stage("simulating before and after"):
+        before, after = (
+            compare(campaign, shown, oil_temperature_degc=oil_temperature_degc)
+            for shown in (fitted_truck, best)
+        )
+    return Diagnosis(
+        campaign,
+        truck,
+        best,
+        _verdict(baseline, causes),
+        None if baseline.complete else _location(baseline, causes, inputs, seen),
+        causes,
+        tuple(inputs),
+        tuple(seen),
+        selection,
+        screening,
+        suited.cautions,
+        before,
+        after,
+        clock.seconds,
+    )
+
+
+def _verdict(baseline: Trial, causes: Sequence[Cause]) -> Verdict:
+    if baseline.complete:
+        return "no-mismatch"
+    return VERDICTS[causes[0].suspect.kind] if causes else "unknown-effect"
+
+
+def _causes(selection: Selection) -> tuple[Cause, ...]:
+    """The suspects of the final model in the order in which they were accepted."""
+    causes: list[Cause] = []
+    for step in selection.steps:
+        if step.accepted is None:
+            continue
+        known = {cause.suspect for cause in causes}
+        # What contains a complete explanation and more is no rival of it.
+        trials = [
+            trial
+            for trial in step.trials
+            if trial is step.accepted
+            or not (step.accepted.complete and set(step.accepted.suspects) < set(trial.suspects))
+        ]
+        shares = credibility(trials)
+        rivals = tuple(
+            (
+                tuple(one for one in trial.suspects if one not in known),
+                shares[_labels(trial)],
+                trial.left_over,
+            )
+            for trial in trials
+            if trial is not step.accepted
+        )
+        as_good = [
+            trial
+            for trial in trials
+            if trial is not step.accepted and trial.complete and shares[_labels(trial)] > AS_GOOD
+        ]
+        for suspect in step.accepted.suspects:
+            if suspect not in known:
+                alike = tuple(
+                    one for trial in as_good for one in trial.suspects if one != suspect and one not in known
+                )
+                form: Literal["complete", "uncertain"] = (
+                    "complete" if selection.final.complete else "uncertain"
+                )
+                causes.append(Cause(suspect, shares[_labels(step.accepted)], form, alike, rivals))
+    return tuple(causes)
+
+
+def _labels(trial: Trial) -> tuple[str, ...]:
+    return tuple(suspect.label for suspect in trial.suspects)
+
+
+def _shapes(baseline: Trial, inputs: Sequence[UnknownInput]) -> list[Shape]:
+    """The most credible unknown input against what an operator knows."""
+    if not inputs:
+        return []
+    best = inputs[0]
+    lift = unknown_ports.equation(best.port)[1]
+    problem = baseline.found.problem
+    given = [
+        unknown_ports.variables(seen, dict(run.model), "free" if lift == "free" else "main", centres)
+        for seen, run, centres in zip(
+            problem.samples, problem.linearise(baseline.found.x), best.centres, strict=True
+        )
+    ]
+    return shapes(best, given)
+
+
+def _location(
+    baseline: Trial, causes: Sequence[Cause], inputs: Sequence[UnknownInput], seen: Sequence[Shape]
+) -> Location:
+    """By the first cause where one was found, else by the most credible unknown input."""
+    sums: dict[str, float] = {}
+    for found in baseline.held_out:
+        sums[found.channel] = sums.get(found.channel, 0.0) + found.samples * max(found.mean_square - 1.0, 0.0)
+    signal = max(sums, key=lambda channel: sums[channel])
+    equation, lift = unknown_ports.equation(inputs[0].port) if inputs else ("operating-point", None)
+    if causes:
+        equation = causes[0].suspect.equation
+        where = causes[0].suspect.where
+        lift = where if where in LIFTS else unknown_ports.equation(where)[1] if where else "both"
+    square = float(np.mean([found.mean_square for found in baseline.judged if found.role == "estimate"]))
+    share = 1.0 - (inputs[0].noise ** 2 - 1.0) / (square - 1.0) if inputs and square > 1.0 else 0.0
+    return Location(
+        lift or "both", equation, signal, diagnosis_files.region(seen), float(np.clip(share, 0.0, 1.0))
+    )
+
+
+def _truck(campaign: Campaign, start: Truck, trial: Trial) -> Truck:
+    """The truck of a trial; what moved says where it comes from."""
+    found = trial.found
+    moved = [unknown for unknown in found.problem.unknowns if not isinstance(unknown, Reading)]
+    source = f"estimated by diagnosis of campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
+    truck = move(found.problem.truck, moved, found.x[: len(moved)], source)
+    return Truck(f"{campaign.name} diagnosed from {start.name}", truck.values, truck.sources)

@@ -1,0 +1,74 @@
+"""In the operator's own variables: of what the unknown input is a function, and where it acts.
+
+The smoothed input is regressed on each variable in turn, as a straight line between seven quantiles, each knot
+of the input weighted by what the recordings tell of it. What counts is the share of its square that is
+explained in a recording the line was not drawn from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.diagnosis.inputs import UnknownInput
+
+Floats = NDArray[np.float64]
+
+KNOTS = 7
+ACTS = 0.5
+"""The region is where the curve lies above this share of its largest absolute value."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The unknown input as a function of one variable."""
+
+    variable: str
+    explained: float
+    """Share of the input's square, in recordings left out; negative if worse than nothing."""
+    at: Floats
+    """(knots,) values of the variable."""
+    curve: Floats
+    """(knots,) the input there."""
+
+    @property
+    def region(self) -> tuple[float, float]:
+        """Between which values of the variable the input acts most."""
+        strong = np.flatnonzero(np.abs(self.curve) >= ACTS * np.abs(self.curve).max())
+        return float(self.at[strong[0]]), float(self.at[strong[-1]])
+
+
+def shapes(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> list[Shape]:
+    """The input against every variable, the best first; `variables` holds each recording's, at its hats' times."""
+    names = list(variables[0])
+    fitted = [_shape(found, name, [given[name] for given in variables]) for name in names]
+    return sorted((shape for shape in fitted if shape), key=lambda shape: -shape.explained)
+
+
+def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Shape | None:
+    everything = np.concatenate(columns)
+    at = np.unique(np.quantile(everything[np.isfinite(everything)], np.linspace(0.0, 1.0, KNOTS)))
+    if len(at) < 2 or at[-1] - at[0] <= 1e-9 * max(abs(at[0]), abs(at[-1])):
+        return None
+    normals, rights, squares = [], [], []
+    for column, value, band in zip(columns, found.values, found.bands, strict=True):
+        known = np.isfinite(column)
+        weight = 1.0 / np.maximum(band[known], 1e-12) ** 2
+        basis = _tents(column[known], at)
+        normals.append(basis.T @ (weight[:, None] * basis))
+        rights.append(basis.T @ (weight * value[known]))
+        squares.append(float(weight @ value[known] ** 2))
+    normal, right = sum(normals), sum(rights)
+    ridge = 1e-6 * np.trace(normal) / len(at) * np.eye(len(at))
+    gained = 0.0
+    for own, mine in zip(normals, rights, strict=True):
+        line = np.linalg.solve(normal - own + ridge, right - mine)
+        gained += float(2.0 * mine @ line - line @ own @ line)
+    return Shape(name, gained / sum(squares), at, np.linalg.solve(normal + ridge, right))
+
+
+def _tents(values: Floats, at: Floats) -> Floats:
+    return np.stack([np.interp(values, at, row) for row in np.eye(len(at))], axis=1)

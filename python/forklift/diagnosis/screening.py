@@ -1,0 +1,195 @@
+"""Which suspects could explain what is left over: all of them at once, without a refit.
+
+At the baseline's optimum every suspect's first step is simulated once. How far the cost would fall if the
+suspect's amplitude and all other unknowns took the best linear step together is ½ gᵀN⁻¹g: a score test
+(Rao 1948) with all parameters of the truck projected off. Any pair costs no more than solving once again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.diagnosis.suspect import Suspect, carry
+from forklift.errors import ForkliftError
+from forklift.estimation.problem import OWN, Problem
+
+Floats = NDArray[np.float64]
+
+PROBE = 1.0
+"""First step of a suspect's amplitude, in its prior's deviations."""
+FARTHEST = 5.0
+"""Largest root mean square that a step may move the residuals by; a longer one is shortened."""
+SHORTER = 0.2
+UNTOLD = 0.5
+"""An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
+MOST_TRIES = 8
+
+
+@dataclass(frozen=True)
+class Screened:
+    """What one suspect, or several together, promise."""
+
+    suspects: tuple[Suspect, ...]
+    gain: float
+    """How far −ln posterior would fall."""
+    amplitudes: tuple[float, ...]
+    """The best linear step of each amplitude, in its prior's deviations; not a number for conditions."""
+    deviations: tuple[float, ...]
+    """Standard deviation of each amplitude beside all other unknowns, in its prior's; likewise."""
+
+    @property
+    def testable(self) -> bool:
+        """Whether these recordings tell the amplitude at all."""
+        return not any(deviation >= UNTOLD for deviation in self.deviations)
+
+
+@dataclass(frozen=True)
+class Screening:
+    """All suspects at one optimum."""
+
+    cost: float
+    """−ln posterior there."""
+    singles: tuple[Screened, ...]
+    """The most promising first."""
+    pairs: tuple[Screened, ...]
+    untestable: tuple[Suspect, ...]
+    """Suspects whose first step moves nothing that is measured."""
+
+
+@dataclass
+class _Column:
+    """What one suspect adds to the linear problem."""
+
+    suspect: Suspect
+    blocks: list[Floats]
+    """Per recording (samples, columns)."""
+    own: bool
+    """Each recording has columns of its own."""
+    step: float
+
+
+def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int = 8) -> Screening:
+    """Every suspect at x, and the pairs of the `most` most promising."""
+    runs = problem.linearise(x)
+    channels = [list(run.residual) for run in runs]
+
+    def stack(parts: Sequence[dict[str, Floats]]) -> list[Floats]:
+        return [
+            np.concatenate([part[name] for name in names])
+            for part, names in zip(parts, channels, strict=True)
+        ]
+
+    residual = stack([dict(run.residual) for run in runs])
+    jacobian = [
+        np.vstack([run.jacobian[name] for name in names]) for run, names in zip(runs, channels, strict=True)
+    ]
+    columns, untestable = [], []
+    for suspect in suspects:
+        column = _probe(problem, x, suspect, residual, stack)
+        if column is None:
+            untestable.append(suspect)
+        else:
+            columns.append(column)
+    base = _Base(problem, x, residual, jacobian)
+    singles = sorted((base.gain([column]) for column in columns), key=lambda found: -found.gain)
+    best = {found.suspects[0] for found in singles[:most]}
+    pairs = [
+        base.gain(list(pair))
+        for pair in combinations([column for column in columns if column.suspect in best], 2)
+    ]
+    pairs.sort(key=lambda found: -found.gain)
+    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untestable))
+
+
+def _probe(problem: Problem, x: Floats, suspect: Suspect, residual: list[Floats], stack) -> _Column | None:  # type: ignore[no-untyped-def]
+    """How the residuals answer the suspect's first step."""
+    trial = suspect.add(problem)
+    start = carry(x, problem, trial)
+    moved = _moved(problem, trial, suspect)
+    step = PROBE
+    for _ in range(MOST_TRIES):
+        ahead = start.copy()
+        ahead[moved] += step
+        try:
+            answers = stack(trial.residuals(ahead))
+        except ForkliftError as error:
+            if error.code == "interrupted":
+                raise
+            step *= SHORTER
+            continue
+        blocks = [(there - here)[:, None] / step for there, here in zip(answers, residual, strict=True)]
+        square = sum(float(np.sum(block**2)) for block in blocks)
+        count = sum(len(block) for block in blocks)
+        if square == 0.0:
+            return None
+        if step * np.sqrt(square / count) <= FARTHEST:
+            return _Column(suspect, blocks, suspect.amplitude is None, step)
+        step *= SHORTER
+    return None
+
+
+def _moved(problem: Problem, trial: Problem, suspect: Suspect) -> list[int]:
+    """Which coordinates of the trial's unknown vector the first step moves."""
+    if suspect.amplitude is not None:
+        return [[unknown.name for unknown in trial.unknowns].index(suspect.amplitude)]
+    places = []
+    for k, (was, now) in enumerate(zip(problem.samples, trial.samples, strict=True)):
+        wider = [place for place in range(len(OWN)) if now.width[place] > was.width[place]]
+        places += [trial.starts[k] + int(np.flatnonzero(now.free == place)[0]) for place in wider]
+    return places
+
+
+class _Base:
+    """The normal equations without suspects, and what suspects add to them."""
+
+    def __init__(self, problem: Problem, x: Floats, residual: list[Floats], jacobian: list[Floats]) -> None:
+        rho, slope = problem.prior(x)
+        self.residual, self.jacobian = residual, jacobian
+        self.places = [problem.place(k) for k in range(len(residual))]
+        self.normal, self.gradient = np.diag(slope**2), slope * rho
+        square = float(rho @ rho)
+        for place, own, rest in zip(self.places, jacobian, residual, strict=True):
+            self.normal[np.ix_(place, place)] += own.T @ own
+            self.gradient[place] += own.T @ rest
+            square += float(rest @ rest)
+        self.cost = 0.5 * square
+        self.alone = self._drop(self.normal, self.gradient)
+
+    def gain(self, columns: Sequence[_Column]) -> Screened:
+        """What these suspects together take off the cost, beyond what a step without them would."""
+        width = [len(self.residual) if column.own else 1 for column in columns]
+        total, size = len(self.gradient), sum(width)
+        cross, corner, gradient = np.zeros((total, size)), np.eye(size), np.zeros(size)
+        for k, (place, own, rest) in enumerate(zip(self.places, self.jacobian, self.residual, strict=True)):
+            block = np.zeros((len(rest), size))
+            first = 0
+            for column, wide in zip(columns, width, strict=True):
+                block[:, first + (k if column.own else 0)] = column.blocks[k][:, 0]
+                first += wide
+            cross[place] += own.T @ block
+            corner += block.T @ block
+            gradient += block.T @ rest
+        normal = np.block([[self.normal, cross], [cross.T, corner]])
+        both = np.concatenate([self.gradient, gradient])
+        step = -np.linalg.solve(normal, both)[total:]
+        deviation = np.sqrt(np.diag(np.linalg.inv(normal))[total:])
+        amplitudes, deviations, first = [], [], 0
+        for column, wide in zip(columns, width, strict=True):
+            amplitudes.append(float("nan") if column.own else float(step[first]))
+            deviations.append(float("nan") if column.own else float(deviation[first]))
+            first += wide
+        return Screened(
+            tuple(column.suspect for column in columns),
+            self._drop(normal, both) - self.alone,
+            tuple(amplitudes),
+            tuple(deviations),
+        )
+
+    @staticmethod
+    def _drop(normal: Floats, gradient: Floats) -> float:
+        return 0.5 * float(gradient @ np.linalg.solve(normal, gradient))

@@ -1,0 +1,83 @@
+"""Something that may be amiss: missing physics, a sensor that reads wrongly, a condition entered wrongly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.estimation.problem import OWN, Problem, Sample
+from forklift.estimation.readings import Reading
+
+Floats = NDArray[np.float64]
+Kind = Literal["physics", "parameter", "sensor", "unknown"]
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """One explanation, ready to be tried.
+
+    Attributes
+    ----------
+    id
+        One word, the same wherever the explanation acts.
+    name
+        In words.
+    where
+        The part of the machine or the channel it acts on; empty if on all.
+    equation
+        The equation of the model that it changes.
+    amplitude
+        The unknown that is zero where the suspect is absent; None for conditions.
+    add
+        A problem with the suspect's unknowns at their quiet values: it leaves the model as it is.
+    """
+
+    id: str
+    kind: Kind
+    name: str
+    where: str
+    equation: str
+    amplitude: str | None
+    add: Callable[[Problem], Problem]
+    confused_with: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """What tells it from all others."""
+        return f"{self.where}.{self.id}" if self.where else self.id
+
+    def __repr__(self) -> str:
+        return f"Suspect({self.label!r})"
+
+
+def with_unknown(problem: Problem, reading: Reading) -> Problem:
+    """The problem with one more number of a sensor."""
+    return replace(problem, unknowns=(*problem.unknowns, reading))
+
+
+def widened(problem: Problem, condition: str, width: float) -> Problem:
+    """The problem with a condition of each recording known to `width` only."""
+    place = OWN.index(condition)
+
+    def wide(sample: Sample) -> Sample:
+        widths = sample.width.copy()
+        widths[place] = max(width, widths[place])
+        return replace(sample, width=widths)
+
+    return replace(problem, samples=tuple(map(wide, problem.samples)))
+
+
+def carry(x: Floats, before: Problem, after: Problem) -> Floats:
+    """The same place in another problem: what is new is quiet."""
+    known = {unknown.name: float(at) for unknown, at in zip(before.unknowns, x, strict=False)}
+    shared = [known.get(unknown.name, 0.0) for unknown in after.unknowns]
+    own = []
+    for k, (was, now) in enumerate(zip(before.samples, after.samples, strict=True)):
+        offsets = np.zeros(len(OWN))
+        offsets[was.free] = was.width[was.free] * before.own(x, k)
+        own.append(offsets[now.free] / now.width[now.free])
+    return np.concatenate([shared, *own])

@@ -1,0 +1,114 @@
+"""A set of suspects tried: the whole problem fitted anew with them, and judged on recordings held out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.diagnosis.suspect import Suspect
+from forklift.estimation import geodesic
+from forklift.estimation.algebra import one_thread
+from forklift.estimation.judgement import AT_NOISE, Judged, judge
+from forklift.estimation.knowledge import Knowledge, knowledge
+from forklift.estimation.problem import Problem
+from forklift.estimation.search import STAGES, Found, Progress, search
+from forklift.estimation.sensors import Sensor
+
+Floats = NDArray[np.float64]
+
+ROUGH, FINE = STAGES[:2], STAGES[2:]
+"""The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One set of suspects, fitted from the start truck and judged."""
+
+    suspects: tuple[Suspect, ...]
+    found: Found
+    knowledge: Knowledge
+    judged: tuple[Judged, ...]
+    """On every recording, held out or not."""
+    rough: float
+    """−ln posterior after the tempered stages, with their weights: trials compare by it."""
+    finished: bool
+    """Whether the search went on to the sensors' own noise."""
+
+    @property
+    def held_out(self) -> tuple[Judged, ...]:
+        held = tuple(found for found in self.judged if found.role == "validate")
+        return held or self.judged
+
+    @cached_property
+    def left_over(self) -> float:
+        """Mean square over all held-out samples, in units of the sensors' noise."""
+        samples = sum(found.samples for found in self.held_out)
+        return sum(found.samples * found.mean_square for found in self.held_out) / samples
+
+    @cached_property
+    def worst(self) -> Judged:
+        return max(self.held_out, key=lambda found: found.mean_square)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is left over in any channel of any recording held out."""
+        return self.worst.mean_square <= AT_NOISE
+
+    def by_recording(self) -> dict[str, float]:
+        """Sum of squares of each recording held out."""
+        sums: dict[str, float] = {}
+        for found in self.held_out:
+            sums[found.file] = sums.get(found.file, 0.0) + found.samples * found.mean_square
+        return sums
+
+
+@dataclass(frozen=True)
+class Bench:
+    """All that trials have in common."""
+
+    start: Problem
+    """Over the recordings to be fitted, at the start truck."""
+    everyone: Problem
+    """The same over all recordings."""
+    sensors: Mapping[str, Sensor]
+    progress: Progress | None = None
+
+    def problem(self, suspects: Sequence[Suspect]) -> Problem:
+        return _with(self.start, suspects)
+
+    def rough(self, suspects: Sequence[Suspect]) -> tuple[Found, float]:
+        """The tempered stages, cold from the start truck, and the cost they end at."""
+        problem = self.problem(suspects)
+        found = search(problem, np.zeros(problem.starts[-1]), self.sensors, ROUGH, self.progress)
+        with one_thread():
+            return found, geodesic.cost(found.problem, found.x)
+
+    def finish(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
+        """The last stages, and the judgement."""
+        fine = search(found.problem, found.x, self.sensors, FINE, self.progress)
+        evaluations = found.evaluations + fine.evaluations
+        return self._judged(suspects, replace(fine, evaluations=evaluations), rough, finished=True)
+
+    def stop(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
+        """Judged as it stands after the tempered stages."""
+        return self._judged(suspects, found, rough, finished=False)
+
+    def _judged(self, suspects: Sequence[Suspect], found: Found, rough: float, *, finished: bool) -> Trial:
+        everyone = replace(
+            _with(self.everyone, suspects), sigma=found.problem.sigma, substeps=found.problem.substeps
+        )
+        with one_thread():
+            known = knowledge(found.problem, found.x)
+            theta = found.x[: len(found.problem.unknowns)]
+            judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
+        return Trial(tuple(suspects), found, known, judged, rough, finished)
+
+
+def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:
+    for suspect in suspects:
+        problem = suspect.add(problem)
+    return problem

@@ -1,0 +1,273 @@
+"""What a diagnosis leaves behind: its sentence, its JSON as the schema lays down, and its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import polars as pl
+from scipy.stats import norm
+
+from forklift import output
+from forklift.compare import campaign_facts, defined, earlier_files, prediction_files, truck_facts
+from forklift.estimation.readings import Reading
+
+if TYPE_CHECKING:
+    from forklift.diagnose import Cause, Diagnosis
+    from forklift.diagnosis.region import Shape
+    from forklift.diagnosis.suspect import Suspect
+
+MARK = "diagnosis.json"
+TRUCK = "truck.toml"
+LEVEL = 0.99
+"""Of the intervals of what was found missing."""
+DRAWS = 2000
+"""Of resampled sets of recordings, for the interval of the gain."""
+TELLING = 0.2
+"""A variable is worth naming if the input is this much a function of it."""
+
+
+def sentence(found: Diagnosis) -> str:
+    """The verdict in one sentence."""
+    judged = {one.file for one in found.final.held_out}
+    if found.verdict == "no-mismatch":
+        return (
+            f"No mismatch: the fitted truck explains all {len(judged)} recordings held out to the sensors' noise "
+            f"(mean square at most {found.final.worst.mean_square:.2f})."
+        )
+    before, after = _velocity(found)
+    rose = f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"
+    if not found.causes:
+        assert found.location
+        return (
+            f"Something is missing that no suspect explains: it acts on the {found.location.equation} of the "
+            f"{found.location.lift} lift, {found.location.region}."
+        )
+    named = " and ".join(_named(cause) for cause in found.causes)
+    left = (
+        "nothing is left over"
+        if found.final.complete
+        else f"it is not the whole story, as up to {found.final.worst.mean_square:.3g} times the noise is left over"
+    )
+    return f"{named[:1].upper()}{named[1:]}{rose}, and {left}."
+
+
+def _named(cause: Cause) -> str:
+    where = f" ({cause.suspect.where})" if cause.suspect.where else ""
+    return f"{cause.suspect.name}{where}"
+
+
+def region(seen: Sequence[Shape]) -> str:
+    """Where the unknown input acts, in words and numbers."""
+    telling = [shape for shape in seen if shape.explained >= TELLING][:2]
+    if not telling:
+        return "at no particular place of what was measured"
+    return "; ".join(
+        f"{shape.variable} from {shape.region[0]:.4g} to {shape.region[1]:.4g} "
+        f"({100.0 * shape.explained:.0f} % of it is a function of that)"
+        for shape in telling
+    )
+
+
+def _velocity(found: Diagnosis) -> tuple[float, float]:
+    sides = [
+        comparison.fits.filter(pl.col("channel").str.starts_with("velocity") & (pl.col("role") == "validate"))
+        for comparison in (found.before, found.after)
+    ]
+    means = [side["nrmse_percent"].drop_nulls().mean() for side in sides]
+    return tuple(float("nan") if mean is None else float(mean) for mean in means)  # type: ignore[return-value, arg-type]
+
+
+def text(found: Diagnosis) -> str:
+    """For a terminal: the sentence first, then the evidence."""
+    lines = [found.sentence, ""]
+    if found.location:
+        lines.append(
+            f"Where: {found.location.equation} of the {found.location.lift} lift, seen most in {found.location.signal}; "
+            f"{found.location.region}."
+        )
+        for one in found.inputs[:4]:
+            lines.append(
+                f"  an unknown input at {one.port}: ln evidence {one.evidence:.0f}, leaves {one.noise**2:.2f}"
+            )
+    for cause in found.causes:
+        for row in _parameters(found, cause.suspect):
+            lines.append(
+                f"  {row['name']} = {row['value']:.5g} {row['unit']} ({row['lower']:.5g} to {row['upper']:.5g})"
+            )
+        lines.append(f"  credibility {cause.credibility:.3f}, form {cause.form}")
+        for suspects, share, left in cause.rivals:
+            names = " and ".join(suspect.label for suspect in suspects)
+            lines.append(f"  rival {names}: credibility {share:.3f}, leaves {left:.3g}")
+    lines.append(
+        f"Held out: mean square {found.baseline.left_over:.3g} before, {found.final.left_over:.3g} after; worst channel "
+        f"{found.baseline.worst.mean_square:.3g} before, {found.final.worst.mean_square:.3g} after."
+    )
+    if found.untestable:
+        lines.append(f"Untestable here: {', '.join(suspect.label for suspect in found.untestable)}.")
+    lines += [caution.sentence for caution in found.cautions]
+    lines.append("Seconds: " + ", ".join(f"{name} {seconds:.1f}" for name, seconds in found.seconds.items()))
+    return "\n".join(lines)
+
+
+def to_dict(found: Diagnosis) -> dict[str, Any]:
+    """As the schema has it, and beside it what the evidence was."""
+    from forklift import __version__
+
+    return {
+        "schema": 1,
+        "forklift": __version__,
+        "campaign": found.campaign.name,
+        "campaign_facts": campaign_facts(found.campaign),
+        "start": truck_facts(found.start),
+        "truck": truck_facts(found.truck),
+        "verdict": found.verdict,
+        "sentence": found.sentence,
+        "location": None
+        if found.location is None
+        else {
+            "lift": found.location.lift,
+            "equation": found.location.equation,
+            "signal": found.location.signal,
+            "region": found.location.region,
+            "share_of_misfit": found.location.share,
+        },
+        "causes": [_cause(found, cause) for cause in found.causes],
+        "untestable": [suspect.label for suspect in found.untestable]
+        + [caution.sentence for caution in found.cautions if caution.code.startswith("one-")],
+        "not_separable": [
+            [cause.suspect.label, *(one.label for one in cause.not_separable_from)]
+            for cause in found.causes
+            if cause.not_separable_from
+        ],
+        "next_recording": None,
+        "fit": _fit(found),
+        "fit_summary": _summary(found),
+        "left_over": {
+            "before": found.baseline.left_over,
+            "after": found.final.left_over,
+            "worst_before": found.baseline.worst.mean_square,
+            "worst_after": found.final.worst.mean_square,
+            "gap_closed": defined(found.gap_closed),
+        },
+        "unknown_inputs": [
+            {"port": one.port, "ln_evidence": one.evidence, "left_over": one.noise**2} for one in found.inputs
+        ],
+        "functions_of": [
+            {"variable": shape.variable, "explained": shape.explained} for shape in found.shapes
+        ],
+        "seconds": dict(found.seconds),
+        "runtime_s": sum(found.seconds.values()),
+    }
+
+
+def _cause(found: Diagnosis, cause: Cause) -> dict[str, Any]:
+    return {
+        "id": cause.suspect.id,
+        "kind": cause.suspect.kind,
+        "name": cause.suspect.name,
+        "where": cause.suspect.where,
+        "equation": cause.suspect.equation,
+        "credibility": cause.credibility,
+        "form": cause.form,
+        "parameters": list(_parameters(found, cause.suspect)),
+        "not_separable_from": [one.label for one in cause.not_separable_from],
+        "rivals": [
+            {"id": "+".join(one.id for one in suspects), "credibility": share, "left_over": left}
+            for suspects, share, left in cause.rivals
+        ],
+    }
+
+
+def _parameters(found: Diagnosis, suspect: Suspect) -> Iterator[dict[str, Any]]:
+    """The suspect's parameters in the final model, with intervals widened by what is left over."""
+    if suspect.amplitude is None:
+        return
+    final = found.final
+    half = float(norm.ppf(0.5 + 0.5 * LEVEL)) * float(np.sqrt(max(1.0, final.left_over)))
+    head = suspect.amplitude.rpartition(".")[0]
+    for estimate, theta in zip(final.knowledge.estimates, final.found.x.tolist(), strict=False):
+        unknown = estimate.unknown
+        own = (
+            unknown.name == suspect.amplitude
+            if isinstance(unknown, Reading)
+            else unknown.name.startswith(f"{head}.")
+        )
+        if own:
+            ends = np.clip(
+                [theta - half * estimate.deviation, theta + half * estimate.deviation],
+                unknown.lower,
+                unknown.upper,
+            )
+            lower, upper = sorted(float(unknown.values(float(end))[0]) for end in ends)
+            yield {
+                "name": unknown.name,
+                "value": estimate.value,
+                "unit": unknown.unit,
+                "lower": lower,
+                "upper": upper,
+                "level": LEVEL,
+            }
+
+
+def _fit(found: Diagnosis) -> list[dict[str, Any]]:
+    keys = ["file", "role", "lift", "channel"]
+    sides = [
+        comparison.fits.select(
+            *keys,
+            pl.col("nrmse_percent").alias(f"nrmse_{when}"),
+            pl.col("nmse_percent").alias(f"nmse_{when}"),
+        )
+        for when, comparison in (("before", found.before), ("after", found.after))
+    ]
+    joined = sides[0].join(sides[1].drop("role", "lift"), on=["file", "channel"], maintain_order="left")
+    return [{key: defined(value) for key, value in row.items()} for row in joined.to_dicts()]
+
+
+def _summary(found: Diagnosis) -> dict[str, Any]:
+    """The velocity's fit on recordings held out, and the gain with an interval over whole recordings."""
+    rows = [
+        row
+        for row in _fit(found)
+        if row["role"] == "validate"
+        and row["channel"].startswith("velocity")
+        and row["nrmse_before"] is not None
+    ]
+    if not rows:
+        return {}
+    before, after = (np.array([row[f"nrmse_{when}"] for row in rows]) for when in ("before", "after"))
+    random = np.random.default_rng(1)
+    drawn = random.integers(len(rows), size=(DRAWS, len(rows)))
+    lower, upper = np.quantile((after - before)[drawn].mean(axis=1), [0.025, 0.975])
+    return {
+        "validate": {
+            "nrmse_before": float(before.mean()),
+            "nrmse_after": float(after.mean()),
+            "gain": float((after - before).mean()),
+            "gain_lower": float(lower),
+            "gain_upper": float(upper),
+        }
+    }
+
+
+def write(found: Diagnosis, out: str | Path) -> Path:
+    """See `Diagnosis.write`."""
+    with output.folder(out, earlier(out), MARK) as temporary:
+        found.truck.write(temporary / TRUCK)
+        found.before.write_predictions(temporary)
+        found.after.write_predictions(temporary, "final")
+        text = json.dumps(to_dict(found), indent=1, ensure_ascii=False, allow_nan=False)
+        (temporary / MARK).write_text(text + "\n", encoding="utf-8", newline="\n")
+    return Path(out)
+
+
+def earlier(out: str | Path) -> frozenset[str]:
+    """The files of the earlier diagnosis that stands in `out`; none if there is none."""
+    return earlier_files(out, MARK, _files, "campaign_facts")
+
+
+def _files(recordings: Sequence[str]) -> frozenset[str]:
+    return frozenset({MARK, TRUCK, *prediction_files(recordings), *prediction_files(recordings, "final")})
