@@ -130,6 +130,18 @@ class Truck:
     ) -> list[tuple[_Floats, _Floats]]:
         """Per case outputs (n, outputs) and derivatives (n, outputs, directions)."""
 
+    def responses(
+        self,
+        case: Case,
+        unknowns: _Floats,  # (4,): load [kg], oil temperature's offset [K], start of free and main [m]
+        ports: Sequence[str],  # "free.force"
+        centres: _Floats,  # (hats,) s
+        width: float,  # s, from a hat's highest point to its end
+        *,
+        substeps: int = ...,
+    ) -> _Floats:
+        """Derivatives (n, outputs, ports, hats) along hats over time at ports, fixed steps."""
+
     def steady_velocity(
         self,
         lift: str,  # "free" or "main"

@@ -171,10 +171,10 @@ def diagnose(
 ) -> Diagnosis:
     """Fit the truck, find where it and the recordings part, and what would mend that.
 
-    The truck is fitted to the ``estimate`` recordings. If it explains the others to the sensors' noise, nothing is
-    amiss. Else an unknown input at every equation in turn tells where it is, every suspect (the effects of
-    the catalogue, sensors, entered conditions) is screened at the optimum, and the most promising are fitted from
-    the start, jointly with the truck; what recordings held out say decides.
+    The truck is fitted to the ``estimate`` recordings. If it explains the others to the sensors' noise,
+    nothing is amiss. Else an unknown input at every equation in turn tells where it is; every suspect (the
+    effects of the catalogue, sensors, entered conditions) is screened at the optimum; and the most promising
+    are fitted from the start, jointly with the truck. What recordings held out say decides.
 
     Parameters
     ----------

@@ -35,8 +35,8 @@ def sentence(found: Diagnosis) -> str:
     judged = {one.file for one in found.final.held_out}
     if found.verdict == "no-mismatch":
         return (
-            f"No mismatch: the fitted truck explains all {len(judged)} recordings held out to the sensors' noise "
-            f"(mean square at most {found.final.worst.mean_square:.2f})."
+            f"No mismatch: the fitted truck explains all {len(judged)} recordings held out to the sensors' "
+            f"noise (mean square at most {found.final.worst.mean_square:.2f})."
         )
     before, after = _velocity(found)
     rose = f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"
@@ -50,7 +50,8 @@ def sentence(found: Diagnosis) -> str:
     left = (
         "nothing is left over"
         if found.final.complete
-        else f"it is not the whole story, as up to {found.final.worst.mean_square:.3g} times the noise is left over"
+        else "it is not the whole story: a mean square of up to "
+        f"{found.final.worst.mean_square:.3g} times the noise's is left over"
     )
     return f"{named[:1].upper()}{named[1:]}{rose}, and {left}."
 
@@ -86,8 +87,8 @@ def text(found: Diagnosis) -> str:
     lines = [found.sentence, ""]
     if found.location:
         lines.append(
-            f"Where: {found.location.equation} of the {found.location.lift} lift, seen most in {found.location.signal}; "
-            f"{found.location.region}."
+            f"Where: {found.location.equation} of the {found.location.lift} lift, seen most in "
+            f"{found.location.signal}; {found.location.region}."
         )
         for one in found.inputs[:4]:
             lines.append(
@@ -96,15 +97,16 @@ def text(found: Diagnosis) -> str:
     for cause in found.causes:
         for row in _parameters(found, cause.suspect):
             lines.append(
-                f"  {row['name']} = {row['value']:.5g} {row['unit']} ({row['lower']:.5g} to {row['upper']:.5g})"
+                f"  {row['name']} = {row['value']:.5g} {row['unit']} "
+                f"({100 * LEVEL:g} %: {row['lower']:.5g} to {row['upper']:.5g})"
             )
         lines.append(f"  credibility {cause.credibility:.3f}, form {cause.form}")
         for suspects, share, left in cause.rivals:
             names = " and ".join(suspect.label for suspect in suspects)
             lines.append(f"  rival {names}: credibility {share:.3f}, leaves {left:.3g}")
     lines.append(
-        f"Held out: mean square {found.baseline.left_over:.3g} before, {found.final.left_over:.3g} after; worst channel "
-        f"{found.baseline.worst.mean_square:.3g} before, {found.final.worst.mean_square:.3g} after."
+        f"Held out: mean square {found.baseline.left_over:.3g} before, {found.final.left_over:.3g} after; worst "
+        f"channel {found.baseline.worst.mean_square:.3g} before, {found.final.worst.mean_square:.3g} after."
     )
     if found.untestable:
         lines.append(f"Untestable here: {', '.join(suspect.label for suspect in found.untestable)}.")

@@ -1,8 +1,8 @@
-"""What may be amiss with a forklift or its recordings: the effects of the catalogue, and their dull rivals."""
+"""What may be amiss with a forklift or its recordings: the catalogue's effects, and their dull rivals."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from math import isfinite, sqrt
 
@@ -60,7 +60,9 @@ def _physics(lifts: Collection[Lift]) -> Iterator[Suspect]:
             )
 
 
-def _acting(names, quiet: float, plausible):  # type: ignore[no-untyped-def]
+def _acting(
+    names: Sequence[str], quiet: float, plausible: Sequence[Sequence[float]]
+) -> Callable[[Problem], Problem]:
     """Adds an effect: its amplitude at the quiet value, all else in the middle of what is plausible."""
     starts = [quiet, *(_middle(name, *ends) for name, ends in zip(names[1:], plausible[1:], strict=True))]
     widths = [0.25 * (upper - lower) for lower, upper in plausible]
@@ -103,5 +105,6 @@ def _conditions() -> Iterator[Suspect]:
     )  # fmt: skip
     yield Suspect(
         "temperature_offset", "parameter", "the oil's temperature is off", "", "operating-point", None,
-        lambda problem: widened(problem, "oil_temperature", TEMPERATURE_WIDTH_K), ("oil_temperature_at_valve",),
+        lambda problem: widened(problem, "oil_temperature", TEMPERATURE_WIDTH_K),
+        ("oil_temperature_at_valve",),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The places where an unknown input may enter a forklift's equations, and what an operator knows of a moment."""
+"""Where an unknown input may enter a forklift's equations, and what an operator knows of a moment."""
 
 from __future__ import annotations
 

@@ -5,9 +5,9 @@ w(t) at one port, hats over time with an Ornstein–Uhlenbeck prior of unknown s
 
     r + J δ + R w = e,    δ ~ N(0, 1),  w ~ N(0, a² K),  e ~ N(0, s²)
 
-R are the model's exact responses. The evidence, over all recordings together, with a and s at their best, says
-at which port an input explains most (Kristensen, Madsen & Jørgensen 2004 with a diffusion term at one state in
-turn; here solved as a smoother). A sensor is its own rival: hats on its signal.
+R are the model's exact responses. The evidence, over all recordings together, with a and s at their best,
+says at which port an input explains most (Kristensen, Madsen & Jørgensen 2004 with a diffusion term at one
+state in turn; here solved as a smoother). A sensor is its own rival: hats on its signal.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """In the operator's own variables: of what the unknown input is a function, and where it acts.
 
-The smoothed input is regressed on each variable in turn, as a straight line between seven quantiles, each knot
-of the input weighted by what the recordings tell of it. What counts is the share of its square that is
+The smoothed input is regressed on each variable in turn, as a straight line between seven quantiles, each
+knot of the input weighted by what the recordings tell of it. What counts is the share of its square that is
 explained in a recording the line was not drawn from.
 """
 
@@ -42,7 +42,10 @@ class Shape:
 
 
 def shapes(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> list[Shape]:
-    """The input against every variable, the best first; `variables` holds each recording's, at its hats' times."""
+    """The input against every variable, the best first.
+
+    `variables` holds each recording's, at the times of its hats.
+    """
     names = list(variables[0])
     fitted = [_shape(found, name, [given[name] for given in variables]) for name in names]
     return sorted((shape for shape in fitted if shape), key=lambda shape: -shape.explained)

@@ -7,7 +7,7 @@ suspect's amplitude and all other unknowns took the best linear step together is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -28,6 +28,10 @@ SHORTER = 0.2
 UNTOLD = 0.5
 """An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
 MOST_TRIES = 8
+
+
+Stack = Callable[[Sequence[Mapping[str, Floats]]], list[Floats]]
+"""All channels of each recording in one column."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +82,13 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
     runs = problem.linearise(x)
     channels = [list(run.residual) for run in runs]
 
-    def stack(parts: Sequence[dict[str, Floats]]) -> list[Floats]:
+    def stack(parts: Sequence[Mapping[str, Floats]]) -> list[Floats]:
         return [
             np.concatenate([part[name] for name in names])
             for part, names in zip(parts, channels, strict=True)
         ]
 
-    residual = stack([dict(run.residual) for run in runs])
+    residual = stack([run.residual for run in runs])
     jacobian = [
         np.vstack([run.jacobian[name] for name in names]) for run, names in zip(runs, channels, strict=True)
     ]
@@ -106,7 +110,9 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
     return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untestable))
 
 
-def _probe(problem: Problem, x: Floats, suspect: Suspect, residual: list[Floats], stack) -> _Column | None:  # type: ignore[no-untyped-def]
+def _probe(
+    problem: Problem, x: Floats, suspect: Suspect, residual: list[Floats], stack: Stack
+) -> _Column | None:
     """How the residuals answer the suspect's first step."""
     trial = suspect.add(problem)
     start = carry(x, problem, trial)

@@ -106,7 +106,7 @@ def _entered(screening: Screening) -> list[Screened]:
 def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> dict[tuple[str, ...], float]:
     """In which share of resampled sets of held-out recordings each trial leaves the least over.
 
-    Whole recordings are resampled: samples of one recording err together, so that their number proves nothing.
+    Whole recordings are resampled: samples of one err together, so that their number proves nothing.
     """
     tables = [trial.by_recording() for trial in trials]
     files = sorted(tables[0])

@@ -13,6 +13,10 @@ class Effect:
     ----------
     id
         As in the core's effect table.
+    name
+        What is the matter, in a few words.
+    equation
+        The equation of the model that it changes, by a diagnosis's word.
     signature
         How it shows itself: in which signal, when, and as a function of what.
     confused_with
@@ -22,6 +26,8 @@ class Effect:
     """
 
     id: str
+    name: str
+    equation: str
     signature: str
     confused_with: tuple[str, ...]
     sentence: str
