@@ -149,7 +149,7 @@ from forklift.estimation.search import Stage, search
 from forklift.estimation.knowledge import knowledge
 small = problem()
 every = sensors([one.recording for one in small.samples])
-stages = (Stage("trust region", 30.0, 4, 3, 0.2), Stage("canyon", 3.0, 4, 3, 1.0))
+stages = (Stage(30.0, 4, 3, 0.2), Stage(3.0, 4, 3, 1.0))
 found = search(small, np.zeros(small.starts[-1]), every, stages)
 known = knowledge(found.problem, found.x)
 bits = found.x.tobytes() + found.residual.tobytes() + found.jacobian.tobytes() + known.covariance.tobytes()

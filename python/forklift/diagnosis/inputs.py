@@ -12,13 +12,17 @@ state in turn; here solved as a smoother). A sensor is its own rival: hats on it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from os import cpu_count
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve
 
+from forklift.estimation.algebra import one_thread
 from forklift.estimation.problem import Linearised, Problem, Sample
 
 Floats = NDArray[np.float64]
@@ -52,38 +56,52 @@ class UnknownInput:
     """Their posterior standard deviations."""
 
 
-@dataclass
-class _Part:
-    """One recording's share: Gram matrices of (δ of its own and shared, w) with the residual."""
+@dataclass(frozen=True)
+class _Known:
+    """One recording without an input."""
 
     place: NDArray[np.intp]
-    jj: Floats
-    jr: Floats
-    rr: float
-    count: int
+    jacobian: Floats
+    residual: Floats
+    normal: Floats
+    """JᵀJ."""
+    gradient: Floats
+    """Jᵀr."""
     centres: Floats
-    jw: Floats
-    ww: Floats
-    wr: Floats
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One recording with an input, its prior diagonal: w = root u, u ~ N(0, a²)."""
+
+    known: _Known
+    root: Floats
+    values: Floats
+    """Of rootᵀRᵀR root = diag(values)."""
+    cross: Floats
+    """rootᵀRᵀJ."""
+    pull: Floats
+    """rootᵀRᵀr."""
 
 
 def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], respond: Respond) -> list[UnknownInput]:
     """An unknown input at each port in turn; ports named after a channel are its sensor. Best first."""
     noise = {name: _noise(problem, name) for name in problem.sigma}
-    runs = problem.linearise(x)
-    base = [
-        _base(problem, k, sample, run, noise)
-        for k, (sample, run) in enumerate(zip(problem.samples, runs, strict=True))
+    known = [
+        _known(problem, k, sample, run, noise)
+        for k, (sample, run) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
     ]
+
+    def part(k: int, port: str) -> _Part:
+        return _with_input(known[k], _rows(problem, x, k, port, known[k].centres, respond, noise))
+
     found = []
-    for port in ports:
-        parts = [
-            _with_port(part, rows, _rows(problem, x, k, port, part.centres, respond, noise))
-            for k, (part, rows) in enumerate(base)
-        ]
-        answer = _best(port, parts, problem.starts[-1])
-        if answer:
-            found.append(answer)
+    with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
+        for port in ports:
+            parts = list(pool.map(partial(part, port=port), range(len(known))))
+            answer = _best(port, parts, problem.starts[-1])
+            if answer:
+                found.append(answer)
     return sorted(found, key=lambda one: -one.evidence)
 
 
@@ -95,26 +113,19 @@ def _noise(problem: Problem, channel: str) -> float:
     return 1.0
 
 
-def _base(
-    problem: Problem, k: int, sample: Sample, run: Linearised, noise: dict[str, float]
-) -> tuple[_Part, tuple[Floats, Floats]]:
+def _known(problem: Problem, k: int, sample: Sample, run: Linearised, noise: Mapping[str, float]) -> _Known:
     names = [seen.sensor.channel for seen in sample.observed]
     jacobian = np.vstack([run.slope[name] / noise[name] for name in names])
     residual = np.concatenate(
         [
-            (run.model[seen.sensor.channel] - seen.values - 0.5 * seen.sensor.count)
-            / noise[seen.sensor.channel]
-            for seen in sample.observed
+            (run.model[name] - seen.values - 0.5 * seen.sensor.count) / noise[name]
+            for name, seen in zip(names, sample.observed, strict=True)
         ]
     )
     time = sample.recording.time_s
     centres = np.arange(time[0], time[-1] + 0.5 * WIDTH_S, WIDTH_S)
-    empty = np.zeros(0)
-    part = _Part(
-        problem.place(k), jacobian.T @ jacobian, jacobian.T @ residual, float(residual @ residual),
-        len(residual), centres, empty, empty, empty,
-    )  # fmt: skip
-    return part, (jacobian, residual)
+    place = problem.place(k)
+    return _Known(place, jacobian, residual, jacobian.T @ jacobian, jacobian.T @ residual, centres)
 
 
 def _rows(
@@ -139,87 +150,80 @@ def _rows(
     )
 
 
-def _with_port(part: _Part, rows: tuple[Floats, Floats], answers: Floats) -> _Part:
-    jacobian, residual = rows
-    return replace(part, jw=jacobian.T @ answers, ww=answers.T @ answers, wr=answers.T @ residual)
-
-
-def _best(port: str, parts: Sequence[_Part], length: int) -> UnknownInput | None:
-    square = sum(float(np.trace(part.ww)) for part in parts)
-    count = sum(part.count for part in parts)
-    if square == 0.0:
-        return None
-    unit = float(np.sqrt(count / square))
-    without = max(_evidence(parts, length, 0.0, s)[0] for s in _scales(parts, length, 0.0))
-    best: tuple[float, float, float] | None = None
-    for size in SIZES:
-        for s in _scales(parts, length, size * unit):
-            value = _evidence(parts, length, size * unit, s)[0]
-            if best is None or value > best[0]:
-                best = value, size * unit, s
-    assert best is not None
-    value, size, s = best
-    _, means, bands = _evidence(parts, length, size, s, smooth=True)
-    return UnknownInput(
-        port, value - without, size, s, tuple(part.centres for part in parts), tuple(means), tuple(bands)
+def _with_input(known: _Known, answers: Floats) -> _Part:
+    root = np.linalg.cholesky(_prior(known.centres))
+    driven = answers @ root
+    values, turned = np.linalg.eigh(driven.T @ driven)
+    driven = driven @ turned
+    return _Part(
+        known,
+        root @ turned,
+        np.maximum(values, 0.0),
+        driven.T @ known.jacobian,
+        driven.T @ known.residual,
     )
 
 
-def _scales(parts: Sequence[_Part], length: int, size: float) -> list[float]:
-    """The noise at which the evidence is greatest, by a few steps of s² = what is left per sample."""
-    s = 1.0
-    count = sum(part.count for part in parts)
-    for _ in range(4):
-        left = _evidence(parts, length, size, s, only_left=True)[0]
-        s = float(np.sqrt(max(left / count, 1e-3)))
-    return [s]
-
-
 def _prior(centres: Floats) -> Floats:
-    return np.exp(-np.abs(centres[:, None] - centres) / MEMORY_S) + 1e-9 * np.eye(len(centres))
+    covariance: Floats = np.exp(-np.abs(centres[:, None] - centres) / MEMORY_S)
+    return covariance + 1e-9 * np.eye(len(centres))
 
 
-def _evidence(
-    parts: Sequence[_Part],
-    length: int,
-    size: float,
-    s: float,
-    *,
-    smooth: bool = False,
-    only_left: bool = False,
-) -> tuple[float, list[Floats], list[Floats]]:
-    """ln evidence (or, with `only_left`, the sum of squares left over), smoothed inputs and their bands."""
+def _best(port: str, parts: Sequence[_Part], length: int) -> UnknownInput | None:
+    square = sum(float(np.sum(part.values)) for part in parts)
+    count = sum(len(part.known.residual) for part in parts)
+    if square == 0.0:
+        return None
+    unit = float(np.sqrt(count / square))
+    without = _evidence(parts, length, 0.0, _noise_left(parts, length, 0.0)).value
+    sizes = [size * unit for size in SIZES]
+    tried = [(size, _noise_left(parts, length, size)) for size in sizes]
+    size, s = max(tried, key=lambda pair: _evidence(parts, length, *pair).value)
+    best = _evidence(parts, length, size, s)
+    means, bands = [], []
+    for part in parts:
+        share = (size / s) ** 2 / (1.0 + (size / s) ** 2 * part.values)
+        means.append(-part.root @ (share * (part.pull + part.cross @ best.delta[part.known.place])))
+        bands.append(s * np.sqrt(part.root**2 @ share))
+    centres = tuple(part.known.centres for part in parts)
+    return UnknownInput(port, best.value - without, size, s, centres, tuple(means), tuple(bands))
+
+
+def _noise_left(parts: Sequence[_Part], length: int, size: float) -> float:
+    """The noise at which the evidence is greatest: s² is what is left per sample."""
+    s = 1.0
+    count = sum(len(part.known.residual) for part in parts)
+    for _ in range(4):
+        s = float(np.sqrt(max(_evidence(parts, length, size, s).square * s**2 / count, 1e-3)))
+    return s
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    value: float
+    """ln of the evidence, up to a constant."""
+    square: float
+    """What is left over, in units of s."""
+    delta: Floats
+    """δ at its best."""
+
+
+def _evidence(parts: Sequence[_Part], length: int, size: float, s: float) -> _Evidence:
     matrix, gradient = np.eye(length), np.zeros(length)
     square, log_det, count = 0.0, 0.0, 0
-    eliminated = []
+    ratio = (size / s) ** 2
     for part in parts:
-        normal, right = part.jj / s**2, part.jr / s**2
-        square += part.rr / s**2
-        count += part.count
-        if size > 0.0:
-            root = np.linalg.cholesky(_prior(part.centres)) * size
-            inner = np.eye(len(root)) + root.T @ part.ww @ root / s**2
-            lower = np.linalg.cholesky(inner)
-            cross = solve_triangular(lower, root.T @ part.jw.T, lower=True) / s**2
-            own = solve_triangular(lower, root.T @ part.wr, lower=True) / s**2
-            normal = normal - cross.T @ cross
-            right = right - cross.T @ own
-            square -= float(own @ own)
-            log_det += 2.0 * float(np.sum(np.log(np.diag(lower))))
-            eliminated.append((root, lower, cross, own))
-        matrix[np.ix_(part.place, part.place)] += normal
-        gradient[part.place] += right
+        share = ratio / (1.0 + ratio * part.values)
+        known = part.known
+        matrix[np.ix_(known.place, known.place)] += (
+            known.normal - part.cross.T @ (share[:, None] * part.cross)
+        ) / s**2
+        gradient[known.place] += (known.gradient - part.cross.T @ (share * part.pull)) / s**2
+        square += float(known.residual @ known.residual - share @ part.pull**2) / s**2
+        log_det += float(np.sum(np.log1p(ratio * part.values)))
+        count += len(known.residual)
     factor = cho_factor(matrix)
     delta = -cho_solve(factor, gradient)
     square += float(gradient @ delta)
     log_det += 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
-    if only_left:
-        return square * s**2, [], []
-    value = -0.5 * (square + log_det) - count * float(np.log(s))
-    means, bands = [], []
-    if smooth and size > 0.0:
-        for part, (root, lower, cross, own) in zip(parts, eliminated, strict=True):
-            back = solve_triangular(lower, root.T, lower=True).T
-            means.append(-back @ (own + cross @ delta[part.place]))
-            bands.append(np.sqrt(np.sum(back**2, axis=1)))
-    return value, means, bands
+    return _Evidence(-0.5 * (square + log_det) - count * float(np.log(s)), square, delta)
