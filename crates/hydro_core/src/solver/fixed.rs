@@ -113,6 +113,8 @@ struct DropEquation<S> {
     opening: S,
     /// p_A = p_a_free − kappa·q_A.
     p_a_free: S,
+    /// p_a_free with what lies between cylinder and valve: D = p_in_free − kappa·q_A − p_B.
+    p_in_free: S,
     kappa: S,
     /// p_B = p_b_past + gamma·(q_A − q_B).
     p_b_past: S,
@@ -120,6 +122,8 @@ struct DropEquation<S> {
     p_d: S,
     compensator: Compensator<S>,
     p_set: S,
+    /// The share of D that the compensator senses at once.
+    sensed: S,
     /// A = a_past + r·(A_s − A), between the openings that it reaches if A_s stays at either end.
     a_past: S,
     r: S,
@@ -175,6 +179,7 @@ impl<S: Scalar> DropEquation<S> {
             c2_b: self.c2_b.real(),
             opening: self.opening.real(),
             p_a_free: self.p_a_free.real(),
+            p_in_free: self.p_in_free.real(),
             kappa: self.kappa.real(),
             p_b_past: self.p_b_past.real(),
             gamma: self.gamma.real(),
@@ -188,6 +193,7 @@ impl<S: Scalar> DropEquation<S> {
                 inverse_tau: c.inverse_tau.real(),
             },
             p_set: self.p_set.real(),
+            sensed: self.sensed.real(),
             a_past: self.a_past.real(),
             r: self.r.real(),
             closed: self.closed.real(),
@@ -203,8 +209,8 @@ impl<S: Scalar> DropEquation<S> {
         // 1 + r + feedback·p_cd is positive for every drop a truck can have.
         let denominator = (S::one() + self.r + feedback * p_cd).max(S::constant(0.5));
         let inverse = S::one() / denominator;
-        let free = (self.a_past + self.r * (c.a_max + c.slope * (self.p_set - drop))) * inverse;
-        let free_slope = -(self.r * c.slope + free * feedback * p_cd_slope) * inverse;
+        let free = (self.a_past + self.r * (c.a_max + c.slope * (self.p_set - self.sensed * drop))) * inverse;
+        let free_slope = -(self.r * c.slope * self.sensed + free * feedback * p_cd_slope) * inverse;
         Opening { free, free_slope, closed: self.closed, open: self.open }
     }
 
@@ -212,7 +218,7 @@ impl<S: Scalar> DropEquation<S> {
     #[inline(always)]
     fn residual(&self, drop: S) -> (S, S, Opening<S>) {
         let a = self.orifice_a.flow_and_slopes(self.c2_a, self.opening, drop);
-        let p_b = self.p_a_free - self.kappa * a.q - drop;
+        let p_b = self.p_in_free - self.kappa * a.q - drop;
         let p_b_slope = -(self.kappa * a.by_pressure + S::one());
         let p_cd = p_b - self.p_d;
         let opening = self.opening(drop, p_cd, p_b_slope);
@@ -227,7 +233,7 @@ impl<S: Scalar> DropEquation<S> {
     fn solved(&self, drop: S) -> Solved<S> {
         let q_a = self.orifice_a.flow(self.c2_a, self.opening, drop);
         let p_a = self.p_a_free - self.kappa * q_a;
-        let p_b = p_a - drop;
+        let p_b = self.p_in_free - self.kappa * q_a - drop;
         let a_comp = self.opening(drop, p_b - self.p_d, S::zero()).area();
         Solved { q_a, p_a, p_b, a_comp }
     }
@@ -241,8 +247,8 @@ impl<S: Scalar> DropEquation<S> {
     #[inline(always)]
     fn root(&self, guess: S, tolerance: f64) -> (S, usize) {
         let (zero, half) = (S::zero(), S::constant(0.5));
-        let mut lower = (self.p_a_free - self.p_b_past.max(self.p_d)).min(zero);
-        let mut upper = (self.p_a_free - self.p_b_past.min(self.p_d)).max(zero);
+        let mut lower = (self.p_in_free - self.p_b_past.max(self.p_d)).min(zero);
+        let mut upper = (self.p_in_free - self.p_b_past.min(self.p_d)).max(zero);
         let mut drop = guess.clamp_to(lower, upper);
         let mut last = upper - lower;
         let mut open = lower.lt(upper);
@@ -361,8 +367,10 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             history.z_rate = [rates.z; 3];
             history.p_a_rate = [rates.p_a; 3];
         }
-        for (past, rate) in self.own_rates.iter_mut().zip(&dx[L * STATES..]) {
-            *past = [*rate; 3];
+        let mut own = vec![S::zero(); self.own.len()];
+        self.mast.physics.explicit_rates(&self.mast.bus(self.lifts), &self.own, &mut own);
+        for (past, rate) in self.own_rates.iter_mut().zip(own) {
+            *past = [rate; 3];
         }
     }
 
@@ -378,7 +386,13 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         for (own, past) in self.own.iter_mut().zip(&self.own_rates) {
             *own = *own + h * weigh(past, weights.predict);
         }
-        let (ports, _) = self.mast.physics.ports(&self.mast.bus(moved), &self.own);
+        // What effects see of the substep's end; the valve itself has yet to move.
+        let mut ahead = self.mast.bus(moved);
+        for s in &mut ahead.lifts {
+            s.i = s.i + h * s.i_rate;
+        }
+        self.mast.physics.relax(&self.mast.bus(self.lifts), &ahead, h, &mut self.own);
+        let (ports, _) = self.mast.physics.ports(&ahead, &self.own);
         for k in 0..L {
             self.advance_oil(k, &mut moved[k], &ports[k], weights);
         }
@@ -391,7 +405,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             let s = &moved[k];
             (force[k], z_rate[k]) = self.mast.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k]);
         }
-        let acceleration = self.mast.accelerations(force, joint);
+        let acceleration = self.mast.accelerations(force, &ports, joint);
         for k in 0..L {
             let (stop, old, past) = (self.mast.lifts[k].stop, &self.lifts[k], &mut self.history[k]);
             let s = &mut moved[k];
@@ -412,7 +426,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         self.lifts = moved;
         if !self.own.is_empty() {
             let mut rates = vec![S::zero(); self.own.len()];
-            self.mast.physics.rates(&bus, &self.own, &mut rates);
+            self.mast.physics.explicit_rates(&bus, &self.own, &mut rates);
             for (past, rate) in self.own_rates.iter_mut().zip(rates) {
                 push(past, rate);
             }
@@ -420,9 +434,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         self.substeps += 1;
     }
 
-    /// Predicted motion of lift `k`, from `s` at the start of the substep, and its cylinder pressure
-    /// extrapolated, which is what the oil's ports and E/V are taken at: one that lagged by the
-    /// substep would leave an effect of the pressure at first order.
+    /// Predicted motion of lift `k`, from `s` at the start of the substep, and its pressures
+    /// extrapolated, which is what the oil's ports and E/V are taken at: ones that lagged by the
+    /// substep would leave an effect of the pressures at first order.
     #[inline(always)]
     fn predict_motion(&self, k: usize, s: &mut LiftState<S>, weights: &Weights) {
         let (lift, past, h) = (&self.mast.lifts[k], &self.history[k], S::constant(self.h));
@@ -431,6 +445,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let x = correct(s.x, h, v, &past.v, weights.correct);
         (s.x, s.v) = lift.stop.limit(x, v);
         s.p_a = past.p_a[0] + past.p_a[0] - past.p_a[1];
+        s.p_b = past.p_b[0] + past.p_b[0] - past.p_b[1];
     }
 
     /// Valve and pressures of lift `k` after its predicted motion.
@@ -455,19 +470,22 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let nu = ports.viscosity(lift.nu);
         let step = h * S::constant(weights.rate);
         let r = step * lift.compensator.inverse_tau;
+        let p_a_free = past.p_a[0] + h * rest + kappa * displaced;
         let equation = DropEquation {
             orifice_a: lift.orifice_a,
             orifice_b: lift.orifice_b,
             c2_a: lift.orifice_a.critical_squared(nu),
             c2_b: lift.orifice_b.critical_squared(nu),
             opening: lift.opening(s.i, ports),
-            p_a_free: past.p_a[0] + h * rest + kappa * displaced,
+            p_a_free,
+            p_in_free: ports.inlet_pressure(p_a_free),
             kappa,
             p_b_past: weigh(&past.p_b, weights.past),
             gamma: step * lift.volume_stiffness,
             p_d: ports.return_pressure(lift.p_tank),
             compensator: lift.compensator,
             p_set: ports.preset_pressure(lift.compensator.p_set),
+            sensed: ports.sensed_drop(S::one()),
             a_past: weigh(&past.a_comp, weights.past),
             r,
             closed: lift.compensator.a_leak + (s.a_comp - lift.compensator.a_leak) * self.decay[k],
