@@ -3,6 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Equation = Literal[
+    "force-balance",
+    "friction",
+    "cylinder-pressure",
+    "bulk-modulus",
+    "valve-dynamics",
+    "valve-flow",
+    "compensator",
+    "control-volume",
+    "viscosity",
+    "tank",
+    "mast-coupling",
+    "chassis",
+    "sensor",
+    "operating-point",
+]
+"""Where in the model something may be wrong, by the names that a diagnosis uses."""
 
 
 @dataclass(frozen=True)
@@ -13,6 +32,8 @@ class Effect:
     ----------
     id
         As in the core's effect table.
+    equation
+        Where it enters the model.
     signature
         How it shows itself: in which signal, when, and as a function of what.
     confused_with
@@ -22,6 +43,7 @@ class Effect:
     """
 
     id: str
+    equation: Equation
     signature: str
     confused_with: tuple[str, ...]
     sentence: str

@@ -6,6 +6,7 @@ from forklift.effects.effect import Effect
 
 EFFECT = Effect(
     id="friction_temperature",
+    equation="friction",
     signature=(
         "While lowering, the cylinder pressure differs from the model's in proportion to the speed and to "
         "how far the oil is from 20 degC: warm oil carries more of the weight, cold oil less. The swings "

@@ -6,6 +6,7 @@ from forklift.effects.effect import Effect
 
 EFFECT = Effect(
     id="leakage",
+    equation="cylinder-pressure",
     signature=(
         "With the valve shut the lift sinks at a constant speed that grows with the load; while lowering it "
         "is faster by as much, whatever the command. Its pressure hardly differs."

@@ -6,6 +6,7 @@ from forklift.effects.effect import Effect
 
 EFFECT = Effect(
     id="mast_coupling",
+    equation="mast-coupling",
     signature=(
         "When one lift starts or stops, the pressure of the other, whose valve is shut, swings with it, and "
         "its position bounces; in steady lowering nothing differs. It grows with the load, which takes part "
