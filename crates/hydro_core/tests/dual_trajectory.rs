@@ -100,7 +100,7 @@ fn with_effects() -> Scene {
                 }
                 "end_cushion" => {
                     changes.push((format!("{}.length", instance.name()), 0.4));
-                    changes.push((format!("{}.cylinder.stroke_lower", lift.as_str()), lift.start_position() - 0.5));
+                    changes.push((format!("{}.cylinder.stroke_lower", lift.as_str()), lift.start_position() - 0.3));
                 }
                 _ => {}
             }

@@ -31,7 +31,7 @@ pub struct ChassisCompliance<S> {
 const LEAST_TRUCK: f64 = 1000.0;
 /// M is at least so many times what both lifts move: with less the masses would lose their sign, and long before
 /// the load would tip the truck.
-const LEAST_MASS: f64 = 1.1;
+const LEAST_MASS: f64 = 1.2;
 
 impl<S: Scalar> ChassisCompliance<S> {
     /// `lifts`: m_c and m of both.
@@ -89,7 +89,7 @@ impl<S: Scalar> Effect<S> for ChassisCompliance<S> {
                 symbol: "f",
                 unit: "Hz",
                 lower: 0.5,
-                upper: 8.0,
+                upper: 5.0,
                 scale: Scale::Log,
                 origin: Origin::Chosen,
                 equation: "(3.27), (3.33)",
@@ -101,16 +101,16 @@ impl<S: Scalar> Effect<S> for ChassisCompliance<S> {
                 symbol: "ζ",
                 unit: "1",
                 lower: 0.005,
-                upper: 0.5,
+                upper: 0.3,
                 scale: Scale::Log,
                 origin: Origin::Chosen,
                 equation: "(3.27), (3.33)",
                 meaning: "damping of that swing",
-                bounds_reason: "rubber has 0.02 to 0.1; one half hardly swings",
+                bounds_reason: "rubber has 0.02 to 0.1; more is stiffer than fixed steps follow",
             },
         ],
         quiet: 0.0,
-        plausible: &[[1e-7, 1.5e-6], [1.5, 5.0], [0.02, 0.15]],
+        plausible: &[[1e-7, 1.5e-6], [1.5, 4.5], [0.02, 0.15]],
         states: &[
             StateSpec { name: "height", unit: "m", scale: 0.01, meaning: "height of the truck over its rest" },
             StateSpec { name: "swing", unit: "m/s", scale: 0.1, meaning: "its rate and the lifts' momentum over its mass" },
@@ -182,6 +182,6 @@ mod tests {
     #[test]
     fn lighter_than_what_it_lifts_it_cannot_be() {
         let soft = ChassisCompliance::with(1e-5, 8.0, 0.05, [(200.0, 1000.0), (300.0, 1500.0)]);
-        assert_eq!(soft.inverse_mass, 1.0 / 3300.0);
+        assert_eq!(soft.inverse_mass, 1.0 / 3600.0);
     }
 }

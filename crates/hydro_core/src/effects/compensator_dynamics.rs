@@ -33,7 +33,7 @@ impl<S: Scalar> Effect<S> for CompensatorDynamics<S> {
                 symbol: "s",
                 unit: "1",
                 lower: 0.0,
-                upper: 0.9,
+                upper: 0.8,
                 scale: Scale::Linear,
                 origin: Origin::Chosen,
                 equation: "(3.15)",
@@ -55,7 +55,7 @@ impl<S: Scalar> Effect<S> for CompensatorDynamics<S> {
             },
         ],
         quiet: 0.0,
-        plausible: &[[0.2, 0.8], [0.02, 0.3]],
+        plausible: &[[0.2, 0.7], [0.02, 0.3]],
         states: &[StateSpec { name: "sensed", unit: "Pa", scale: 1e6, meaning: "drop after the lag" }],
         shows: &[],
     };

@@ -26,7 +26,7 @@ impl<S: Scalar> Effect<S> for FrictionTemperature<S> {
             symbol: "k",
             unit: "1/K",
             lower: -0.03,
-            upper: 0.05,
+            upper: 0.04,
             scale: Scale::Linear,
             origin: Origin::Chosen,
             equation: "(3.5)",
@@ -35,7 +35,7 @@ impl<S: Scalar> Effect<S> for FrictionTemperature<S> {
                             is stiffer than fixed steps follow; the sign is left open",
         }],
         quiet: 0.0,
-        plausible: &[[-0.02, 0.04]],
+        plausible: &[[-0.01, 0.03]],
         states: &[],
         shows: &[],
     };
