@@ -2,12 +2,13 @@
 
 import re
 from string import Formatter
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from forklift import Truck, _core, commands, simulate
-from forklift.effects import EFFECTS
+from forklift.effects import EFFECTS, Equation
 from forklift.names import of_effect
 
 SPECS = {spec["id"]: spec for spec in _core.effect_table()}
@@ -44,13 +45,29 @@ def test_what_an_effect_is_confused_with_is_named_by_ids_other_than_its_own(effe
     assert all(re.fullmatch(r"[a-z]+(_[a-z]+)*", other) for other in effect.confused_with)
 
 
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
+def test_what_is_plausible_of_an_effect_lies_within_its_bounds_and_is_not_silent(effect):
+    spec = SPECS[effect.id]
+    for row in spec["parameters"]:
+        assert row["lower"] <= row["plausible_lower"] < row["plausible_upper"] <= row["upper"]
+    assert spec["quiet"] not in (
+        spec["parameters"][0]["plausible_lower"],
+        spec["parameters"][0]["plausible_upper"],
+    )
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
+def test_an_effect_names_an_equation_of_the_diagnosis(effect):
+    assert effect.equation in get_args(Equation)
+
+
 @pytest.mark.parametrize("solver", ["adaptive", "fixed"])
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
 def test_at_its_quiet_value_an_effect_changes_no_bit(effect, solver):
     spec = SPECS[effect.id]
     amplitude = spec["parameters"][0]["name"]
     values = {
-        name: spec["quiet"] if name.endswith(f".{amplitude}") else (row["lower"] + row["upper"]) / 2
+        name: spec["quiet"] if name.endswith(f".{amplitude}") else row["plausible_lower"]
         for name, row in of_effect(spec).items()
     }
     command = commands.generate("prms", "both", duration_s=4.0)
@@ -98,3 +115,123 @@ def test_a_leaking_cylinder_sinks_at_the_speed_of_its_leakage_with_the_valve_shu
         sunk = (sinking["position_main_m"] - plain["position_main_m"])[[250, -1]]
         speed = (sunk[0] - sunk[1]) / (sinking.time_s[-1] - sinking.time_s[250])
         assert speed == pytest.approx(coefficient * over_tank / THESIS.values["main.cylinder.area"], rel=0.1)
+
+
+def effective(lift, effect, **parameters):
+    """The thesis's truck with an effect on one lift, or on the mast where `lift` is None."""
+    head = f"{lift}.{effect}" if lift else effect
+    return THESIS.with_values({f"{head}.{name}": value for name, value in parameters.items()})
+
+
+def test_a_late_valve_starts_the_lift_late_by_its_delay():
+    delay = 0.06
+    runs = [lowering(truck) for truck in (THESIS, effective("free", "valve_delay", delay=delay))]
+    plain, late = (run["velocity_free_m_s"] for run in runs)
+    time = runs[0].time_s
+    shifted = np.interp(time - delay, time, plain)
+    assert np.abs(late - plain).max() > 0.1
+    assert np.abs(late - shifted)[50:150].max() < 0.03
+
+
+def test_a_share_that_lags_leaves_the_lift_slower_at_first_and_not_at_length():
+    lagging = lowering(effective("free", "valve_lag", share=0.3, time=0.3))["velocity_free_m_s"]
+    plain = lowering(THESIS)["velocity_free_m_s"]
+    assert np.abs(lagging[70]) < 0.9 * np.abs(plain[70])
+    assert lagging[195] == pytest.approx(plain[195], rel=0.01)
+
+
+def test_a_limited_current_limits_the_speed_at_high_commands_only():
+    limited = effective("free", "valve_current_limit", share=1.0, limit=0.6, warming=0.0, time=10.0)
+    steady = lowering(limited)["velocity_free_m_s"][145:195].mean()
+    plain = lowering(THESIS)["velocity_free_m_s"][145:195].mean()
+    assert abs(steady) < 0.9 * abs(plain)
+
+
+def test_seals_hold_the_pressure_down_by_their_share_of_it():
+    coefficient = 1e-4
+    seals = effective("main", "friction_pressure", coefficient=coefficient)
+    last_second = slice(145, 195)
+    for load in (0.0, 1500.0):
+        plain, held = (lowering(truck, lift="main", load_kg=load) for truck in (THESIS, seals))
+        pressure = held["pressure_main_pa"][last_second].mean()
+        change = plain["pressure_main_pa"][last_second].mean() - pressure
+        assert change == pytest.approx(coefficient * pressure / THESIS.values["main.cylinder.area"], rel=0.1)
+
+
+def test_a_dent_shows_in_the_pressure_where_the_lift_comes_by_it():
+    dent = effective("main", "friction_position", rise=1.0, centre=1.8, width=0.03)
+    plain, other = (lowering(truck, lift="main") for truck in (THESIS, dent))
+    apart = np.abs(other["pressure_main_pa"] - plain["pressure_main_pa"])
+    assert other["position_main_m"][apart.argmax()] == pytest.approx(1.8, abs=0.05)
+    assert apart.max() > 5e4
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameters"),
+    [
+        ("entrained_air", {"fraction": 0.03, "exponent": 1.3}),
+        ("chain_elasticity", {"compliance": 3e-6}),
+        ("bulk_modulus_temperature", {"rate": 0.01}),
+    ],
+)
+def test_softer_oil_and_chains_swing_more_slowly_and_lower_as_fast(effect, parameters):
+    plain, soft = (lowering(truck) for truck in (THESIS, effective("free", effect, **parameters)))
+    pressure = soft["pressure_free_pa"] - plain["pressure_free_pa"]
+    assert np.abs(pressure).max() > 1e5
+    speeds = [run["velocity_free_m_s"][145:195].mean() for run in (plain, soft)]
+    assert speeds[1] == pytest.approx(speeds[0], rel=0.01)
+
+
+def test_a_cushion_slows_the_lift_before_its_stop_and_nowhere_else():
+    low = {"free.cylinder.stroke_lower": 0.75}
+    cushion = {"free.end_cushion.coefficient": 5e4, "free.end_cushion.length": 0.1}
+    plain, braked = (lowering(THESIS.with_values(values)) for values in (low, low | cushion))
+    position = plain["position_free_m"] / 2
+    before = position > 0.85
+    np.testing.assert_array_equal(
+        braked["velocity_free_m_s"][before][:60], plain["velocity_free_m_s"][before][:60]
+    )
+    assert (braked["pressure_free_pa"] - plain["pressure_free_pa"])[~before].min() < -1e5
+
+
+def test_on_its_tyres_the_truck_shows_in_the_fork_height_and_in_the_resting_lift():
+    soft = effective(None, "chassis_compliance", compliance=1e-6, frequency=2.5, damping_ratio=0.05)
+    plain, other = (lowering(truck, lift="main") for truck in (THESIS, soft))
+    forks = 2 * other["position_main_m"] + other["position_free_m"]
+    assert 1e-3 < np.abs(other["fork_height_m"] - forks).max() < 0.1
+    np.testing.assert_array_equal(
+        plain["fork_height_m"], 2 * plain["position_main_m"] + plain["position_free_m"]
+    )
+    assert np.ptp(other["pressure_free_pa"]) > 1e5
+    assert np.ptp(plain["pressure_free_pa"]) < 1e3
+
+
+@pytest.mark.parametrize("effect", ["hose_resistance", "return_back_pressure"])
+def test_a_lossy_line_slows_a_light_lift_with_its_valve_wide_open(effect):
+    line = effective("free" if effect == "hose_resistance" else None, effect, coefficient=2e12)
+    wide = commands.Command.of_samples(50.0, free=np.repeat([0.0, 1.4], [25, 75]))
+    plain, slow = (
+        simulate(truck, wide, load_kg=0.0, oil_temperature_degc=60.0)["velocity_free_m_s"][-1]
+        for truck in (THESIS, line)
+    )
+    assert abs(slow) < 0.95 * abs(plain)
+
+
+def test_vogels_law_slows_cold_lifts():
+    law = effective("free", "viscosity_law", share=1.0, vogel=178.0, expansion=7e-4)
+    speeds = {
+        temperature: [
+            lowering(truck, temperature=temperature)["velocity_free_m_s"][145:195].mean()
+            for truck in (THESIS, law)
+        ]
+        for temperature in (20.0, -20.0)
+    }
+    assert speeds[20.0][1] == pytest.approx(speeds[20.0][0], rel=1e-6)
+    assert abs(speeds[-20.0][1]) < 0.98 * abs(speeds[-20.0][0])
+
+
+def test_oil_that_the_valve_heats_lets_the_lift_gain_speed():
+    warm = effective("free", "oil_temperature_at_valve", resistance=5e-3, time=2.0)
+    plain, other = (lowering(truck)["velocity_free_m_s"] for truck in (THESIS, warm))
+    gained = [abs(other[k]) - abs(plain[k]) for k in (90, 195)]
+    assert gained[1] > gained[0] > 0.0

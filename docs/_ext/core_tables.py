@@ -158,13 +158,23 @@ class Effects(SphinxDirective):
             nodes.paragraph("", effect.signature),
             nodes.paragraph("", "", *confused, nodes.Text(".")),
             table(
-                ["parameter", "symbol", "unit", "bounds", "quiet at", "meaning", "why these bounds"],
+                [
+                    "parameter",
+                    "symbol",
+                    "unit",
+                    "bounds",
+                    "plausible",
+                    "quiet at",
+                    "meaning",
+                    "why these bounds",
+                ],
                 [
                     [
                         code(f"{head}{spec['id']}.{row['name']}"),
                         row["symbol"],
                         row["unit"],
                         f"{number(row['lower'])} to {number(row['upper'])}",
+                        f"{number(row['plausible_lower'])} to {number(row['plausible_upper'])}",
                         number(spec["quiet"]) if k == 0 else "–",
                         row["meaning"],
                         row["bounds_reason"],
@@ -173,6 +183,15 @@ class Effects(SphinxDirective):
                 ],
             ),
         ]
+        for state, output, factor in spec["shows"]:
+            section += nodes.paragraph(
+                "",
+                "",
+                code(state),
+                nodes.Text(f", times {number(factor)}, is part of "),
+                code(output),
+                nodes.Text("."),
+            )
         if spec["states"]:
             section += table(
                 ["state", "unit", "typical size", "meaning"],

@@ -48,6 +48,11 @@ class ParameterSpec(TypedDict):
     length: Literal["scalar", "knots"]
 
 @type_check_only
+class EffectParameterSpec(ParameterSpec):
+    plausible_lower: float  # where it may lie on a truck that has the effect: a search starts between
+    plausible_upper: float
+
+@type_check_only
 class QuantitySpec(TypedDict):
     name: str
     unit: str
@@ -70,9 +75,10 @@ class EffectSpec(TypedDict):
     scope: Literal["lift", "mast"]  # lift: "main.leakage.coefficient"; mast: "mast_coupling.factor"
     equation: str
     source: str
-    parameters: list[ParameterSpec]
+    parameters: list[EffectParameterSpec]
     quiet: float  # value of the first parameter (the amplitude) at which the model is the one without it
     states: list[StateSpec]
+    shows: list[tuple[str, str, float]]  # which of its states is added to which output, times which factor
 
 @type_check_only
 class Result(TypedDict):

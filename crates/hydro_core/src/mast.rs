@@ -129,8 +129,10 @@ pub struct Lift<S> {
     /// Mass that moves twice as fast, with the load [kg].
     pub m: S,
     nu_0: S,
-    lambda: S,
-    t_0: S,
+    /// Viscosity-temperature coefficient [1/K].
+    pub lambda: S,
+    /// Reference temperature of the viscosity [K].
+    pub t_0: S,
     /// Kinematic viscosity at the present temperature [m²/s].
     pub nu: S,
 }
@@ -190,7 +192,8 @@ impl<S: Scalar> Lift<S> {
     #[inline(always)]
     pub fn force_and_bristle_rate<P: Ports<S>>(&self, v: S, z: S, p_a: S, ports: &P) -> (S, S) {
         let sigma_2 = ports.viscous_friction(self.friction.sigma_2);
-        let (friction, dz) = self.friction.force_and_rate(v, z, sigma_2);
+        let coulomb = ports.coulomb_friction(self.friction.coulomb);
+        let (friction, dz) = self.friction.force_and_rate_at(v, z, coulomb, sigma_2);
         (ports.force(self.balance.net_force(p_a, ports.friction(friction))), dz)
     }
 
@@ -213,14 +216,15 @@ impl<S: Scalar> Lift<S> {
         let p_d = ports.return_pressure(self.p_tank);
         // The floor of Figure A.10.
         let a_comp = s.a_comp.max(S::constant(f64::EPSILON));
-        let q_a = self.orifice_a.flow(self.orifice_a.critical_squared(nu), self.opening(s.i, ports), s.p_a - s.p_b);
+        let drop = ports.inlet_pressure(s.p_a) - s.p_b;
+        let q_a = self.orifice_a.flow(self.orifice_a.critical_squared(nu), self.opening(s.i, ports), drop);
         let q_b = self.orifice_b.flow(self.orifice_b.critical_squared(nu), a_comp, s.p_b - p_d);
         let p_set = ports.preset_pressure(self.compensator.p_set);
         let into = ports.cylinder_flow(-q_a) - self.balance.area * s.v;
         (
             self.cylinder_stiffness(s.p_a, s.x, ports) * into,
             volume::pressure_rate(self.volume_stiffness, q_a, q_b),
-            self.compensator.rate(s.p_a - s.p_b, s.p_b - p_d, a_comp, p_set),
+            self.compensator.rate(ports.sensed_drop(drop), s.p_b - p_d, a_comp, p_set),
         )
     }
 }
@@ -248,6 +252,10 @@ pub trait Physics<S: Scalar>: Clone {
     /// Told by the fast path before each substep: the time in its middle [s].
     #[inline(always)]
     fn at_time(&mut self, _t: f64) {}
+    /// As [`Physics::rates`], but for the states that relax, which are left out.
+    fn explicit_rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]);
+    /// Advances the states that relax by `h` [s], exactly; see [`crate::effects::Effect::relax`].
+    fn relax<const L: usize>(&self, from: &Bus<S, L>, to: &Bus<S, L>, h: S, own: &mut [S]);
 }
 
 /// The thesis and nothing else: no state, no arithmetic of the catalogue.
@@ -267,6 +275,10 @@ impl<S: Scalar> Physics<S> for Thesis {
     }
     #[inline(always)]
     fn rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
+    #[inline(always)]
+    fn explicit_rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
+    #[inline(always)]
+    fn relax<const L: usize>(&self, _from: &Bus<S, L>, _to: &Bus<S, L>, _h: S, _own: &mut [S]) {}
 }
 
 /// The thesis with effects, and with unknown inputs at its ports.
@@ -312,10 +324,11 @@ impl<S: Scalar> Extended<S> {
 impl<S: Scalar> Physics<S> for Extended<S> {
     type Ports = Open<S>;
     const JOINED: bool = true;
+    // None of these is inlined: the whole catalogue would be compiled into every call, for every kind of vectors.
     fn states(&self) -> usize {
         self.terms.iter().map(|(_, n)| n).sum()
     }
-    #[inline(always)]
+    #[inline(never)]
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Open<S>; L], S) {
         let mut ports = MastPorts::quiet();
         let mut rest = own;
@@ -344,7 +357,7 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             }
         }
     }
-    #[inline(always)]
+    #[inline(never)]
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
         let (mut rest, mut out) = (own, rates);
         for (term, n) in &self.terms {
@@ -352,6 +365,27 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             let (mine_out, others_out) = out.split_at_mut(*n);
             term.rates(bus, mine, mine_out);
             (rest, out) = (others, others_out);
+        }
+    }
+    #[inline(never)]
+    fn explicit_rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
+        let (mut rest, mut out) = (own, rates);
+        for (term, n) in &self.terms {
+            let (mine, others) = rest.split_at(*n);
+            let (mine_out, others_out) = out.split_at_mut(*n);
+            if !term.relaxes() {
+                term.rates(bus, mine, mine_out);
+            }
+            (rest, out) = (others, others_out);
+        }
+    }
+    #[inline(never)]
+    fn relax<const L: usize>(&self, from: &Bus<S, L>, to: &Bus<S, L>, h: S, own: &mut [S]) {
+        let mut rest = own;
+        for (term, n) in &self.terms {
+            let (mine, others) = rest.split_at_mut(*n);
+            term.relax(from, to, h, mine);
+            rest = others;
         }
     }
 }
@@ -394,16 +428,17 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
     /// Accelerations [m/s²] from net forces [N]: each lift's own, or joined by an inertia between
     /// them (Gaussian elimination, which at zero joint inertia leaves every bit as it was).
     #[inline(always)]
-    pub fn accelerations(&self, force: [S; L], joint_inertia: S) -> [S; L] {
+    pub fn accelerations(&self, force: [S; L], ports: &[X::Ports; L], joint_inertia: S) -> [S; L] {
         let mut a = force;
+        let inertia = |k: usize| ports[k].inertia(self.lifts[k].balance.inertia);
         if X::JOINED && L == 2 {
-            let (first, second) = (self.lifts[0].balance.inertia, self.lifts[1].balance.inertia);
+            let (first, second) = (inertia(0), inertia(1));
             let ratio = joint_inertia / first;
             a[1] = (force[1] - ratio * force[0]) / (second - ratio * joint_inertia);
             a[0] = (force[0] - joint_inertia * a[1]) / first;
         } else {
             for k in 0..L {
-                a[k] = force[k] / self.lifts[k].balance.inertia;
+                a[k] = force[k] / inertia(k);
             }
         }
         a
@@ -420,7 +455,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
             let s = &lifts[k];
             self.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k])
         });
-        let acceleration = self.accelerations(std::array::from_fn(|k| mechanics[k].0), joint);
+        let acceleration = self.accelerations(std::array::from_fn(|k| mechanics[k].0), &ports, joint);
         for k in 0..L {
             let (lift, s) = (&self.lifts[k], &lifts[k]);
             let command = ports[k].current(self.command[k]);

@@ -1,5 +1,6 @@
 //! What a run shows and what a recording holds: the tables of both, and outputs from states.
 
+use crate::effects::Instance;
 use crate::mast::{LiftName, CYLINDER_PRESSURE, POSITION, STATES, VELOCITY};
 
 /// What an output reads off a lift.
@@ -44,14 +45,43 @@ outputs! {
     "fork_height_m", "m", &[(Main, Position, 2.0), (Free, Position, 2.0)], "forks over the ground, 2 x_ML + x_FL";
 }
 
-/// The outputs, in the order of [`OUTPUTS`], of a state vector that starts with the lifts `which`;
-/// what belongs to a lift that is not simulated is not a number.
-pub fn outputs(which: &[LiftName], x: &[f64]) -> Vec<f64> {
-    let read = |&(lift, quantity, factor): &(LiftName, Quantity, f64)| {
-        let place = which.iter().position(|&w| w == lift);
-        place.map_or(f64::NAN, |k| factor * x[k * STATES + LIFT_QUANTITIES[quantity as usize]])
-    };
-    OUTPUTS.iter().map(|output| output.of.iter().map(read).sum()).collect()
+/// Where the outputs stand in the state vector of some lifts and effects.
+#[derive(Debug, Clone)]
+pub struct Readings {
+    /// For each of [`OUTPUTS`] the states it sums and their factors; no state where a lift is not simulated.
+    terms: Vec<Vec<(Option<usize>, f64)>>,
+}
+
+impl Readings {
+    /// `effects`: those of the truck; what sits on a lift that is not simulated counts for nothing.
+    pub fn new(which: &[LiftName], effects: impl Iterator<Item = Instance>) -> Readings {
+        let read = |&(lift, quantity, factor): &(LiftName, Quantity, f64)| {
+            let place = which.iter().position(|&w| w == lift);
+            (place.map(|k| k * STATES + LIFT_QUANTITIES[quantity as usize]), factor)
+        };
+        let mut terms: Vec<Vec<_>> = OUTPUTS.iter().map(|output| output.of.iter().map(read).collect()).collect();
+        let mut own = which.len() * STATES;
+        for effect in effects.filter(|effect| effect.lift.is_none_or(|lift| which.contains(&lift))) {
+            let spec = effect.kind.spec();
+            for &(state, output, factor) in spec.shows {
+                let k = OUTPUTS.iter().position(|o| o.name == output).expect("effects show in outputs of the table");
+                terms[k].push((Some(own + state), factor));
+            }
+            own += spec.states.len();
+        }
+        Readings { terms }
+    }
+
+    /// The outputs, in the order of [`OUTPUTS`]; what belongs to a lift that is not simulated is not a number.
+    pub fn read(&self, x: &[f64]) -> Vec<f64> {
+        let value = |&(place, factor): &(Option<usize>, f64)| place.map_or(f64::NAN, |k| factor * x[k]);
+        self.terms.iter().map(|terms| terms.iter().map(value).sum()).collect()
+    }
+
+    /// The states that output `k` sums, as far as they are simulated, and their factors.
+    pub fn of(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.terms[k].iter().filter_map(|&(place, factor)| place.map(|place| (place, factor)))
+    }
 }
 
 /// A column of a recording, with the range its values lie in and the range its largest value

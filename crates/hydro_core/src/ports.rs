@@ -91,7 +91,11 @@ ports! {
     bulk_modulus: Factor, "1", "Bulk modulus of the cylinder's oil, (3.2).";
     cylinder_flow: Sum, "m3/s", "Flow into the cylinder, (3.20).";
     return_pressure: Sum, "Pa", "Pressure behind the compensator, p_D in (3.18).";
+    inlet_pressure: Sum, "Pa", "Pressure before the proportional valve, p_A in (3.14) and in the drop of (3.15).";
+    sensed_drop: Factor, "1", "Drop across the proportional valve as the compensator senses it, p_xy in (3.15).";
     viscous_friction: Factor, "1", "Viscous friction coefficient, (3.5).";
+    coulomb_friction: Factor, "1", "Coulomb and breakaway friction, g_s in (3.4).";
     friction: Factor, "1", "Whole friction force, (3.5).";
+    inertia: Sum, "kg", "Inertia at the cylinder, (3.27) and (3.33).";
     force: Sum, "N", "Upward force on the cylinder, (3.27) and (3.33).";
 }

@@ -7,8 +7,9 @@ use std::collections::BTreeSet;
 
 use common::{thesis_values, truck_with};
 use hydro_core::dual::Dual;
+use hydro_core::effects::Instance;
 use hydro_core::mast::{Extended, LiftName, Mast, Physics, Thesis, CYLINDER_PRESSURE, POSITION, STATES, VELOCITY};
-use hydro_core::outputs::{LIFT_QUANTITIES, OUTPUTS};
+use hydro_core::outputs::{Readings, OUTPUTS};
 use hydro_core::run::sensitivity::{differentiate, Case, Direction};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::scalar::Scalar;
@@ -82,14 +83,30 @@ fn from_stop_to_stop() -> Scene {
 
 /// Every effect of the catalogue at once; the joint inertia makes both lifts run together.
 fn with_effects() -> Scene {
-    let truck = truck_with(&[
-        ("mast_coupling.factor", 0.5),
-        ("free.friction_temperature.rate", 0.01),
-        ("main.friction_temperature.rate", -0.01),
-        ("free.leakage.coefficient", 1e-12),
-        ("main.leakage.coefficient", 2e-12),
-    ]);
-    Scene { name: "with effects", truck, ..regulating() }
+    let mut changes = Vec::new();
+    for instance in Instance::all() {
+        let spec = instance.kind.spec();
+        for (k, p) in spec.parameters.iter().enumerate() {
+            let soft = spec.quiet + 0.2 * (spec.plausible[0][1] - spec.quiet);
+            let value = if k == 0 { soft } else { common::space::plausible(&instance, k) };
+            changes.push((format!("{}.{}", instance.name(), p.name), value));
+        }
+        // A bump and a cushion that the lift comes by.
+        if let Some(lift) = instance.lift {
+            match spec.id {
+                "friction_position" => {
+                    changes.push((format!("{}.centre", instance.name()), lift.start_position() - 0.1))
+                }
+                "end_cushion" => {
+                    changes.push((format!("{}.length", instance.name()), 0.4));
+                    changes.push((format!("{}.cylinder.stroke_lower", lift.as_str()), lift.start_position() - 0.3));
+                }
+                _ => {}
+            }
+        }
+    }
+    let changes: Vec<(&str, f64)> = changes.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    Scene { name: "with effects", truck: truck_with(&changes), ..regulating() }
 }
 
 /// All states at each tick over any scalar: `number` makes one of a value that may be a variable.
@@ -323,15 +340,11 @@ fn with_case<T>(scene: &Scene, use_it: impl FnOnce(&Case) -> T) -> T {
 }
 
 /// Outputs at each tick from states; `dim` states a row, of which the lift named first comes first.
-fn outputs_of(states: &[f64], dim: usize, which: &[LiftName]) -> Vec<f64> {
-    let read = |row: &[f64], j: usize| -> f64 {
-        let terms = OUTPUTS[j].of.iter().filter_map(|&(lift, quantity, factor)| {
-            let place = which.iter().position(|&w| w == lift)?;
-            Some(factor * row[place * STATES + LIFT_QUANTITIES[quantity as usize]])
-        });
-        terms.sum()
-    };
-    states.chunks_exact(dim).flat_map(|row| (0..OUTPUTS.len()).map(move |j| read(row, j))).collect()
+fn outputs_of(truck: &Truck, states: &[f64], dim: usize, which: &[LiftName]) -> Vec<f64> {
+    let readings = Readings::new(which, truck.effects());
+    let read = |row: &[f64], j: usize| -> f64 { readings.of(j).map(|(place, factor)| factor * row[place]).sum() };
+    let rows = states.chunks_exact(dim);
+    rows.flat_map(|row| (0..OUTPUTS.len()).map(|j| read(row, j)).collect::<Vec<_>>()).collect()
 }
 
 #[test]
@@ -344,7 +357,7 @@ fn outputs_and_their_derivatives_are_those_of_the_states_to_the_bit() {
         };
         let parts = groups.iter().map(|which| {
             let states = states(which);
-            outputs_of(&states, states.len() / scene.command.len(), which)
+            outputs_of(&scene.truck, &states, states.len() / scene.command.len(), which)
         });
         parts.reduce(|a, b| a.iter().zip(&b).map(|(a, b)| a + b).collect()).unwrap()
     }
@@ -378,7 +391,7 @@ fn the_outputs_beside_the_derivatives_are_those_of_the_plain_run_to_the_bit() {
             let solver = Solver::Fixed { substeps: SUBSTEPS };
             let run =
                 simulate(&scene.truck, Lifts::One(lift), &case.inputs, case.wanted, solver, None, &|| false).unwrap();
-            let outputs = outputs_of(&run.states, STATES, &[lift]);
+            let outputs = outputs_of(&scene.truck, &run.states, STATES, &[lift]);
             for j in columns {
                 let bits = |all: &[f64]| -> Vec<u64> { along_time(all, OUTPUTS.len(), j).map(f64::to_bits).collect() };
                 assert!(bits(&outputs) == bits(&beside), "{} of {}", OUTPUTS[j].name, lift.as_str());

@@ -4,6 +4,7 @@ mod common;
 
 use common::space::{cases, inside, trucks, values_near_the_thesis};
 use common::{column, state, thesis_values, truck_with, Lowering, TICK};
+use hydro_core::effects::Instance;
 use hydro_core::error::Error;
 use hydro_core::mast::{LiftName, STATES};
 use hydro_core::parameters::Scale;
@@ -74,6 +75,24 @@ fn with_effects_too_a_long_lowering_ends_in_the_steady_state() {
         let (v, p) = simulated(&tall(&effects[..2]), LiftName::Free, 0.0, 0.7, 800.0, 50.0);
         assert!((steady[0] / v - 1.0).abs() < 2e-4 && (steady[1] / p - 1.0).abs() < 1e-4, "{steady:?} not {v} {p}");
         assert!(steady[0] < without[0] - 1e-3 && steady[1] > without[1]);
+    }
+}
+
+#[test]
+fn under_every_effect_of_the_catalogue_there_is_a_steady_lowering() {
+    for instance in Instance::all() {
+        let parameters = instance.kind.spec().parameters.iter().enumerate();
+        let changes: Vec<(String, f64)> = parameters
+            .map(|(k, p)| (format!("{}.{}", instance.name(), p.name), common::space::plausible(&instance, k)))
+            .collect();
+        let truck = truck_with(&changes.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>());
+        for lift in LIFTS {
+            for (current, load, celsius) in [(0.7, 800.0, 50.0), (1.3, 0.0, 10.0)] {
+                let by_load = settle(&truck, lift, &[loaded(current, 1.0, load, celsius)], &[]);
+                let by_load = by_load.unwrap_or_else(|error| panic!("{}: {error}", instance.name())).remove(0).values;
+                assert!(by_load[0] < -1e-3 && by_load[1] > 1e5, "{}: {by_load:?}", instance.name());
+            }
+        }
     }
 }
 

@@ -109,8 +109,11 @@ fn effect_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         row.set_item("equation", spec.equation)?;
         row.set_item("source", spec.source)?;
         let parameters = PyList::empty(py);
-        for p in spec.parameters {
-            parameters.append(parameter(py, p, "scalar")?)?;
+        for (p, [least, most]) in spec.parameters.iter().zip(spec.plausible) {
+            let parameter = parameter(py, p, "scalar")?;
+            parameter.set_item("plausible_lower", least)?;
+            parameter.set_item("plausible_upper", most)?;
+            parameters.append(parameter)?;
         }
         row.set_item("parameters", parameters)?;
         row.set_item("quiet", spec.quiet)?;
@@ -119,6 +122,11 @@ fn effect_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
             states.append(state(py, s)?)?;
         }
         row.set_item("states", states)?;
+        let shows = PyList::empty(py);
+        for (k, output, factor) in spec.shows {
+            shows.append((spec.states[*k].name, output, factor))?;
+        }
+        row.set_item("shows", shows)?;
         rows.append(row)?;
     }
     Ok(rows)

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hydro_core::error::Error;
 use hydro_core::mast::LiftName;
-use hydro_core::outputs::{outputs, OUTPUTS};
+use hydro_core::outputs::{Readings, OUTPUTS};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::truck::{Truck, Value};
 use numpy::{
@@ -125,7 +125,8 @@ impl PyTruck {
         });
         let run = result.map_err(|e| raise(py, &e))?;
         let n = run.state_names.len();
-        let rows: Vec<f64> = run.states.chunks_exact(n).flat_map(|x| outputs(&which, x)).collect();
+        let readings = Readings::new(&which, self.0.effects());
+        let rows: Vec<f64> = run.states.chunks_exact(n).flat_map(|x| readings.read(x)).collect();
         let statistics = PyDict::new(py);
         for (name, count) in run.statistics.rows() {
             statistics.set_item(name, count)?;

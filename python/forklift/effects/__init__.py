@@ -6,14 +6,54 @@ for its parameters.
 
 from __future__ import annotations
 
-from forklift.effects import friction_temperature, leakage, mast_coupling
-from forklift.effects.effect import Effect
+from forklift.effects import (
+    bulk_modulus_temperature,
+    chain_elasticity,
+    chassis_compliance,
+    compensator_dynamics,
+    end_cushion,
+    entrained_air,
+    friction_dwell,
+    friction_position,
+    friction_pressure,
+    friction_temperature,
+    hose_inertance,
+    hose_resistance,
+    leakage,
+    mast_coupling,
+    oil_temperature_at_valve,
+    return_back_pressure,
+    valve_current_limit,
+    valve_delay,
+    valve_flow_force,
+    valve_lag,
+    viscosity_law,
+)
+from forklift.effects.effect import Effect, Equation
 
 EFFECTS: tuple[Effect, ...] = (
     mast_coupling.EFFECT,
     friction_temperature.EFFECT,
     leakage.EFFECT,
+    friction_position.EFFECT,
+    friction_pressure.EFFECT,
+    friction_dwell.EFFECT,
+    bulk_modulus_temperature.EFFECT,
+    entrained_air.EFFECT,
+    chain_elasticity.EFFECT,
+    end_cushion.EFFECT,
+    chassis_compliance.EFFECT,
+    hose_resistance.EFFECT,
+    hose_inertance.EFFECT,
+    return_back_pressure.EFFECT,
+    viscosity_law.EFFECT,
+    oil_temperature_at_valve.EFFECT,
+    valve_delay.EFFECT,
+    valve_lag.EFFECT,
+    valve_current_limit.EFFECT,
+    valve_flow_force.EFFECT,
+    compensator_dynamics.EFFECT,
 )
 """In the order of the core's effect table."""
 
-__all__ = ["EFFECTS", "Effect"]
+__all__ = ["EFFECTS", "Effect", "Equation"]

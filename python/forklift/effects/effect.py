@@ -3,6 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Equation = Literal[
+    "force-balance",
+    "friction",
+    "cylinder-pressure",
+    "bulk-modulus",
+    "valve-dynamics",
+    "valve-flow",
+    "compensator",
+    "control-volume",
+    "viscosity",
+    "tank",
+    "mast-coupling",
+    "chassis",
+    "sensor",
+    "operating-point",
+]
+"""Where in the model something may be wrong, by the names that a diagnosis uses."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +35,7 @@ class Effect:
     name
         What is the matter, in a few words.
     equation
-        The equation of the model that it changes, by a diagnosis's word.
+        Where it enters the model.
     signature
         How it shows itself: in which signal, when, and as a function of what.
     confused_with
@@ -27,7 +46,7 @@ class Effect:
 
     id: str
     name: str
-    equation: str
+    equation: Equation
     signature: str
     confused_with: tuple[str, ...]
     sentence: str

@@ -25,16 +25,19 @@ impl<S: Scalar> Effect<S> for FrictionTemperature<S> {
             name: "rate",
             symbol: "k",
             unit: "1/K",
-            lower: -0.1,
-            upper: 0.15,
+            lower: -0.03,
+            upper: 0.04,
             scale: Scale::Linear,
             origin: Origin::Chosen,
             equation: "(3.5)",
             meaning: "relative fall of the viscous friction per kelvin",
-            bounds_reason: "greases and oils thin by at most 0.1/K when cold; the sign is left open",
+            bounds_reason: "greases and oils thin by some percent a kelvin; beyond, friction at a truck's temperatures \
+                            is stiffer than fixed steps follow; the sign is left open",
         }],
         quiet: 0.0,
+        plausible: &[[-0.01, 0.03]],
         states: &[],
+        shows: &[],
     };
 
     fn new(values: &[S], _lifts: &[Lift<S>], place: usize) -> Self {

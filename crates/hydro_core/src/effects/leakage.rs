@@ -23,15 +23,17 @@ impl<S: Scalar> Effect<S> for Leakage<S> {
             symbol: "k",
             unit: "m3/(s Pa)",
             lower: 0.0,
-            upper: 1e-9,
+            upper: 1e-10,
             scale: Scale::Linear,
             origin: Origin::Chosen,
             equation: "(3.20)",
             meaning: "leakage flow per pressure over the tank's",
-            bounds_reason: "at 1e-9 a loaded lift would sink several metres a second",
+            bounds_reason: "at 1e-10 a loaded lift would sink half a metre a second",
         }],
         quiet: 0.0,
+        plausible: &[[1e-13, 1e-11]],
         states: &[],
+        shows: &[],
     };
 
     fn new(values: &[S], _lifts: &[Lift<S>], place: usize) -> Self {

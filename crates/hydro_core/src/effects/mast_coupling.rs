@@ -39,7 +39,9 @@ impl<S: Scalar> Effect<S> for MastCoupling<S> {
             bounds_reason: "zero is the thesis, one a rigid mast; above it the mass matrix may lose its sign",
         }],
         quiet: 0.0,
+        plausible: &[[0.2, 1.0]],
         states: &[],
+        shows: &[],
     };
 
     fn new(values: &[S], lifts: &[Lift<S>], _place: usize) -> Self {

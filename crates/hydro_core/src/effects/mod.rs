@@ -39,7 +39,11 @@ pub struct EffectSpec {
     pub parameters: &'static [ParameterSpec],
     /// The amplitude at which the effect is absent.
     pub quiet: f64,
+    /// Where each parameter may lie on a truck that has the effect: a search starts between.
+    pub plausible: &'static [[f64; 2]],
     pub states: &'static [StateSpec],
+    /// What its states add to outputs: which state, to which output, times which factor.
+    pub shows: &'static [(usize, &'static str, f64)],
 }
 
 /// What effects write: the ports of every simulated lift, and what lies between the lifts.
@@ -67,6 +71,31 @@ pub trait Effect<S: Scalar>: Sized {
     fn act<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], ports: &mut MastPorts<S, L>);
     /// Time derivatives of the effect's own states.
     fn rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
+    /// Whether the fast path advances the own states by [`Effect::relax`], instead of by their rates.
+    const RELAXES: bool = false;
+    /// Advances the own states by `h` [s], while the bus goes from `from` to `to` as far as it is known: in
+    /// closed form, so that no time constant is too short.
+    fn relax<const L: usize>(&self, _from: &Bus<S, L>, _to: &Bus<S, L>, _h: S, _own: &mut [S]) {}
+}
+
+/// y after `h` [s] of dy/dt = rate·(target − y), rate ≥ 0.
+#[inline(always)]
+fn relaxed<S: Scalar>(y: S, target: S, rate: S, h: S) -> S {
+    target + (y - target) * (-(rate * h)).exp()
+}
+
+/// y after `h` [s] of dy/dt = source − rate·y; the rate, not negative, may be zero.
+#[inline(always)]
+fn decayed<S: Scalar>(y: S, source: S, rate: S, h: S) -> S {
+    let s = rate * h;
+    let decay = (-s).exp();
+    // (1 − e^(−s))/s, as a series where the difference would cancel; what it leaves out is below 2e-13.
+    const SMALL: f64 = 1e-2;
+    let share = |n: f64| s * S::constant(1.0 / n);
+    let one = S::one();
+    let series = one - share(2.0) * (one - share(3.0) * (one - share(4.0) * (one - share(5.0))));
+    let mean = S::select(s.lt(S::constant(SMALL)), series, (one - decay) / s.max(S::constant(SMALL)));
+    y * decay + source * h * mean
 }
 
 /// An effect that a truck asks for: which, and on which lift.
@@ -140,6 +169,20 @@ macro_rules! catalogue {
                     $(Term::$effect(effect) => effect.rates(bus, own, rates),)*
                 }
             }
+
+            #[inline(always)]
+            pub fn relaxes(&self) -> bool {
+                match self {
+                    $(Term::$effect(_) => <$module::$effect<S> as Effect<S>>::RELAXES,)*
+                }
+            }
+
+            #[inline(always)]
+            pub fn relax<const L: usize>(&self, from: &Bus<S, L>, to: &Bus<S, L>, h: S, own: &mut [S]) {
+                match self {
+                    $(Term::$effect(effect) => effect.relax(from, to, h, own),)*
+                }
+            }
         }
     };
 }
@@ -148,6 +191,24 @@ catalogue! {
     mast_coupling::MastCoupling,
     friction_temperature::FrictionTemperature,
     leakage::Leakage,
+    friction_position::FrictionPosition,
+    friction_pressure::FrictionPressure,
+    friction_dwell::FrictionDwell,
+    bulk_modulus_temperature::BulkModulusTemperature,
+    entrained_air::EntrainedAir,
+    chain_elasticity::ChainElasticity,
+    end_cushion::EndCushion,
+    chassis_compliance::ChassisCompliance,
+    hose_resistance::HoseResistance,
+    hose_inertance::HoseInertance,
+    return_back_pressure::ReturnBackPressure,
+    viscosity_law::ViscosityLaw,
+    oil_temperature_at_valve::OilTemperatureAtValve,
+    valve_delay::ValveDelay,
+    valve_lag::ValveLag,
+    valve_current_limit::ValveCurrentLimit,
+    valve_flow_force::ValveFlowForce,
+    compensator_dynamics::CompensatorDynamics,
 }
 
 /// What an effect sees of two lifts at rest without pressure, at 0 °C.

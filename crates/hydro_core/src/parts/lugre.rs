@@ -9,7 +9,8 @@ use crate::scalar::Scalar;
 /// Not passive where σ1·(K_brk − 1) exceeds σ2 by far: see Barabanov & Ortega (2000).
 #[derive(Debug, Clone, Copy)]
 pub struct LuGre<S> {
-    coulomb: S,
+    /// F_pr + m·f_cfr [N].
+    pub coulomb: S,
     breakaway_less_one: S,
     minus_c_v: S,
     sigma_0: S,
@@ -33,7 +34,13 @@ impl<S: Scalar> LuGre<S> {
     /// g_s(v) [N].
     #[inline(always)]
     pub fn steady(&self, speed: S) -> S {
-        self.coulomb * (S::one() + self.breakaway_less_one * (self.minus_c_v * speed).exp())
+        self.steady_at(self.coulomb, speed)
+    }
+
+    /// g_s(v) [N] where the Coulomb friction is `coulomb`.
+    #[inline(always)]
+    fn steady_at(&self, coulomb: S, speed: S) -> S {
+        coulomb * (S::one() + self.breakaway_less_one * (self.minus_c_v * speed).exp())
     }
 
     /// The bristle [m] at which dz/dt is zero while sliding at `v`.
@@ -47,8 +54,14 @@ impl<S: Scalar> LuGre<S> {
     /// viscous coefficient that acts.
     #[inline(always)]
     pub fn force_and_rate(&self, v: S, z: S, sigma_2: S) -> (S, S) {
+        self.force_and_rate_at(v, z, self.coulomb, sigma_2)
+    }
+
+    /// The same where the Coulomb friction is `coulomb` > 0 [N].
+    #[inline(always)]
+    pub fn force_and_rate_at(&self, v: S, z: S, coulomb: S, sigma_2: S) -> (S, S) {
         let speed = v.abs();
-        let dz = v - self.sigma_0 * z * speed / self.steady(speed);
+        let dz = v - self.sigma_0 * z * speed / self.steady_at(coulomb, speed);
         (self.sigma_0 * z + self.sigma_1 * dz + sigma_2 * v, dz)
     }
 }

@@ -7,7 +7,7 @@ mod ticks;
 
 use crate::effects::StateSpec;
 use crate::error::Error;
-use crate::mast::{Extended, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Thesis, LIFT_STATES, STATES};
 use crate::scalar::Scalar;
 use crate::solver::statistics::Statistics;
 use crate::solver::vectors::widest;
@@ -94,29 +94,59 @@ fn with_lifts<const L: usize>(
     interrupt: Interrupt,
 ) -> Result<Run, Error> {
     let (lifts, effects) = truck.build(which, inputs.load_kg, |_, v| v)?;
-    let (dual_lifts, dual_effects) =
-        truck.build(which, Columns::constant(inputs.load_kg), |_, v| Columns::constant(v))?;
-    let zero = Columns::zero();
-    macro_rules! run {
-        ($plain:expr, $dual:expr) => {{
-            let (plain, dual) = ($plain, $dual);
-            let plain = Mast { lifts, physics: plain, command: [0.0; L], oil_temperature_degc: 20.0 };
-            let dual = Mast { lifts: dual_lifts, physics: dual, command: [zero; L], oil_temperature_degc: zero };
-            let names = state_names(
-                &which,
-                &effects.iter().map(|(i, ..)| (i.name(), i.kind.spec().states)).collect::<Vec<_>>(),
-            );
-            let start = start_state(&plain, &which, &names, start)?;
-            match solver {
-                Solver::Adaptive { tolerance } => {
-                    let scale = scales::<L>(effects.iter().flat_map(|(i, ..)| i.kind.spec().states));
-                    let mut mast = Differentiable::new(plain, dual, scale, names);
-                    adaptive::run(&mut mast, &which, inputs, wanted, tolerance, &start, interrupt)
+    macro_rules! mast {
+        ($lifts:expr, $physics:expr) => {
+            Mast {
+                lifts: $lifts,
+                physics: $physics,
+                command: [Scalar::zero(); L],
+                oil_temperature_degc: Scalar::zero(),
+            }
+        };
+    }
+    let own: Vec<_> = effects.iter().map(|(i, ..)| (i.name(), i.kind.spec().states)).collect();
+    let names = state_names(&which, &own);
+    let start = start_state(&lifts, &which, &names, start)?;
+    match solver {
+        Solver::Adaptive { tolerance } => {
+            let (dual_lifts, dual_effects) =
+                truck.build(which, Columns::constant(inputs.load_kg), |_, v| Columns::constant(v))?;
+            // The states of an effect at its quiet value would have a say in the steps.
+            let loud: Vec<bool> = effects.iter().map(|(i, _, values)| values[0] != i.kind.spec().quiet).collect();
+            let kept = kept_states::<L>(&loud, &own);
+            let scale = scales::<L>(effects.iter().flat_map(|(i, ..)| i.kind.spec().states));
+            let of = |all: &[f64]| kept.iter().map(|&k| all[k]).collect::<Vec<_>>();
+            let (scale, from) = (of(&scale), of(&start));
+            let names_kept = kept.iter().map(|&k| names[k].clone()).collect();
+            macro_rules! run {
+                ($plain:expr, $dual:expr) => {{
+                    let (plain, dual) = ($plain, $dual);
+                    let (plain, dual) = (mast!(lifts, plain), mast!(dual_lifts, dual));
+                    let mut mast = Differentiable::new(plain, dual, scale, names_kept);
+                    adaptive::run(&mut mast, &which, inputs, wanted, tolerance, &from, interrupt)?
+                }};
+            }
+            let run = if loud.contains(&true) {
+                let (effects, dual_effects) = (only(effects, &loud), only(dual_effects, &loud));
+                run!(Extended::new(&effects, &lifts), Extended::new(&dual_effects, &dual_lifts))
+            } else {
+                run!(Thesis, Thesis)
+            };
+            let mut states = start.repeat(wanted.len());
+            for (row, moved) in states.chunks_exact_mut(start.len()).zip(run.states.chunks_exact(from.len())) {
+                for (&k, &x) in kept.iter().zip(moved) {
+                    row[k] = x;
                 }
-                Solver::Fixed { substeps } => {
-                    let mut states = Vec::with_capacity(wanted.len() * start.len());
+            }
+            Ok(Run { state_names: names, states, ..run })
+        }
+        Solver::Fixed { substeps } => {
+            let mut states = Vec::with_capacity(wanted.len() * start.len());
+            macro_rules! run {
+                ($physics:expr) => {{
+                    let physics = $physics;
                     let ticks = Ticks {
-                        mast: plain,
+                        mast: mast!(lifts, physics),
                         which: &which,
                         inputs,
                         warmer: 0.0,
@@ -126,17 +156,25 @@ fn with_lifts<const L: usize>(
                         record: |_, x: &[f64]| states.extend_from_slice(x),
                         interrupt,
                     };
-                    let statistics = widest(ticks).map_err(|stopped| stopped.error(&names))?;
-                    Ok(Run { state_names: names, states, statistics })
-                }
+                    widest(ticks).map_err(|stopped| stopped.error(&names))?
+                }};
             }
-        }};
+            let statistics = if effects.is_empty() { run!(Thesis) } else { run!(Extended::new(&effects, &lifts)) };
+            Ok(Run { state_names: names, states, statistics })
+        }
     }
-    if effects.is_empty() {
-        run!(Thesis, Thesis)
-    } else {
-        run!(Extended::new(&effects, &lifts), Extended::new(&dual_effects, &dual_lifts))
-    }
+}
+
+/// Those of `all` that are `wanted`.
+fn only<T>(all: Vec<T>, wanted: &[bool]) -> Vec<T> {
+    all.into_iter().zip(wanted).filter_map(|(one, &wanted)| wanted.then_some(one)).collect()
+}
+
+/// Places of the lifts' states and of those of loud effects.
+fn kept_states<const L: usize>(loud: &[bool], own: &[(String, &[StateSpec])]) -> Vec<usize> {
+    let own = own.iter().zip(loud).flat_map(|((_, states), &loud)| states.iter().map(move |_| loud));
+    let all = std::iter::repeat_n(true, L * STATES).chain(own);
+    all.enumerate().filter_map(|(k, kept)| kept.then_some(k)).collect()
 }
 
 fn check(inputs: &Inputs, wanted: &[f64], solver: Solver) -> Result<(), Error> {
@@ -218,18 +256,18 @@ fn scales<const L: usize>(own: impl Iterator<Item = &'static StateSpec>) -> Vec<
     (0..L).flat_map(|_| LIFT_STATES.iter()).chain(own).map(|s| s.scale).collect()
 }
 
-fn start_state<X: Physics<f64>, const L: usize>(
-    mast: &Mast<f64, X, L>,
+fn start_state<const L: usize>(
+    lifts: &[Lift<f64>; L],
     which: &[LiftName; L],
     names: &[String],
     start: Option<&[f64]>,
 ) -> Result<Vec<f64>, Error> {
     if let Some(start) = start {
-        if start.len() != mast.dim() {
+        if start.len() != names.len() {
             return Err(Error::Shape {
                 name: "start".into(),
                 got: start.len().to_string(),
-                expected: format!("{}, one per state", mast.dim()),
+                expected: format!("{}, one per state", names.len()),
             });
         }
         return match start.iter().position(|x| !x.is_finite()) {
@@ -241,11 +279,11 @@ fn start_state<X: Physics<f64>, const L: usize>(
             }),
         };
     }
-    let mut x = vec![0.0; mast.dim()];
+    let mut x = vec![0.0; names.len()];
     for (k, &lift) in which.iter().enumerate() {
-        let stop = mast.lifts[k].stop;
+        let stop = lifts[k].stop;
         let position = lift.start_position().clamp_to(stop.lower, stop.upper);
-        mast.lifts[k].at_rest(position).write(&mut x[k * STATES..(k + 1) * STATES]);
+        lifts[k].at_rest(position).write(&mut x[k * STATES..(k + 1) * STATES]);
     }
     Ok(x)
 }

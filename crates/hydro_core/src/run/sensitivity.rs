@@ -13,7 +13,7 @@ use crate::dual::Dual;
 use crate::effects::Scope;
 use crate::error::Error;
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
-use crate::outputs::{LIFT_QUANTITIES, OUTPUTS};
+use crate::outputs::{Readings, OUTPUTS};
 use crate::scalar::Scalar;
 use crate::solver::vectors::widest;
 use crate::truck::{Owner, Truck};
@@ -207,12 +207,12 @@ impl Task<'_> {
         }
         let columns = self.directions.len();
         let Sensitivity { outputs, derivatives } = sum;
+        let readings = Readings::new(&which, self.truck.effects());
         let record = |row: usize, x: &[Dual<f64, P>]| {
-            for (j, output) in OUTPUTS.iter().enumerate() {
+            for j in 0..OUTPUTS.len() {
                 let at = row * OUTPUTS.len() + j;
-                for &(lift, quantity, factor) in output.of {
-                    let Some(k) = which.iter().position(|&w| w == lift) else { continue };
-                    let value = x[k * STATES + LIFT_QUANTITIES[quantity as usize]];
+                for (place, factor) in readings.of(j) {
+                    let value = x[place];
                     if values {
                         outputs[at] += factor * value.re;
                     }

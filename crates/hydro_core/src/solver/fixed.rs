@@ -183,6 +183,8 @@ struct DropEquation<S> {
     opening: S,
     /// p_A = p_a_free − kappa·q_A.
     p_a_free: S,
+    /// p_a_free with what lies between cylinder and valve: D = p_in_free − kappa·q_A − p_B.
+    p_in_free: S,
     kappa: S,
     /// p_B = p_b_past + gamma·(q_A − q_B).
     p_b_past: S,
@@ -191,6 +193,7 @@ struct DropEquation<S> {
     /// The compensator's opening A = a_past + r·(A_s − A), which is (numerator − regulation·D)/
     /// (1 + r + feedback·(p_B − p_D)), between the openings that it reaches if A_s stays at either end.
     numerator: S,
+    /// With the share of D that the compensator senses at once.
     regulation: S,
     one_plus_r: S,
     feedback: S,
@@ -281,6 +284,7 @@ impl<S: Scalar> DropEquation<S> {
             c2_b: self.c2_b.real(),
             opening: self.opening.real(),
             p_a_free: self.p_a_free.real(),
+            p_in_free: self.p_in_free.real(),
             kappa: self.kappa.real(),
             p_b_past: self.p_b_past.real(),
             gamma: self.gamma.real(),
@@ -297,7 +301,7 @@ impl<S: Scalar> DropEquation<S> {
     #[inline(always)]
     fn at(&self, drop: S) -> At<S> {
         let a = self.orifice_a.flow_and_slopes(self.c2_a, self.opening, drop);
-        let p_b = self.p_a_free - self.kappa * a.q - drop;
+        let p_b = self.p_in_free - self.kappa * a.q - drop;
         let p_b_slope = -(self.kappa * a.by_pressure + S::one());
         let p_cd = p_b - self.p_d;
         // The denominator is positive for every drop a truck can have.
@@ -357,7 +361,7 @@ impl<S: Scalar> DropEquation<S> {
         let residual = (p_cd + self.p_d - self.p_b_past) - self.gamma * (a.q - b.q);
         let gain = one + self.kappa * a.by_pressure;
         // By how much the p_B that p_A leaves differs from the one that was assumed.
-        let gap = (self.p_a_free - self.kappa * a.q) - (drop + (p_cd + self.p_d));
+        let gap = (self.p_in_free - self.kappa * a.q) - (drop + (p_cd + self.p_d));
         let slope = b_by_p_cd * gain + self.gamma * (a.by_pressure - area_slope * by_drop);
         let step = (b_by_p_cd * gap + residual) / slope;
         let p_cd_step = gap - gain * step;
@@ -383,8 +387,8 @@ impl<S: Scalar> DropEquation<S> {
     #[inline(always)]
     fn searched(&self, guess: S, tolerance: f64) -> (Solved<S>, usize) {
         let (zero, half) = (S::zero(), S::constant(0.5));
-        let mut lower = (self.p_a_free - self.p_b_past.max(self.p_d)).min(zero);
-        let mut upper = (self.p_a_free - self.p_b_past.min(self.p_d)).max(zero);
+        let mut lower = (self.p_in_free - self.p_b_past.max(self.p_d)).min(zero);
+        let mut upper = (self.p_in_free - self.p_b_past.min(self.p_d)).max(zero);
         let mut found = Solved { drop: guess.clamp_to(lower, upper), q_a: zero, a_comp: zero };
         let mut last = upper - lower;
         let (wide, mut open) = (lower.lt(upper), zero.lt(S::one()));
@@ -532,8 +536,10 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             history.z_rate = [rates.z; 4];
             history.p_a_rate = [rates.p_a; 3];
         }
-        for (past, rate) in self.own_rates.iter_mut().zip(&dx[L * STATES..]) {
-            *past = [*rate; 4];
+        let mut own = vec![S::zero(); self.own.len()];
+        self.mast.physics.explicit_rates(&self.mast.bus(self.lifts), &self.own, &mut own);
+        for (past, rate) in self.own_rates.iter_mut().zip(own) {
+            *past = [rate; 4];
         }
     }
 
@@ -553,7 +559,13 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         for (own, past) in self.own.iter_mut().zip(&self.own_rates) {
             *own = *own + h * weigh(past, weights.predict);
         }
-        let (ports, _) = self.mast.physics.ports(&self.mast.bus(moved), &self.own);
+        // What effects see of the substep's end; the valve itself has yet to move.
+        let mut ahead = self.mast.bus(moved);
+        for s in &mut ahead.lifts {
+            s.i = s.i + h * s.i_rate;
+        }
+        self.mast.physics.relax(&self.mast.bus(self.lifts), &ahead, h, &mut self.own);
+        let (ports, _) = self.mast.physics.ports(&ahead, &self.own);
         let mut oil = [Oil { stiffness: S::zero(), q_a: S::zero() }; L];
         for k in 0..L {
             oil[k] = self.advance_oil(k, &mut moved[k], &ports[k], weights);
@@ -567,7 +579,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             let s = &moved[k];
             (force[k], z_rate[k]) = self.mast.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k]);
         }
-        let acceleration = self.mast.accelerations(force, joint);
+        let acceleration = self.mast.accelerations(force, &ports, joint);
         for k in 0..L {
             let (stop, old, past) = (self.mast.lifts[k].stop, &self.lifts[k], &mut self.history[k]);
             let s = &mut moved[k];
@@ -590,7 +602,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         self.lifts = moved;
         if !self.own.is_empty() {
             let mut rates = vec![S::zero(); self.own.len()];
-            self.mast.physics.rates(&bus, &self.own, &mut rates);
+            self.mast.physics.explicit_rates(&bus, &self.own, &mut rates);
             for (past, rate) in self.own_rates.iter_mut().zip(rates) {
                 push(past, rate);
             }
@@ -598,9 +610,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         self.substeps += 1;
     }
 
-    /// Predicted motion of lift `k`, from `s` at the start of the substep, and its cylinder pressure
-    /// extrapolated, which is what the oil's ports and E/V are taken at: one that lagged by the
-    /// substep would leave an effect of the pressure at first order.
+    /// Predicted motion of lift `k`, from `s` at the start of the substep, and its pressures
+    /// extrapolated, which is what the oil's ports and E/V are taken at: ones that lagged by the
+    /// substep would leave an effect of the pressures at first order.
     #[inline(always)]
     fn predict_motion(&self, k: usize, s: &mut LiftState<S>, weights: &Weights) {
         let (lift, past, h) = (&self.mast.lifts[k], &self.history[k], S::constant(self.h));
@@ -609,6 +621,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let x = correct(s.x, h, v, &past.v, weights.correct);
         (s.x, s.v) = lift.stop.limit(x, v);
         s.p_a = past.p_a[0] + past.p_a[0] - past.p_a[1];
+        s.p_b = past.p_b[0] + past.p_b[0] - past.p_b[1];
     }
 
     /// Valve and pressures of lift `k` after its predicted motion.
@@ -631,19 +644,21 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let nu = ports.viscosity(lift.nu);
         let a_past = weigh(&past.a_comp, weights.opening);
         let (least, most) = (lift.compensator.a_leak, lift.compensator.a_max);
+        let p_a_free = past.p_a[0] + h * rest + kappa * displaced;
         let equation = DropEquation {
             orifice_a: lift.orifice_a,
             orifice_b: lift.orifice_b,
             c2_a: lift.orifice_a.critical_squared(nu),
             c2_b: lift.orifice_b.critical_squared(nu),
             opening: lift.opening(s.i, ports),
-            p_a_free: past.p_a[0] + h * rest + kappa * displaced,
+            p_a_free,
+            p_in_free: ports.inlet_pressure(p_a_free),
             kappa,
             p_b_past: weigh(&past.p_b, weights.volume),
             gamma: gains.gamma,
             p_d: ports.return_pressure(lift.p_tank),
             numerator: a_past + gains.wide + gains.regulation * ports.preset_pressure(lift.compensator.p_set),
-            regulation: gains.regulation,
+            regulation: gains.regulation * ports.sensed_drop(S::one()),
             one_plus_r: gains.one_plus_r,
             feedback: gains.feedback,
             closed: least + (s.a_comp - least) * gains.decay,
@@ -651,10 +666,11 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         };
         let drop = past.drop[0].real() + past.drop[0].real() - past.drop[1].real();
         let p_a = past.p_a[0] + h * weigh(&past.p_a_rate, weights.ahead);
-        let (solved, iterations) = equation.solve(drop, p_a.real() - drop, self.tolerance);
+        let p_b = ports.inlet_pressure(p_a).real() - drop;
+        let (solved, iterations) = equation.solve(drop, p_b, self.tolerance);
         self.pair_iterations += iterations;
         s.p_a = equation.p_a_free - kappa * solved.q_a;
-        s.p_b = s.p_a - solved.drop;
+        s.p_b = equation.p_in_free - kappa * solved.q_a - solved.drop;
         s.a_comp = solved.a_comp;
         push(&mut past.p_a, s.p_a);
         push(&mut past.p_b, s.p_b);

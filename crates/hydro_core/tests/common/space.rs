@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 
+use hydro_core::effects::Instance;
 use hydro_core::parameters::{ParameterSpec, Scale, LIFT_PARAMETERS, TABLE_PARAMETERS};
 use hydro_core::truck::{Truck, Value};
 use proptest::prelude::*;
@@ -29,6 +30,16 @@ pub fn inside(lower: f64, upper: f64, scale: Scale) -> BoxedStrategy<f64> {
         Scale::LogLog => {
             (lower.ln().ln()..=upper.ln().ln()).prop_map(move |x| x.exp().exp().clamp(lower, upper)).boxed()
         }
+    }
+}
+
+/// The middle of where the k-th parameter of an effect may plausibly lie, on its scale.
+pub fn plausible(effect: &Instance, k: usize) -> f64 {
+    let spec = effect.kind.spec();
+    let [lower, upper] = spec.plausible[k];
+    match spec.parameters[k].scale {
+        Scale::Log => (lower * upper).sqrt(),
+        _ => 0.5 * (lower + upper),
     }
 }
 
