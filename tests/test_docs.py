@@ -3,12 +3,16 @@
 import ast
 import re
 from pathlib import Path
+from typing import get_args
+
+from forklift.diagnose import Verdict
+from forklift.effects import Equation
 
 ROOT = Path(__file__).parents[1]
 PYTHON = sorted((ROOT / "python" / "forklift").rglob("*.py"))
 CODE = re.compile(r"[a-z]+(-[a-z]+)+")
 
-OTHER_WORDS = {"utf-8-sig"}
+OTHER_WORDS = {"utf-8-sig", *get_args(Equation), *get_args(Verdict)}
 """Hyphenated strings in the source that are no error codes."""
 
 
