@@ -30,8 +30,8 @@ class Analytic(Problem):
     runs: list[int] = field(default_factory=list)
     """How many directions each call of the model was differentiated along."""
 
-    def _simulate(self, x: np.ndarray, directions: Sequence[str]) -> list[tuple[np.ndarray, np.ndarray]]:
-        self.runs.append(len(directions))
+    def _simulate(self, x: np.ndarray, *, derivatives: bool) -> list[tuple[np.ndarray, np.ndarray]]:
+        self.runs.append(len(self.unknowns) if derivatives else 0)
         theta = x[: len(self.unknowns)]
         values = np.array([one.values(float(at))[0] for one, at in zip(self.unknowns, theta, strict=True)])
         said, slopes = self.formula(values), self.slopes(values)

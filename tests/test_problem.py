@@ -99,13 +99,14 @@ def test_the_gradient_is_the_costs_difference_quotient_along_any_direction(seed)
     direction = np.random.default_rng([seed, 1]).standard_normal(len(x))
     residual, jacobian = problem().compressed(x)
     exact = residual @ jacobian @ direction
-    step = 1e-5
 
     def quotient(step: float) -> float:
         return (cost(problem(), x + step * direction) - cost(problem(), x - step * direction)) / (2.0 * step)
 
     size = np.linalg.norm(jacobian.T @ residual)  # along some directions nearly nothing is left of it
-    assert quotient(step) == pytest.approx(exact, rel=1e-4, abs=1e-5 * size)
+    # Where one Newton iteration more or less is taken within a step, its quotient jumps: take the middle one.
+    quotients = [quotient(step) for step in (1e-4, 1e-5, 1e-6)]
+    assert np.median(quotients) == pytest.approx(exact, rel=1e-4, abs=1e-5 * size)
 
 
 def test_each_unknown_has_its_own_slope():

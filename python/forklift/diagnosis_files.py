@@ -44,7 +44,7 @@ def sentence(found: Diagnosis) -> str:
         assert found.location
         return (
             f"Something is missing that no suspect explains: it acts on the {found.location.equation} of the "
-            f"{found.location.lift} lift, {found.location.region}."
+            f"{found.location.lift} lift; {found.location.region}."
         )
     named = " and ".join(_named(cause) for cause in found.causes)
     left = (
@@ -65,12 +65,19 @@ def region(seen: Sequence[Shape]) -> str:
     """Where the unknown input acts, in words and numbers."""
     telling = [shape for shape in seen if shape.explained >= TELLING][:2]
     if not telling:
-        return "at no particular place of what was measured"
+        return "no more than a small share is a function of anything that was measured"
     return "; ".join(
-        f"{shape.variable} from {shape.region[0]:.4g} to {shape.region[1]:.4g} "
-        f"({100.0 * shape.explained:.0f} % of it is a function of that)"
-        for shape in telling
+        f"{100.0 * shape.explained:.0f} % of it is a function of {_where(shape)}" for shape in telling
     )
+
+
+def _where(shape: Shape) -> str:
+    """The variable, where the input acts most, and how it goes from there to there."""
+    words, _, unit = shape.variable.partition(" [")
+    unit = unit.rstrip("]")
+    low, high = shape.region
+    ends = np.interp([low, high], shape.at, shape.curve)
+    return f"the {words}, {ends[0]:+.3g} at {low:.3g} {unit} and {ends[1]:+.3g} at {high:.3g} {unit}"
 
 
 def _velocity(found: Diagnosis) -> tuple[float, float]:
@@ -88,7 +95,7 @@ def text(found: Diagnosis) -> str:
     if found.location:
         lines.append(
             f"Where: {found.location.equation} of the {found.location.lift} lift, seen most in "
-            f"{found.location.signal}; {found.location.region}."
+            f"{found.location.signal}. Of an unknown input there, {found.location.region}."
         )
         for one in found.inputs[:4]:
             lines.append(
@@ -105,8 +112,9 @@ def text(found: Diagnosis) -> str:
             names = " and ".join(suspect.label for suspect in suspects)
             lines.append(f"  rival {names}: credibility {share:.3f}, leaves {left:.3g}")
     lines.append(
-        f"Held out: mean square {found.baseline.left_over:.3g} before, {found.final.left_over:.3g} after; worst "
-        f"channel {found.baseline.worst.mean_square:.3g} before, {found.final.worst.mean_square:.3g} after."
+        f"Held out: mean square {found.baseline.left_over:.3g} before, {found.final.left_over:.3g} after; "
+        f"worst channel {found.baseline.worst.mean_square:.3g} before, "
+        f"{found.final.worst.mean_square:.3g} after."
     )
     if found.untestable:
         lines.append(f"Untestable here: {', '.join(suspect.label for suspect in found.untestable)}.")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
-from math import isfinite, sqrt
+from math import log, sqrt
+from typing import TYPE_CHECKING
 
 from forklift import _core
 from forklift.diagnosis.suspect import Suspect, widened, with_unknown
@@ -12,8 +13,11 @@ from forklift.effects import EFFECTS
 from forklift.estimation.problem import Problem
 from forklift.estimation.readings import Fault, Reading, reading
 from forklift.estimation.sensors import POSITIONS
-from forklift.estimation.unknowns import Unknown, unknown
-from forklift.names import LIFTS, Lift, channels, parameters
+from forklift.estimation.unknowns import unknown
+from forklift.names import LIFTS, Lift, channels
+
+if TYPE_CHECKING:
+    from forklift._core import EffectParameterSpec, EffectSpec
 
 LOAD_WIDTH_KG = 100.0
 """Prior standard deviation of an entered load that may be wrong."""
@@ -55,32 +59,34 @@ def _physics(lifts: Collection[Lift]) -> Iterator[Suspect]:
                 lift,
                 effect.equation,
                 names[0],
-                _acting(names, spec["quiet"], spec["plausible"]),
+                _acting(names, spec),
                 effect.confused_with,
             )
 
 
-def _acting(
-    names: Sequence[str], quiet: float, plausible: Sequence[Sequence[float]]
-) -> Callable[[Problem], Problem]:
+def _acting(names: Sequence[str], spec: EffectSpec) -> Callable[[Problem], Problem]:
     """Adds an effect: its amplitude at the quiet value, all else in the middle of what is plausible."""
-    starts = [quiet, *(_middle(name, *ends) for name, ends in zip(names[1:], plausible[1:], strict=True))]
-    widths = [0.25 * (upper - lower) for lower, upper in plausible]
+    priors = [_prior(one, amplitude=k == 0) for k, one in enumerate(spec["parameters"])]
+    starts = [spec["quiet"], *(middle for middle, _, _ in priors[1:])]
 
     def add(problem: Problem) -> Problem:
         truck = problem.truck.with_values(dict(zip(names, starts, strict=True)), source="suspected")
-        more = [unknown(truck, name, width) for name, width in zip(names, widths, strict=True)]
-        own: list[Unknown] = [known for known in problem.unknowns if not isinstance(known, Reading)]
+        more = [
+            unknown(truck, name, width, scale) for name, (_, width, scale) in zip(names, priors, strict=True)
+        ]
+        own = [known for known in problem.unknowns if not isinstance(known, Reading)]
         readings = [known for known in problem.unknowns if isinstance(known, Reading)]
         return replace(problem, truck=truck, unknowns=(*own, *more, *readings))
 
     return add
 
 
-def _middle(name: str, lower: float, upper: float) -> float:
-    middle = sqrt(lower * upper) if parameters()[name]["scale"] == "log" else 0.5 * (lower + upper)
-    assert isfinite(middle)
-    return middle
+def _prior(parameter: EffectParameterSpec, *, amplitude: bool) -> tuple[float, float, str]:
+    """Middle, standard deviation and scale: two thirds lie in the inner half of what is plausible."""
+    lower, upper = parameter["plausible_lower"], parameter["plausible_upper"]
+    if parameter["scale"] == "log" and not amplitude:
+        return sqrt(lower * upper), 0.25 * log(upper / lower), "log"
+    return 0.5 * (lower + upper), 0.25 * (upper - lower), "linear"
 
 
 def _sensors(measured: Collection[str]) -> Iterator[Suspect]:

@@ -24,6 +24,7 @@ EQUATIONS = {
     "cylinder_flow": "cylinder-pressure",
     "return_pressure": "tank",
     "friction": "friction",
+    "viscous_friction": "friction",
     "force": "force-balance",
 }
 """By port of a lift: the equation it stands in. Those not listed act as one of these does."""

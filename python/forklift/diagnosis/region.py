@@ -1,8 +1,8 @@
 """In the operator's own variables: of what the unknown input is a function, and where it acts.
 
-The smoothed input is regressed on each variable in turn, as a straight line between seven quantiles, each
-knot of the input weighted by what the recordings tell of it. What counts is the share of its square that is
-explained in a recording the line was not drawn from.
+The smoothed input is regressed on each variable in turn, by a curve of seven knots that is loath to bend
+(Eilers & Marx 1996), each sample of the input weighted by what the recordings tell of it. What counts is the
+share of its square that is explained in a recording the curve was not drawn from.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from forklift.diagnosis.inputs import UnknownInput
 Floats = NDArray[np.float64]
 
 KNOTS = 7
+STIFF = 1e-2
+"""Weight of the second differences, in units of a knot's mean weight."""
 ACTS = 0.5
 """The region is where the curve lies above this share of its largest absolute value."""
 
@@ -53,9 +55,10 @@ def shapes(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> li
 
 def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Shape | None:
     everything = np.concatenate(columns)
-    at = np.unique(np.quantile(everything[np.isfinite(everything)], np.linspace(0.0, 1.0, KNOTS)))
-    if len(at) < 2 or at[-1] - at[0] <= 1e-9 * max(abs(at[0]), abs(at[-1])):
+    finite = everything[np.isfinite(everything)]
+    if not len(finite) or np.ptp(finite) <= 1e-6 * np.abs(finite).max():
         return None
+    at = np.linspace(finite.min(), finite.max(), KNOTS)
     normals, rights, squares = [], [], []
     for column, value, band in zip(columns, found.values, found.bands, strict=True):
         known = np.isfinite(column)
@@ -65,7 +68,8 @@ def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Shape |
         rights.append(basis.T @ (weight * value[known]))
         squares.append(float(weight @ value[known] ** 2))
     normal, right = sum(normals), sum(rights)
-    ridge = 1e-6 * np.trace(normal) / len(at) * np.eye(len(at))
+    bend = np.diff(np.eye(KNOTS), 2, axis=0)
+    ridge = np.trace(normal) / KNOTS * (STIFF * bend.T @ bend + 1e-6 * np.eye(KNOTS))
     gained = 0.0
     for own, mine in zip(normals, rights, strict=True):
         line = np.linalg.solve(normal - own + ridge, right - mine)

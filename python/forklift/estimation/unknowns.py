@@ -203,11 +203,11 @@ def _lift_of(name: str) -> str | None:
     return head if head in ("free", "main") else None
 
 
-def unknown(truck: Truck, name: str, width: float) -> Unknown:
-    """One parameter of the truck on a straight scale, with a prior of this width in its unit."""
+def unknown(truck: Truck, name: str, width: float, scale: str = "linear") -> Unknown:
+    """One parameter of the truck, with a prior of this width on this scale."""
     start = float(dict(zip(truck.core.names, truck.core.values, strict=True))[name])
-    lower, upper = _ends(name, start, "linear", width)
-    return Unknown((name,), _spec(name)["unit"], "linear", (start,), width, lower, upper)
+    lower, upper = _ends(name, start, scale, width)
+    return Unknown((name,), _spec(name)["unit"], scale, (start,), width, lower, upper)
 
 
 def _unknown(truck: Truck, names: tuple[str, ...]) -> Unknown:

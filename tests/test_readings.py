@@ -1,0 +1,72 @@
+"""A sensor's gain, offset and lag as unknowns."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from campaigns import CAMPAIGNS
+from forklift import Campaign, Truck
+from forklift.estimation.problem import Problem, sample
+from forklift.estimation.readings import reading
+from forklift.estimation.sensors import sensors
+from forklift.estimation.unknowns import unknowns
+from forklift.names import outputs
+
+TIME = np.arange(0.0, 2.0, 0.02)
+CHANNELS = list(outputs())
+
+
+def said() -> np.ndarray:
+    """(times, outputs) smooth and all different."""
+    return np.stack([np.sin((k + 1) * TIME) + 2.0 for k in range(len(CHANNELS))], axis=1)
+
+
+@pytest.mark.parametrize("fault", ["gain", "offset", "lag"])
+def test_a_right_sensor_reads_the_truth_to_the_bit(fault):
+    values, _ = reading("pressure_free_pa", fault, "Pa").read(TIME, said(), np.zeros((100, 7, 0)), 0.0)
+    assert np.array_equal(values, said())
+
+
+@given(theta=st.floats(-3.0, 3.0))
+def test_only_its_own_channel_is_read_wrongly(theta):
+    number = reading("pressure_free_pa", "gain", "Pa")
+    values, slopes = number.read(TIME, said(), np.ones((100, 7, 2)), theta)
+    own = CHANNELS.index("pressure_free_pa")
+    assert values[:, own] == pytest.approx(said()[:, own] * (1.0 + 0.05 * theta))
+    assert np.array_equal(np.delete(values, own, axis=1), np.delete(said(), own, axis=1))
+    assert np.array_equal(slopes[:, own, :2], np.full((100, 2), number.values(theta)[0]))
+    assert np.array_equal(slopes[:, own, 2], said()[:, own])
+
+
+@given(ticks=st.integers(0, 20))
+def test_a_lag_of_whole_ticks_shifts_the_samples(ticks):
+    number = reading("fork_height_m", "lag", "m")
+    values, _ = number.read(TIME, said(), np.zeros((100, 7, 0)), 0.02 * ticks / 0.05)
+    own = CHANNELS.index("fork_height_m")
+    late = said()[: 100 - ticks, own]
+    assert values[ticks:, own] == pytest.approx(late, abs=1e-12)
+    assert values[:ticks, own] == pytest.approx(said()[0, own])
+
+
+def test_derivatives_along_readings_are_difference_quotients_beside_those_of_the_truck():
+    campaign, thesis = Campaign.read(CAMPAIGNS / "null"), Truck.read("thesis")
+    every = sensors(campaign.recordings)
+    samples = tuple(sample(found, thesis, every) for found in campaign.recordings[:2])
+    moved = (
+        *unknowns(thesis, ["free"]),
+        reading("pressure_free_pa", "gain", "Pa"),
+        reading("pressure_free_pa", "lag", "Pa"),
+        reading("fork_height_m", "offset", "m"),
+    )
+    problem = Problem(thesis, moved, samples, 4, {name: 3.0 * one.noise for name, one in every.items()})
+    x = np.zeros(problem.starts[-1])
+    x[len(moved) - 3 : len(moved)] = [0.3, 0.71, -0.4]
+    runs = problem.linearise(x)
+    for j in (3, len(moved) - 3, len(moved) - 2, len(moved) - 1, len(moved) + 1):
+        step = np.eye(len(x))[j] * 1e-4
+        ahead, behind = problem.residuals(x + step)[0], problem.residuals(x - step)[0]
+        for channel, there in ahead.items():
+            quotient = (there - behind[channel]) / 2e-4
+            size = max(1.0, np.abs(quotient).max())
+            assert runs[0].jacobian[channel][:, j] == pytest.approx(quotient, abs=2e-3 * size), (j, channel)
