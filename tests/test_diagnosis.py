@@ -1,0 +1,113 @@
+"""What the simulated campaigns conceal is found, named, and closes the gap; where nothing is, nothing."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+from campaigns import CAMPAIGNS
+from forklift import Campaign, Truck, compare, diagnose
+from forklift.diagnose import Diagnosis
+from forklift.estimation.judgement import AT_NOISE
+
+CONCEALED = {
+    "thermfric": ("free", "friction", "friction_temperature", "free.friction_temperature.rate", 0.018),
+    "leak": ("main", "cylinder-pressure", "leakage", "main.leakage.coefficient", 1.5e-12),
+}
+
+
+@cache
+def diagnosed(name: str) -> Diagnosis:
+    return diagnose(Campaign.read(CAMPAIGNS / name), Truck.read("thesis"))
+
+
+def test_a_complete_truck_raises_no_alarm():
+    found = diagnosed("null")
+    assert (found.verdict, found.causes, found.location) == ("no-mismatch", (), None)
+    assert found.final.worst.mean_square <= AT_NOISE
+    assert found.sentence.startswith("No mismatch")
+
+
+@pytest.mark.parametrize("name", CONCEALED)
+def test_what_is_concealed_is_named_located_and_measured(name):
+    lift, equation, cause, parameter, truth = CONCEALED[name]
+    found = diagnosed(name)
+    told = found.to_dict()
+    assert told["verdict"] == "missing-physics"
+    assert (told["location"]["lift"], told["location"]["equation"]) == (lift, equation)
+    assert [one["id"] for one in told["causes"]] == [cause]
+    first = told["causes"][0]
+    assert first["credibility"] > 0.9
+    assert first["form"] == "complete"
+    row = first["parameters"][0]
+    assert row["name"] == parameter
+    assert row["lower"] <= truth <= row["upper"]
+    assert row["value"] == pytest.approx(truth, rel=0.05)
+
+
+@pytest.mark.parametrize("name", CONCEALED)
+def test_the_unknown_input_alone_points_to_the_equation(name):
+    """Without any suspect: the place comes first among all ports and sensors."""
+    lift, equation, *_ = CONCEALED[name]
+    places = {"friction": ("friction", "viscous_friction"), "cylinder-pressure": ("cylinder_flow",)}[equation]
+    assert diagnosed(name).inputs[0].port in [f"{lift}.{place}" for place in places]
+
+
+def test_friction_that_falls_with_temperature_is_seen_to_be_a_function_of_temperature():
+    first = diagnosed("thermfric").shapes[0]
+    assert first.variable.startswith("oil temperature")
+    assert first.explained > 0.8
+    assert first.curve[0] > 0.0 > first.curve[-1]
+
+
+@pytest.mark.parametrize("name", CONCEALED)
+def test_the_gap_closes_on_recordings_held_out(name):
+    found = diagnosed(name)
+    assert found.baseline.worst.mean_square > 5.0
+    assert found.final.worst.mean_square <= AT_NOISE
+    assert found.gap_closed >= 0.95
+    summary = found.to_dict()["fit_summary"]["validate"]
+    assert 0.0 < summary["gain_lower"] <= summary["gain"] <= summary["gain_upper"]
+
+
+def test_the_folder_holds_the_schema_and_a_truck_that_every_command_takes(tmp_path):
+    found = diagnosed("thermfric")
+    out = found.write(tmp_path / "found")
+    told = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert told == json.loads(json.dumps(found.to_dict()))
+    assert {
+        "schema", "campaign", "verdict", "location", "causes", "untestable", "not_separable",
+        "next_recording", "fit", "fit_summary", "runtime_s",
+    } <= set(told)  # fmt: skip
+    truck = Truck.read(out / "truck.toml")
+    assert truck.effects == ("free.friction_temperature",)
+    campaign = Campaign.read(CAMPAIGNS / "thermfric")
+    again = compare(campaign, truck)
+    for row, told_row in zip(again.fits.to_dicts(), told["fit"], strict=True):
+        assert (row["file"], row["channel"]) == (told_row["file"], told_row["channel"])
+        if told_row["nrmse_after"] is not None:
+            assert row["nrmse_percent"] == pytest.approx(told_row["nrmse_after"], abs=1e-3)
+    for model in ("baseline", "final"):
+        files = sorted(path.name for path in (out / "predictions" / model).iterdir())
+        assert files == sorted(recording.file for recording in campaign.recordings)
+    found.write(out)  # over itself
+
+
+def test_resampled_recordings_decide_and_not_samples():
+    from forklift.diagnosis.selection import credibility
+
+    class Tried:
+        """A trial as far as credibility goes."""
+
+        def __init__(self, label, squares):
+            self.suspects, self.squares = (type("One", (), {"label": label})(),), squares
+
+        def by_recording(self):
+            return {f"r{k}": square for k, square in enumerate(self.squares)}
+
+    even = credibility([Tried("a", [1.0, 0.0, 1.0, 0.0]), Tried("b", [0.0, 1.0, 0.0, 1.0])])
+    assert 0.2 < even[("a",)] < 0.8
+    clear = credibility([Tried("a", [1.0, 1.0, 1.0, 1.0]), Tried("b", [1.1, 1.1, 1.1, 1.1])])
+    assert clear == {("a",): 1.0, ("b",): 0.0}
+    assert np.isclose(sum(even.values()), 1.0)
