@@ -365,7 +365,9 @@ impl<'a, X: Physics<f64>, Y: Physics<Columns>, const L: usize> System<'a, X, Y, 
         let pressure = first + CYLINDER_PRESSURE;
         let wanted = rows.iter().map(|&row| if row == pressure { rate } else { 0.0 }).collect();
         // What a state reaches, so that a slow lowering is told as sharply as a fast one.
-        let usual = |k: usize| if k < L * STATES { LIFT_STATES[k % STATES].scale } else { 1.0 };
+        let effects = task.truck.effects().filter(|effect| effect.lift.is_none_or(|lift| task.which.contains(&lift)));
+        let of_effects: Vec<f64> = effects.flat_map(|e| e.kind.spec().states.iter().map(|state| state.scale)).collect();
+        let usual = |k: usize| if k < L * STATES { LIFT_STATES[k % STATES].scale } else { of_effects[k - L * STATES] };
         let unknown = all(unknown);
         let scale = unknown.iter().map(|&k| if x[k] == 0.0 { usual(k) } else { x[k].abs() }).collect();
         System { plain, dual, x, row_scale: vec![1.0; rows.len()], unknown, rows, wanted, scale }

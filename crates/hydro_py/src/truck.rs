@@ -7,9 +7,7 @@ use hydro_core::mast::LiftName;
 use hydro_core::outputs::{Readings, OUTPUTS};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::truck::{Truck, Value};
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
