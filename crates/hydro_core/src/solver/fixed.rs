@@ -3,7 +3,7 @@
 //! One evaluation of the physics per substep, over any scalar. What is stiff is solved, what is not
 //! is predicted and corrected:
 //!
-//! 1. Velocity and friction bristle are predicted (Adams–Bashforth 4), the position follows
+//! 1. Velocity and friction bristle are predicted (Adams–Bashforth 3), the position follows
 //!    (Adams–Moulton 4). Ports are read there, at the extrapolated cylinder pressure.
 //! 2. The valve depends on its command alone and runs ahead, one linearly implicit step a substep
 //!    unless its fastest rate asks for more ([`valve_steps`]); its bristle is in closed form, and a
@@ -47,8 +47,8 @@ type Past<S, const N: usize> = [S; N];
 #[derive(Debug, Clone, Copy)]
 struct History<S> {
     v: Past<S, 3>,
-    v_rate: Past<S, 4>,
-    z_rate: Past<S, 4>,
+    v_rate: Past<S, 3>,
+    z_rate: Past<S, 3>,
     p_a: Past<S, 2>,
     p_a_rate: Past<S, 3>,
     p_b: Past<S, 2>,
@@ -67,7 +67,7 @@ fn push<S: Copy, const N: usize>(past: &mut Past<S, N>, newest: S) {
 /// Weights of a method of growing order: a row for each of the first substeps, the last for all later ones.
 struct Weights {
     /// Adams–Bashforth, of past rates.
-    predict: [f64; 4],
+    predict: [f64; 3],
     /// Adams–Moulton, of the new rate and past ones.
     correct: [f64; 4],
     /// The same for p_A.
@@ -84,7 +84,7 @@ struct Weights {
 
 const WEIGHTS: [Weights; 4] = [
     Weights {
-        predict: [1.0, 0.0, 0.0, 0.0],
+        predict: [1.0, 0.0, 0.0],
         correct: [1.0 / 2.0, 1.0 / 2.0, 0.0, 0.0],
         pressure: [1.0, 0.0, 0.0, 0.0],
         ahead: [1.0, 0.0, 0.0],
@@ -94,7 +94,7 @@ const WEIGHTS: [Weights; 4] = [
         opening_rate: 1.0,
     },
     Weights {
-        predict: [3.0 / 2.0, -1.0 / 2.0, 0.0, 0.0],
+        predict: [3.0 / 2.0, -1.0 / 2.0, 0.0],
         correct: [5.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0, 0.0],
         pressure: [1.0 / 2.0, 1.0 / 2.0, 0.0, 0.0],
         ahead: [3.0 / 2.0, -1.0 / 2.0, 0.0],
@@ -104,7 +104,7 @@ const WEIGHTS: [Weights; 4] = [
         opening_rate: 2.0 / 3.0,
     },
     Weights {
-        predict: [23.0 / 12.0, -16.0 / 12.0, 5.0 / 12.0, 0.0],
+        predict: [23.0 / 12.0, -16.0 / 12.0, 5.0 / 12.0],
         correct: [9.0 / 24.0, 19.0 / 24.0, -5.0 / 24.0, 1.0 / 24.0],
         pressure: [5.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0, 0.0],
         ahead: [23.0 / 12.0, -16.0 / 12.0, 5.0 / 12.0],
@@ -114,7 +114,7 @@ const WEIGHTS: [Weights; 4] = [
         opening_rate: 6.0 / 11.0,
     },
     Weights {
-        predict: [55.0 / 24.0, -59.0 / 24.0, 37.0 / 24.0, -9.0 / 24.0],
+        predict: [23.0 / 12.0, -16.0 / 12.0, 5.0 / 12.0],
         correct: [9.0 / 24.0, 19.0 / 24.0, -5.0 / 24.0, 1.0 / 24.0],
         pressure: [9.0 / 24.0, 19.0 / 24.0, -5.0 / 24.0, 1.0 / 24.0],
         ahead: [23.0 / 12.0, -16.0 / 12.0, 5.0 / 12.0],
@@ -453,7 +453,7 @@ pub struct Fixed<S, X, const L: usize> {
     pub tolerance: f64,
     lifts: [LiftState<S>; L],
     own: Vec<S>,
-    own_rates: Vec<Past<S, 4>>,
+    own_rates: Vec<Past<S, 3>>,
     history: [History<S>; L],
     valve: [ValveStep<S>; L],
     gains: [Gains<S>; L],
@@ -480,15 +480,15 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let zero = S::zero();
         let history = lifts.map(|s: LiftState<S>| History {
             v: [s.v; 3],
-            v_rate: [zero; 4],
-            z_rate: [zero; 4],
+            v_rate: [zero; 3],
+            z_rate: [zero; 3],
             p_a: [s.p_a; 2],
             p_a_rate: [zero; 3],
             p_b: [s.p_b; 2],
             a_comp: [s.a_comp; 3],
             drop: [s.p_a - s.p_b; 2],
         });
-        let own_rates = vec![[zero; 4]; own.len()];
+        let own_rates = vec![[zero; 3]; own.len()];
         let part = S::constant(h / valve_steps as f64);
         let valve = std::array::from_fn(|k| mast.lifts[k].valve.over(part));
         let gains = std::array::from_fn(|k| Gains::new(&mast.lifts[k], h, &WEIGHTS[0]));
@@ -532,14 +532,14 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         for (k, history) in self.history.iter_mut().enumerate() {
             let rates = LiftState::from_slice(&dx[k * STATES..(k + 1) * STATES]);
             let (stop, x) = (self.mast.lifts[k].stop, self.lifts[k].x);
-            history.v_rate = [S::select(stop.blocks(x, rates.v), S::zero(), rates.v); 4];
-            history.z_rate = [rates.z; 4];
+            history.v_rate = [S::select(stop.blocks(x, rates.v), S::zero(), rates.v); 3];
+            history.z_rate = [rates.z; 3];
             history.p_a_rate = [rates.p_a; 3];
         }
         let mut own = vec![S::zero(); self.own.len()];
         self.mast.physics.explicit_rates(&self.mast.bus(self.lifts), &self.own, &mut own);
         for (past, rate) in self.own_rates.iter_mut().zip(own) {
-            *past = [rate; 4];
+            *past = [rate; 3];
         }
     }
 
