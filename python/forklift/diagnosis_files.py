@@ -43,8 +43,8 @@ def sentence(found: Diagnosis) -> str:
     if not found.causes:
         assert found.location
         return (
-            f"Something is missing that no suspect explains: it acts on the {found.location.equation} of the "
-            f"{found.location.lift} lift; {found.location.region}."
+            f"Something is missing that no suspect explains: it acts on the {found.location.equation} of "
+            f"{_lifts(found.location.lift)}; {found.location.region}."
         )
     named = " and ".join(_named(cause) for cause in found.causes)
     left = (
@@ -71,6 +71,10 @@ def region(seen: Sequence[Shape]) -> str:
     )
 
 
+def _lifts(lift: str) -> str:
+    return "both lifts" if lift == "both" else f"the {lift} lift"
+
+
 def _where(shape: Shape) -> str:
     """The variable, where the input acts most, and how it goes from there to there."""
     words, _, unit = shape.variable.partition(" [")
@@ -94,7 +98,7 @@ def text(found: Diagnosis) -> str:
     lines = [found.sentence, ""]
     if found.location:
         lines.append(
-            f"Where: {found.location.equation} of the {found.location.lift} lift, seen most in "
+            f"Where: {found.location.equation} of {_lifts(found.location.lift)}, seen most in "
             f"{found.location.signal}. Of an unknown input there, {found.location.region}."
         )
         for one in found.inputs[:4]:
