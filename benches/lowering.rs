@@ -7,9 +7,10 @@
 #[path = "../crates/hydro_core/tests/common/mod.rs"]
 mod common;
 
-use criterion::{criterion_group, criterion_main, Criterion, Throughput};
+use criterion::measurement::WallTime;
+use criterion::{criterion_group, criterion_main, BenchmarkGroup, Criterion, Throughput};
 use hydro_core::dual::Dual;
-use hydro_core::lanes::Lanes;
+use hydro_core::lanes::{with_eight, EightLanes, LaneScalar, Lanes};
 use hydro_core::mast::{LiftName, Mast, Thesis, STATES};
 use hydro_core::scalar::Scalar;
 use hydro_core::solver::fixed::{valve_steps, Fixed};
@@ -25,6 +26,7 @@ struct Lowering<S> {
 }
 
 impl<S: Scalar> Work for Lowering<S> {
+    type Number = S;
     type Output = S;
     #[inline(always)]
     fn run(mut self) -> S {
@@ -51,6 +53,17 @@ fn lowering<S: Scalar>(value: impl Fn(usize, f64) -> S) -> Lowering<S> {
     Lowering { fixed: Fixed::new(mast, &start, h, valve_steps(350.0, h)), command }
 }
 
+struct EightRow<'a, 'b>(&'a mut BenchmarkGroup<'b, WallTime>);
+
+impl EightLanes for EightRow<'_, '_> {
+    type Output = ();
+    fn run<S: LaneScalar>(self) {
+        let ready = lowering(|_, v| S::constant(v));
+        self.0.throughput(Throughput::Elements(8));
+        self.0.bench_function("lanes_8", |b| b.iter(|| widest(ready.clone())));
+    }
+}
+
 fn bench(c: &mut Criterion) {
     let mut group = c.benchmark_group("lowering_10s");
     macro_rules! row {
@@ -62,7 +75,7 @@ fn bench(c: &mut Criterion) {
     }
     row!("f64", 1, |_, v| v);
     row!("lanes_4", 4, |_, v| Lanes([v; 4]));
-    row!("lanes_8", 8, |_, v| Lanes([v; 8]));
+    with_eight(EightRow(&mut group));
     row!("dual_8", 1, |k, v| if k < 8 { Dual::<f64, 8>::variable(v, k) } else { Dual::constant(v) });
     row!("dual_16", 1, |k, v| if k < 16 { Dual::<f64, 16>::variable(v, k) } else { Dual::constant(v) });
     row!("dual_32", 1, |k, v| if k < 32 { Dual::<f64, 32>::variable(v, k) } else { Dual::constant(v) });

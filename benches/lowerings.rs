@@ -11,7 +11,7 @@ mod common;
 
 use std::time::Instant;
 
-use hydro_core::lanes::Lanes;
+use hydro_core::lanes::{with_eight, EightLanes, LaneScalar, Lanes};
 use hydro_core::mast::{LiftName, LiftState, Mast, Thesis, STATES};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::scalar::Scalar;
@@ -72,6 +72,7 @@ struct Block<'a, S> {
 }
 
 impl<S: Scalar> Work for Block<'_, S> {
+    type Number = S;
     type Output = ();
     #[inline(always)]
     fn run(mut self) {
@@ -152,6 +153,20 @@ fn lanes<const N: usize>(truck: &Truck, set: &Set, substeps: usize) -> (Vec<Vec<
     fixed(truck, set, N, substeps, |f| Lanes::<N>(std::array::from_fn(f)), |s, l| s.0[l])
 }
 
+struct Eight<'a> {
+    truck: &'a Truck,
+    set: &'a Set,
+    substeps: usize,
+}
+
+impl EightLanes for Eight<'_> {
+    type Output = (Vec<Vec<Point>>, f64);
+    fn run<S: LaneScalar>(self) -> Self::Output {
+        let number = |f: &dyn Fn(usize) -> f64| S::from_lanes(std::array::from_fn(f));
+        fixed(self.truck, self.set, 8, self.substeps, number, |s: S, l| s.lanes()[l])
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let [input, output, settings @ ..] = arguments.as_slice() else {
@@ -169,7 +184,7 @@ fn main() {
         (Some(tolerance), _) => adaptive(&truck, &set, tolerance),
         (None, 1) => fixed(&truck, &set, 1, substeps, |f| f(0), |s, _| s),
         (None, 4) => lanes::<4>(&truck, &set, substeps),
-        (None, 8) => lanes::<8>(&truck, &set, substeps),
+        (None, 8) => with_eight(Eight { truck: &truck, set: &set, substeps }),
         (None, 16) => lanes::<16>(&truck, &set, substeps),
         (None, other) => panic!("lanes is 1, 4, 8 or 16, not {other}"),
     };

@@ -93,6 +93,7 @@ impl<S: Scalar, const P: usize> Neg for Dual<S, P> {
 impl<S: Scalar, const P: usize> Scalar for Dual<S, P> {
     type Mask = S::Mask;
     type Real = S::Real;
+    const NUMBERS: usize = S::NUMBERS * (1 + P);
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

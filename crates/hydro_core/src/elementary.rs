@@ -4,32 +4,59 @@
 //! the compiler runs them on a whole vector, and they give the same bits everywhere. No fused
 //! multiply-add is used: Rust does not contract, so debug and release agree.
 
+use crate::scalar::Scalar;
+
 /// 1.5·2⁵²: adding it rounds a small number to an integer, which then stands in the low bits.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+pub const ROUND: f64 = 6_755_399_441_055_744.0;
 const LN2_HI: f64 = 6.931_471_803_691_238_2e-1; // ln 2 with its low 32 bits cleared (fdlibm, e_exp.c)
 const LN2_LO: f64 = 1.908_214_929_270_587_7e-10;
+/// The bits of √½ and of 1.
+pub const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+pub const ONE: u64 = 1023 << 52;
+
+/// A number whose exponent can be got at.
+pub trait Binary: Scalar {
+    /// 2^k of a k to which [`ROUND`] has been added.
+    fn two_to(self) -> Self;
+    /// k, to which [`ROUND`] has been added, and m of x = 2^k·m with √½ ≤ m < √2.
+    fn split(self) -> (Self, Self);
+}
+
+impl Binary for f64 {
+    #[inline(always)]
+    fn two_to(self) -> f64 {
+        f64::from_bits((self.to_bits() << 52).wrapping_add(ONE))
+    }
+    #[inline(always)]
+    fn split(self) -> (f64, f64) {
+        let bits = self.to_bits();
+        let k = (bits.wrapping_add(ONE - SQRT_HALF) >> 52).wrapping_sub(1023);
+        let m = f64::from_bits(bits.wrapping_sub(k << 52));
+        (f64::from_bits(ROUND.to_bits().wrapping_add(k)), m)
+    }
+}
 
 /// e^x within 2 ulp for −708 ≤ x ≤ 709; the argument is clamped to that range. exp(0) is 1 exactly.
 ///
 /// Cody & Waite reduction to |r| ≤ ln 2/2, then the Taylor polynomial of degree 13, whose
 /// remainder there is below 5e-18.
 #[inline(always)]
-pub fn exp(x: f64) -> f64 {
-    let x = if x < -708.0 { -708.0 } else { x };
-    let x = if x > 709.0 { 709.0 } else { x };
-    let shifted = x * std::f64::consts::LOG2_E + ROUND;
-    let k = shifted - ROUND;
-    let r = (x - k * LN2_HI) - k * LN2_LO;
+pub fn exp<S: Binary>(x: S) -> S {
+    let x = x.clamp_to(S::constant(-708.0), S::constant(709.0));
+    let shifted = x * S::constant(std::f64::consts::LOG2_E) + S::constant(ROUND);
+    let k = shifted - S::constant(ROUND);
+    let r = (x - k * S::constant(LN2_HI)) - k * S::constant(LN2_LO);
     let r2 = r * r;
+    // One over the factorial.
+    let over = |factorial: f64| S::constant(1.0 / factorial);
     // Pairs, so that the additions do not wait for each other.
-    let a = 1.0 / 6.0 + r * (1.0 / 24.0) + r2 * (1.0 / 120.0 + r * (1.0 / 720.0));
-    let b = 1.0 / 5_040.0 + r * (1.0 / 40_320.0) + r2 * (1.0 / 362_880.0 + r * (1.0 / 3_628_800.0));
-    let c = 1.0 / 39_916_800.0 + r * (1.0 / 479_001_600.0) + r2 * (1.0 / 6_227_020_800.0);
+    let a = over(6.0) + r * over(24.0) + r2 * (over(120.0) + r * over(720.0));
+    let b = over(5_040.0) + r * over(40_320.0) + r2 * (over(362_880.0) + r * over(3_628_800.0));
+    let c = over(39_916_800.0) + r * over(479_001_600.0) + r2 * over(6_227_020_800.0);
     let r4 = r2 * r2;
     let tail = a + r4 * (b + r4 * c);
-    let p = 1.0 + (r + r2 * (0.5 + r * tail));
-    let two_to_k = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1023 << 52));
-    p * two_to_k
+    let p = S::one() + (r + r2 * (S::constant(0.5) + r * tail));
+    p * shifted.two_to()
 }
 
 /// Natural logarithm within 2 ulp for positive normal x; ln(1) is 0 exactly.
@@ -37,30 +64,28 @@ pub fn exp(x: f64) -> f64 {
 /// x = 2^k·m with √½ ≤ m < √2, then 2 artanh((m − 1)/(m + 1)) as a series to the 21st power,
 /// whose remainder is below 1e-17.
 #[inline(always)]
-pub fn ln(x: f64) -> f64 {
-    const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
-    const ONE: u64 = 1023 << 52;
-    let bits = x.to_bits();
-    let k = (bits.wrapping_add(ONE - SQRT_HALF) >> 52).wrapping_sub(1023);
-    let m = f64::from_bits(bits.wrapping_sub(k << 52));
-    let k = f64::from_bits(ROUND.to_bits().wrapping_add(k)) - ROUND;
-    let f = m - 1.0;
-    let s = f / (2.0 + f);
+pub fn ln<S: Binary>(x: S) -> S {
+    let (k, m) = x.split();
+    let k = k - S::constant(ROUND);
+    let two = S::constant(2.0);
+    let f = m - S::one();
+    let s = f / (two + f);
     let z = s * s;
     let z2 = z * z;
-    let a = 2.0 / 3.0 + z * (2.0 / 5.0) + z2 * (2.0 / 7.0 + z * (2.0 / 9.0));
-    let b = 2.0 / 11.0 + z * (2.0 / 13.0) + z2 * (2.0 / 15.0 + z * (2.0 / 17.0));
-    let c = 2.0 / 19.0 + z * (2.0 / 21.0);
+    let over = |odd: f64| S::constant(2.0 / odd);
+    let a = over(3.0) + z * over(5.0) + z2 * (over(7.0) + z * over(9.0));
+    let b = over(11.0) + z * over(13.0) + z2 * (over(15.0) + z * over(17.0));
+    let c = over(19.0) + z * over(21.0);
     let z4 = z2 * z2;
-    let series = s * (2.0 + z * (a + z4 * (b + z4 * c)));
-    k * LN2_HI + (series + k * LN2_LO)
+    let series = s * (two + z * (a + z4 * (b + z4 * c)));
+    k * S::constant(LN2_HI) + (series + k * S::constant(LN2_LO))
 }
 
 /// x^(−1/4) within 1.5 ulp for positive x. Two roots and a division, which IEEE 754 rounds exactly
 /// everywhere, beat Newton's iteration from a guess both in scalars and in vectors.
 #[inline(always)]
-pub fn inverse_fourth_root(x: f64) -> f64 {
-    1.0 / x.sqrt().sqrt()
+pub fn inverse_fourth_root<S: Scalar>(x: S) -> S {
+    S::one() / x.sqrt().sqrt()
 }
 
 #[cfg(test)]

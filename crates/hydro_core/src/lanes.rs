@@ -1,7 +1,11 @@
 //! N independent numbers that go through the same arithmetic: the SIMD scalar.
 //!
-//! Plain loops over an array; the compiler turns them into vectors. Every lane's bits are those of
-//! the `f64` run, whatever its neighbours hold.
+//! [`Lanes`] are plain loops over an array; the compiler turns them into vectors. Eight lanes have a
+//! scalar of their own where the processor has AVX-512 ([`with_eight`]). Every lane's bits are those
+//! of the `f64` run, whatever its neighbours hold.
+
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -91,6 +95,7 @@ impl<const N: usize> Mask for LaneMask<N> {
 
 impl<const N: usize> Scalar for Lanes<N> {
     type Mask = LaneMask<N>;
+    const NUMBERS: usize = N;
     type Real = Self;
 
     #[inline(always)]
@@ -160,6 +165,37 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
 }
 
+/// Eight numbers that go through the same arithmetic.
+pub trait LaneScalar: Scalar {
+    fn from_lanes(lanes: [f64; 8]) -> Self;
+    fn lanes(self) -> [f64; 8];
+}
+
+impl LaneScalar for Lanes<8> {
+    fn from_lanes(lanes: [f64; 8]) -> Self {
+        Lanes(lanes)
+    }
+    fn lanes(self) -> [f64; 8] {
+        self.0
+    }
+}
+
+/// Work on eight lanes, whichever scalar holds them.
+pub trait EightLanes {
+    type Output;
+    fn run<S: LaneScalar>(self) -> Self::Output;
+}
+
+/// Runs `work` over the fastest eight lanes that the processor has; what is to be fast in it runs
+/// under [`crate::solver::vectors::widest`].
+pub fn with_eight<W: EightLanes>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if crate::solver::vectors::has_avx512() {
+        return work.run::<avx512::Eight>();
+    }
+    work.run::<Lanes<8>>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,8 +203,8 @@ mod tests {
 
     type Four = Lanes<4>;
 
-    fn numbers() -> impl Strategy<Value = [f64; 4]> {
-        proptest::array::uniform4(prop_oneof![
+    fn numbers() -> impl Strategy<Value = [f64; 8]> {
+        proptest::array::uniform8(prop_oneof![
             8 => -1e3..1e3f64,
             1 => Just(0.0),
             1 => Just(-0.0),
@@ -199,23 +235,45 @@ mod tests {
         }
     }
 
+    struct Operations([f64; 8], [f64; 8]);
+
+    impl EightLanes for Operations {
+        type Output = Vec<[f64; 8]>;
+        fn run<S: LaneScalar>(self) -> Self::Output {
+            operations(S::from_lanes(self.0), S::from_lanes(self.1)).into_iter().map(S::lanes).collect()
+        }
+    }
+
+    struct Functions([f64; 8]);
+
+    impl EightLanes for Functions {
+        type Output = Vec<[f64; 8]>;
+        fn run<S: LaneScalar>(self) -> Self::Output {
+            functions(S::from_lanes(self.0)).into_iter().map(S::lanes).collect()
+        }
+    }
+
     proptest! {
         #[test]
         fn every_operation_on_lanes_is_that_on_each_number_infinities_included(a in numbers(), b in numbers()) {
+            let wide = with_eight(Operations(a, b));
             let together = operations(Lanes(a), Lanes(b));
-            for lane in 0..4 {
+            for lane in 0..8 {
                 for (k, alone) in operations(a[lane], b[lane]).into_iter().enumerate() {
                     prop_assert_eq!(bits(together[k].0[lane]), bits(alone), "operation {} in lane {}", k, lane);
+                    prop_assert_eq!(bits(wide[k][lane]), bits(alone), "operation {} in lane {} of eight", k, lane);
                 }
             }
         }
 
         #[test]
-        fn every_function_on_lanes_is_that_on_each_number(a in proptest::array::uniform4(1e-3..700.0f64)) {
+        fn every_function_on_lanes_is_that_on_each_number(a in proptest::array::uniform8(1e-3..700.0f64)) {
+            let wide = with_eight(Functions(a));
             let together = functions(Lanes(a));
-            for lane in 0..4 {
+            for lane in 0..8 {
                 for (k, alone) in functions(a[lane]).into_iter().enumerate() {
                     prop_assert_eq!(together[k].0[lane].to_bits(), alone.to_bits(), "function {} in lane {}", k, lane);
+                    prop_assert_eq!(wide[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of eight", k, lane);
                 }
             }
         }

@@ -42,6 +42,8 @@ pub trait Scalar:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     type Mask: Mask;
+    /// How many `f64` it holds.
+    const NUMBERS: usize;
     /// The same number without derivatives.
     type Real: Scalar<Mask = Self::Mask, Real = Self::Real>;
 
@@ -101,6 +103,7 @@ pub trait Scalar:
 
 impl Scalar for f64 {
     type Mask = bool;
+    const NUMBERS: usize = 1;
     type Real = f64;
 
     #[inline(always)]

@@ -63,6 +63,7 @@ where
     X: Physics<S>,
     R: FnMut(usize, &[S]),
 {
+    type Number = S;
     /// The work done, or the time [s] and the place of the state that ceased to be finite.
     type Output = Result<Statistics, Stopped>;
 

@@ -3,8 +3,12 @@
 //! The work's code must be `#[inline(always)]` down to the arithmetic, so that it is compiled anew
 //! for each kind of vector. No fused multiply-add is involved: the bits are the same on all of them.
 
+use crate::scalar::Scalar;
+
 /// Work that is compiled once per kind of vector.
 pub trait Work {
+    /// What the arithmetic is done on.
+    type Number: Scalar;
     type Output;
     fn run(self) -> Self::Output;
 }
@@ -21,17 +25,25 @@ fn with_avx2<W: Work>(work: W) -> W::Output {
     work.run()
 }
 
+/// True where the processor has all that [`with_avx512`] is compiled with.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(crate) fn has_avx512() -> bool {
+    use std::arch::is_x86_feature_detected as has;
+    has!("avx512f") && has!("avx512dq") && has!("avx512vl") && has!("avx512bw")
+}
+
 /// Runs `work` with AVX-512 or AVX2 where the processor has it, else as compiled.
 #[inline(always)]
 pub fn widest<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        use std::arch::is_x86_feature_detected as has;
-        if has!("avx512f") && has!("avx512dq") && has!("avx512vl") && has!("avx512bw") {
+        // A single number gains nothing from wider vectors, and loses by AVX-512's slower choices.
+        if W::Number::NUMBERS > 1 && has_avx512() {
             // SAFETY: the processor has every feature the function is compiled with.
             return unsafe { with_avx512(work) };
         }
-        if has!("avx2") {
+        if std::arch::is_x86_feature_detected!("avx2") {
             // SAFETY: as above.
             return unsafe { with_avx2(work) };
         }

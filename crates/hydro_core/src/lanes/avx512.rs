@@ -1,0 +1,185 @@
+//! Eight lanes in one AVX-512 register.
+//!
+//! Each operation is one instruction by name: left to itself, the compiler cuts the long straight
+//! arithmetic of a substep into vectors of several widths and shuffles between them.
+//!
+//! Why the calls are sound: an [`Eight`] cannot be named outside the crate, and the one place that
+//! works with it, [`super::with_eight`], has asked the processor first. They are fast only where
+//! they are inlined into code compiled for AVX-512, as under `vectors::widest`; a closure is not.
+
+use std::arch::x86_64::*;
+use std::mem::transmute;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::LaneScalar;
+use crate::elementary::{self, Binary};
+use crate::scalar::{Mask, Scalar};
+
+#[derive(Clone, Copy, Debug)]
+pub struct Eight(__m512d);
+
+#[derive(Clone, Copy, Debug)]
+pub struct EightMask(__mmask8);
+
+macro_rules! binary {
+    ($($trait:ident $method:ident $instruction:ident),*) => {$(
+        impl $trait for Eight {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: the processor has AVX-512, as for every operation here (see the module).
+                Eight(unsafe { $instruction(self.0, other.0) })
+            }
+        }
+    )*};
+}
+binary!(Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
+
+impl Neg for Eight {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: as above.
+        Eight(unsafe { _mm512_xor_pd(self.0, Self::constant(-0.0).0) })
+    }
+}
+
+impl Mask for EightMask {
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        EightMask(self.0 & other.0)
+    }
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        EightMask(self.0 | other.0)
+    }
+    #[inline(always)]
+    fn not(self) -> Self {
+        EightMask(!self.0)
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0 != 0
+    }
+}
+
+impl Binary for Eight {
+    #[inline(always)]
+    fn two_to(self) -> Self {
+        // SAFETY: as above.
+        unsafe {
+            let shifted = _mm512_slli_epi64::<52>(_mm512_castpd_si512(self.0));
+            Eight(_mm512_castsi512_pd(_mm512_add_epi64(shifted, words(elementary::ONE))))
+        }
+    }
+    #[inline(always)]
+    fn split(self) -> (Self, Self) {
+        // SAFETY: as above.
+        unsafe {
+            let bits = _mm512_castpd_si512(self.0);
+            let above = _mm512_add_epi64(bits, words(elementary::ONE - elementary::SQRT_HALF));
+            let k = _mm512_sub_epi64(_mm512_srli_epi64::<52>(above), words(1023));
+            let m = _mm512_sub_epi64(bits, _mm512_slli_epi64::<52>(k));
+            let k = _mm512_add_epi64(words(elementary::ROUND.to_bits()), k);
+            (Eight(_mm512_castsi512_pd(k)), Eight(_mm512_castsi512_pd(m)))
+        }
+    }
+}
+
+#[inline(always)]
+fn words(value: u64) -> __m512i {
+    // SAFETY: both are 64 bytes of plain numbers.
+    unsafe { transmute([value; 8]) }
+}
+
+impl LaneScalar for Eight {
+    #[inline(always)]
+    fn from_lanes(lanes: [f64; 8]) -> Self {
+        // SAFETY: both are 64 bytes of plain numbers.
+        Eight(unsafe { transmute::<[f64; 8], __m512d>(lanes) })
+    }
+    #[inline(always)]
+    fn lanes(self) -> [f64; 8] {
+        // SAFETY: as in `from_lanes`.
+        unsafe { transmute::<__m512d, [f64; 8]>(self.0) }
+    }
+}
+
+impl Scalar for Eight {
+    type Mask = EightMask;
+    const NUMBERS: usize = 8;
+    type Real = Self;
+
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self::from_lanes([value; 8])
+    }
+    #[inline(always)]
+    fn from_real(value: Self) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn real(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn implicit(root: Self, _residual: Self, _slope: Self) -> Self {
+        root
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> EightMask {
+        // SAFETY: as above.
+        EightMask(unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn select(mask: EightMask, yes: Self, no: Self) -> Self {
+        // SAFETY: as above.
+        Eight(unsafe { _mm512_mask_blend_pd(mask.0, no.0, yes.0) })
+    }
+    #[inline(always)]
+    fn is_finite(self) -> EightMask {
+        // Zero times infinity is not a number.
+        (Self::zero() * self).lt(Self::one())
+    }
+    fn largest(self) -> f64 {
+        self.lanes().into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: as above.
+        Eight(unsafe { _mm512_sqrt_pd(self.0) })
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+    fn cos(self) -> Self {
+        Self::from_lanes(self.lanes().map(libm::cos))
+    }
+    fn sin(self) -> Self {
+        Self::from_lanes(self.lanes().map(libm::sin))
+    }
+    #[inline(always)]
+    fn inverse_fourth_root(self) -> Self {
+        elementary::inverse_fourth_root(self)
+    }
+    // The instruction gives its second operand where neither is the greater, as the choice does.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: as above.
+        Eight(unsafe { _mm512_max_pd(other.0, self.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: as above.
+        Eight(unsafe { _mm512_min_pd(other.0, self.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.max(-self)
+    }
+}
