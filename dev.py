@@ -36,7 +36,7 @@ def test(*arguments):
     """all tests, of Rust and of Python; further arguments go to pytest"""
     install("test")
     return max(
-        run("cargo", "test", "--release", "--workspace", "--no-fail-fast"),
+        run("cargo", "test", "--profile", "testing", "--workspace", "--no-fail-fast"),
         run(PYTHON, "-m", "pytest", *arguments),
     )
 

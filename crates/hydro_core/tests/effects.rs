@@ -76,6 +76,12 @@ fn an_effect_at_its_quiet_value_changes_no_bit_of_a_run_in_either_solver() {
     }
 }
 
+/// Between two runs, of one state of either lift, over the first 75 rows.
+fn largest_difference(a: &Run, b: &Run, state: usize) -> f64 {
+    let of = |run: &Run, k: usize| [0, STATES].map(|lift| run.states[k * run.state_names.len() + lift + state]);
+    (0..75).flat_map(|k| of(a, k).into_iter().zip(of(b, k))).fold(0.0, |most, (a, b)| (a - b).abs().max(most))
+}
+
 #[test]
 fn an_effect_at_another_value_changes_the_run_and_both_solvers_agree_on_how() {
     let thesis = SOLVERS.map(|solver| lower(&truck_with(&[]), solver));
@@ -86,19 +92,14 @@ fn an_effect_at_another_value_changes_the_run_and_both_solvers_agree_on_how() {
         // there within a substep.
         let sharp = ["valve_flow_force", "compensator_dynamics"].contains(&instance.kind.spec().id);
         let share = if sharp { 2.5e-2 } else { 8e-3 };
-        // Velocity and pressure: how close the integrators come without effects, and what an effect changes at least.
-        for (state, close, least) in [(4, 2e-5, 1e-4), (6, 1e3, 5e3)] {
-            let of = |run: &Run, k: usize| [0, STATES].map(|lift| run.states[k * run.state_names.len() + lift + state]);
-            let (mut change, mut apart) = (0.0f64, 0.0f64);
-            for k in 0..75 {
-                let [adaptive, fixed, before] = [&runs[0], &runs[1], &thesis[0]].map(|run| of(run, k));
-                for lift in 0..2 {
-                    change = change.max((adaptive[lift] - before[lift]).abs());
-                    apart = apart.max((adaptive[lift] - fixed[lift]).abs());
-                }
-            }
+        // Velocity and pressure: what the integrators are apart without effects, and what an effect changes at least.
+        for (state, close, least) in [(4, 3e-5, 1e-4), (6, 1e3, 5e3)] {
+            let before = largest_difference(&thesis[0], &thesis[1], state);
+            assert!(before < close, "without effects, state {state}: {before:e}");
+            let change = largest_difference(&runs[0], &thesis[0], state);
+            let apart = largest_difference(&runs[0], &runs[1], state);
             let place = format!("{}, state {state}: {apart:e} of {change:e}", instance.name());
-            assert!(change > least && apart < close + share * change, "{place}");
+            assert!(change > least && apart < 1.5 * before + share * change, "{place}");
         }
     }
 }
