@@ -282,7 +282,7 @@ def _causes(selection: Selection) -> tuple[Cause, ...]:
             if trial is not step.accepted and trial.complete and shares[_labels(trial)] > AS_GOOD
         ]
         for suspect in step.accepted.suspects:
-            if suspect not in known:
+            if suspect not in known and suspect in selection.final.suspects:
                 alike = tuple(
                     one for trial in as_good for one in trial.suspects if one != suspect and one not in known
                 )

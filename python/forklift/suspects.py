@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
-from math import log, sqrt
+from math import sqrt
 from typing import TYPE_CHECKING
 
 from forklift import _core
@@ -66,27 +66,21 @@ def _physics(lifts: Collection[Lift]) -> Iterator[Suspect]:
 
 def _acting(names: Sequence[str], spec: EffectSpec) -> Callable[[Problem], Problem]:
     """Adds an effect: its amplitude at the quiet value, all else in the middle of what is plausible."""
-    priors = [_prior(one, amplitude=k == 0) for k, one in enumerate(spec["parameters"])]
-    starts = [spec["quiet"], *(middle for middle, _, _ in priors[1:])]
+    starts = [spec["quiet"], *map(_middle, spec["parameters"][1:])]
 
     def add(problem: Problem) -> Problem:
         truck = problem.truck.with_values(dict(zip(names, starts, strict=True)), source="suspected")
-        more = [
-            unknown(truck, name, width, scale) for name, (_, width, scale) in zip(names, priors, strict=True)
-        ]
         own = [known for known in problem.unknowns if not isinstance(known, Reading)]
         readings = [known for known in problem.unknowns if isinstance(known, Reading)]
+        more = [unknown(truck, name) for name in names]
         return replace(problem, truck=truck, unknowns=(*own, *more, *readings))
 
     return add
 
 
-def _prior(parameter: EffectParameterSpec, *, amplitude: bool) -> tuple[float, float, str]:
-    """Middle, standard deviation and scale: two thirds lie in the inner half of what is plausible."""
+def _middle(parameter: EffectParameterSpec) -> float:
     lower, upper = parameter["plausible_lower"], parameter["plausible_upper"]
-    if parameter["scale"] == "log" and not amplitude:
-        return sqrt(lower * upper), 0.25 * log(upper / lower), "log"
-    return 0.5 * (lower + upper), 0.25 * (upper - lower), "linear"
+    return sqrt(lower * upper) if parameter["scale"] == "log" else 0.5 * (lower + upper)
 
 
 def _sensors(measured: Collection[str]) -> Iterator[Suspect]:

@@ -43,11 +43,8 @@ class Selection:
 
     baseline: Trial
     steps: tuple[Step, ...]
-
-    @property
-    def final(self) -> Trial:
-        accepted = [step.accepted for step in self.steps if step.accepted]
-        return accepted[-1] if accepted else self.baseline
+    final: Trial
+    """The last that was accepted, without suspects that it does not need."""
 
 
 def select(bench: Bench, baseline: Trial, suspects: Sequence[Suspect], say: Say) -> Selection:
@@ -63,7 +60,21 @@ def select(bench: Bench, baseline: Trial, suspects: Sequence[Suspect], say: Say)
         if accepted is None:
             break
         best = accepted
-    return Selection(baseline, tuple(steps))
+    return Selection(baseline, tuple(steps), _needed(bench, best, say))
+
+
+def _needed(bench: Bench, best: Trial, say: Say) -> Trial:
+    """Without the suspects that the others make superfluous, now that the search knows where to end.
+
+    A search that went astray in an early round leaves something over, and invites a suspect that is none.
+    """
+    for suspect in best.suspects:
+        if len(best.suspects) > 1:
+            say(f"checking whether {suspect.label} is needed")
+            trial = bench.without(suspect, best)
+            if trial.complete or trial.left_over <= best.left_over:
+                best = trial
+    return best
 
 
 def _better(trial: Trial, best: Trial) -> bool:

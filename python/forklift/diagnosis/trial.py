@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.diagnosis.suspect import Suspect
+from forklift.diagnosis.suspect import Suspect, carry
 from forklift.estimation import geodesic
 from forklift.estimation.algebra import one_thread
 from forklift.estimation.judgement import AT_NOISE, Judged, judge
@@ -20,7 +20,7 @@ from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
 
-ROUGH, FINE = STAGES[:2], STAGES[2:]
+ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
 
 
@@ -92,6 +92,16 @@ class Bench:
         fine = search(found.problem, found.x, self.sensors, FINE, self.progress)
         evaluations = found.evaluations + fine.evaluations
         return self._judged(suspects, replace(fine, evaluations=evaluations), rough, finished=True)
+
+    def without(self, suspect: Suspect, trial: Trial) -> Trial:
+        """The same trial without one of its suspects, from where it ended."""
+        rest = tuple(one for one in trial.suspects if one is not suspect)
+        problem = self.problem(rest)
+        x = carry(trial.found.x, trial.found.problem, problem)
+        found = search(problem, x, self.sensors, AGAIN, self.progress)
+        with one_thread():
+            rough = geodesic.cost(found.problem, found.x)
+        return self.finish(rest, found, rough)
 
     def stop(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
         """Judged as it stands after the tempered stages."""

@@ -31,6 +31,10 @@ LAGS = 25
 ROUNDING = sqrt(3.0)
 """Half an encoder's count in units of its noise. A lift at rest reads off by a constant of up to this much:
 that is rounding, and taken off."""
+FAR = 3.0
+"""What moves one of a recording's own unknowns by more of its prior's deviations is linearised anew: a load
+that was entered wrongly, say."""
+MOST_MOVES = 4
 WHITE = 0.01
 """Its level: a complete model fails one test in a hundred."""
 
@@ -70,19 +74,34 @@ def judge(problem: Problem, theta: Floats, covariance: Floats, sensors: Mapping[
     others; what is left is then told in units of the sensors' noise.
     """
     x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
+    for _ in range(MOST_MOVES):
+        runs = problem.linearise(x)
+        steps = [
+            _step(sample, at, covariance, problem.own(x, k))
+            for k, (sample, at) in enumerate(zip(problem.samples, runs, strict=True))
+        ]
+        own = np.concatenate([step[len(theta) :] for step in steps])
+        if not np.any(np.abs(own) > FAR):
+            break
+        x = np.clip(x + np.concatenate([np.zeros(len(theta)), own]), *problem.bounds())
     judged = []
-    for sample, at in zip(problem.samples, problem.linearise(x), strict=True):
-        judged += _judge(sample, at, covariance, sensors)
+    for sample, at, step in zip(problem.samples, runs, steps, strict=True):
+        judged += _judge(sample, at, step, sensors)
     return judged
 
 
-def _judge(sample: Sample, at: Linearised, covariance: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
+def _step(sample: Sample, at: Linearised, covariance: Floats, own: Floats) -> Floats:
+    """From θ and the recording's own unknowns to where they explain it best."""
     prior = block_diag(covariance, np.eye(len(sample.free)))
     jacobian = np.vstack([at.jacobian[name] for name in at.residual])
     residual = np.concatenate([at.residual[name] for name in at.residual])
-    # x = −(C⁻¹ + JᵀJ)⁻¹ Jᵀr without inverting C, which may be nearly singular
+    here = np.concatenate([np.zeros(len(covariance)), own])
+    # −(C⁻¹ + JᵀJ)⁻¹ (Jᵀr + C⁻¹x) without inverting C, which may be nearly singular
     normal = jacobian.T @ jacobian
-    step = -np.linalg.solve(np.eye(len(prior)) + prior @ normal, prior @ (jacobian.T @ residual))
+    return -np.linalg.solve(np.eye(len(prior)) + prior @ normal, prior @ (jacobian.T @ residual) + here)
+
+
+def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
     judged = []
     for seen in sample.observed:
         name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]

@@ -203,11 +203,9 @@ def _lift_of(name: str) -> str | None:
     return head if head in ("free", "main") else None
 
 
-def unknown(truck: Truck, name: str, width: float, scale: str = "linear") -> Unknown:
-    """One parameter of the truck, with a prior of this width on this scale."""
-    start = float(dict(zip(truck.core.names, truck.core.values, strict=True))[name])
-    lower, upper = _ends(name, start, scale, width)
-    return Unknown((name,), _spec(name)["unit"], scale, (start,), width, lower, upper)
+def unknown(truck: Truck, name: str) -> Unknown:
+    """One parameter of the truck."""
+    return _unknown(truck, (name,))
 
 
 def _unknown(truck: Truck, names: tuple[str, ...]) -> Unknown:
@@ -233,9 +231,19 @@ def _spec(name: str) -> ParameterSpec:
 
 
 def _shape(name: str, value: float) -> tuple[str, float]:
-    """The scale on which the parameter is carried, and its prior's width on it."""
+    """The scale on which the parameter is carried, and its prior's width on it.
+
+    Of an effect's, two thirds of the prior lie in the inner half of what is plausible.
+    """
     spec, table = _spec(name), _table_of(name) or ""
     range_share = LINEAR_WIDTH * (spec["upper"] - spec["lower"])
+    if "plausible_lower" in spec:
+        lower, upper = spec["plausible_lower"], spec["plausible_upper"]  # type: ignore[typeddict-item]
+        return (
+            ("log", 0.25 * log(upper / lower))
+            if spec["scale"] == "log"
+            else ("linear", 0.25 * (upper - lower))
+        )
     if table.endswith(CURRENTS):
         return "linear", range_share
     if table.endswith(AREAS):
