@@ -31,7 +31,7 @@ LAGS = 25
 ROUNDING = sqrt(3.0)
 """Half an encoder's count in units of its noise. A lift at rest reads off by a constant of up to this much:
 that is rounding, and taken off."""
-FAR = 3.0
+FAR = 0.3
 """What moves one of a recording's own unknowns by more of its prior's deviations is linearised anew: a load
 that was entered wrongly, say."""
 MOST_MOVES = 4
