@@ -22,10 +22,9 @@ from forklift.diagnosis.selection import Selection, credibility, select
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.estimation.problem import Problem, sample
-from forklift.estimation.readings import Reading
 from forklift.estimation.sensors import sensors
 from forklift.estimation.suitability import Caution, suitability
-from forklift.estimation.unknowns import move, unknowns
+from forklift.estimation.unknowns import unknowns
 from forklift.names import LIFTS
 from forklift.suspects import suspects
 from forklift.truck import Truck
@@ -335,8 +334,6 @@ def _location(
 
 def _truck(campaign: Campaign, start: Truck, trial: Trial) -> Truck:
     """The truck of a trial; what moved says where it comes from."""
-    found = trial.found
-    moved = [unknown for unknown in found.problem.unknowns if not isinstance(unknown, Reading)]
     source = f"estimated by diagnosis of campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
-    truck = move(found.problem.truck, moved, found.x[: len(moved)], source)
+    truck = trial.found.problem.truck_at(trial.found.x, source)
     return Truck(f"{campaign.name} diagnosed from {start.name}", truck.values, truck.sources)

@@ -17,6 +17,15 @@ Floats = NDArray[np.float64]
 
 PHASES = ("start", "step change", "steady", "stop", "hold")
 
+IN_WORDS = {
+    "start": "starts",
+    "step change": "step changes",
+    "steady": "steady lowering",
+    "stop": "stops",
+    "hold": "holding still",
+}
+"""A phase as a sentence says it."""
+
 TRANSIENT_S = 0.6
 """How long a transient is counted after its cause: one and a half of the oscillation's periods, which are
 about 0.4 s (Fri & Fahlén 2017, section 4.5.2)."""

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from forklift.diagnosis.inputs import WIDTH_S
 from forklift.estimation.problem import Problem, Sample
-from forklift.estimation.readings import Reading
-from forklift.estimation.unknowns import move
 from forklift.names import LIFTS, Lift
 
 Floats = NDArray[np.float64]
@@ -47,11 +45,7 @@ def equation(port: str) -> tuple[str, str | None]:
 
 def respond(problem: Problem, x: Floats, k: int, port: str, centres: Floats) -> Floats:
     """(times, outputs, hats): how recording k answers hats over time at one port."""
-    pairs = zip(problem.unknowns, x.tolist(), strict=False)
-    moved = [(unknown, at) for unknown, at in pairs if not isinstance(unknown, Reading)]
-    truck = move(
-        problem.truck, [unknown for unknown, _ in moved], np.array([at for _, at in moved]), "diagnosis"
-    )
+    truck = problem.truck_at(x)
     sample = problem.samples[k]
     own = sample.conditions(problem.own(x, k))
     answers = truck.core.responses(sample.case, own, [port], centres, WIDTH_S, substeps=problem.substeps)

@@ -9,17 +9,10 @@ import polars as pl
 
 from forklift.fits import WINDOW
 from forklift.names import Lift, amount, commanded
+from forklift.phases import IN_WORDS
 
 if TYPE_CHECKING:
     from forklift.compare import Comparison
-
-_PHASES = {
-    "start": "starts",
-    "step change": "step changes",
-    "steady": "steady lowering",
-    "stop": "stops",
-    "hold": "holding still",
-}
 
 
 def sentence(comparison: Comparison, lift: Lift) -> str | None:
@@ -86,7 +79,7 @@ def _phase(comparison: Comparison, lift: Lift) -> str:
     if not np.isfinite(most["share_of_misfit"]):
         return ""
     return (
-        f"; {100 * most['share_of_misfit']:.0f} % of its misfit lies in {_PHASES[most['phase']]} "
+        f"; {100 * most['share_of_misfit']:.0f} % of its misfit lies in {IN_WORDS[most['phase']]} "
         f"({100 * most['share_of_time']:.0f} % of the time)"
     )
 

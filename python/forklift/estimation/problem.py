@@ -215,7 +215,7 @@ class Problem:
     def _simulate(self, x: Floats, *, derivatives: bool) -> list[tuple[Floats, Floats]]:
         """Outputs of every recording, and slopes along parameters, readings and what is its own."""
         moved, readings = self._split(x)
-        truck = move(self.truck, [unknown for unknown, _ in moved], np.array([at for _, at in moved]), "fit")
+        truck = self.truck_at(x)
         names = [name for unknown, _ in moved for name in unknown.names]
         runs = truck.core.differentiate(
             [sample.case for sample in self.samples],
@@ -227,6 +227,17 @@ class Problem:
             _read(sample.recording.time_s, run, readings, len(names) if derivatives else 0)
             for sample, run in zip(self.samples, runs, strict=True)
         ]
+
+    def truck_at(self, x: Floats, source: str = "fit") -> Truck:
+        """The truck at x; its moved values carry `source`.
+
+        Raises
+        ------
+        ForkliftError
+            As `forklift.truck.Truck`, if it is impossible.
+        """
+        moved, _ = self._split(x)
+        return move(self.truck, [unknown for unknown, _ in moved], np.array([at for _, at in moved]), source)
 
     def _split(self, x: Floats) -> tuple[list[tuple[Unknown, float]], list[tuple[Reading, float]]]:
         """The truck's unknowns and the sensors', each with its θ; the sensors' come last."""

@@ -9,19 +9,11 @@ import numpy as np
 
 from forklift.estimation.judgement import Judged
 from forklift.names import Lift, commanded
-from forklift.phases import PHASES, phases, shut_current
+from forklift.phases import IN_WORDS, PHASES, phases, shut_current
 
 if TYPE_CHECKING:
     from forklift.estimation.knowledge import Group
     from forklift.fit import Fit
-
-_PHASES = {
-    "start": "starts",
-    "step change": "step changes",
-    "steady": "steady lowering",
-    "stop": "stops",
-    "hold": "holding still",
-}
 
 WARM_K = 15.0
 """Recordings this much warmer than the coldest are called warm."""
@@ -135,7 +127,7 @@ def _phase(fit: Fit, bad: Sequence[Judged], channel: str) -> str:
         return ""
     most = int(np.argmax(square))
     return (
-        f"{100 * square[most] / square.sum():.0f} % of {channel}'s in {_PHASES[PHASES[most]]} "
+        f"{100 * square[most] / square.sum():.0f} % of {channel}'s in {IN_WORDS[PHASES[most]]} "
         f"({100 * seconds[most] / seconds.sum():.0f} % of the time)"
     )
 
