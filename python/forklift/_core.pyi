@@ -129,8 +129,8 @@ class Truck:
     def differentiate(
         self,
         cases: Sequence[Case],
-        unknowns: _Floats,  # (cases, 4): load [kg], oil temperature's offset [K], start of free and main [m]
-        directions: Sequence[str],  # parameters, "load", "oil_temperature", "free.start", "main.start"
+        unknowns: _Floats,  # (cases, 5): load [kg], oil's offset and warming [K], start of free and main [m]
+        directions: Sequence[str],  # parameters, "load", "oil_temperature", "oil_warming", "free.start", …
         *,
         substeps: int = ...,
     ) -> list[tuple[_Floats, _Floats]]:
@@ -139,7 +139,7 @@ class Truck:
     def responses(
         self,
         case: Case,
-        unknowns: _Floats,  # (4,): load [kg], oil temperature's offset [K], start of free and main [m]
+        unknowns: _Floats,  # (5,): load [kg], oil's offset and warming [K], start of free and main [m]
         ports: Sequence[str],  # "free.force"
         centres: _Floats,  # (hats,) s
         width: float,  # s, from a hat's highest point to its end

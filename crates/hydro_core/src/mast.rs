@@ -252,6 +252,10 @@ pub trait Physics<S: Scalar>: Clone {
     /// Told by the fast path before each substep: the time in its middle [s].
     #[inline(always)]
     fn at_time(&mut self, _t: f64) {}
+    /// How much later each lift's command reaches its valve [s]; None: none does.
+    fn delays<const L: usize>(&self) -> Option<[S; L]> {
+        None
+    }
     /// As [`Physics::rates`], but for the states that relax, which are left out.
     fn explicit_rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]);
     /// Advances the states that relax by `h` [s], exactly; see [`crate::effects::Effect::relax`].
@@ -289,6 +293,8 @@ pub struct Extended<S> {
     inputs: Vec<UnknownInput<S>>,
     /// What the unknown inputs write now, by simulated lift.
     pushed: [Open<S>; 2],
+    /// By simulated lift, how much later its command reaches the valve [s].
+    delays: Option<[S; 2]>,
 }
 
 /// A hat over time at one port of a simulated lift: `height` at `centre` [s], zero from `width` [s] on.
@@ -305,13 +311,16 @@ pub struct UnknownInput<S> {
 impl<S: Scalar> Extended<S> {
     /// `effects`: which, at which simulated lift, with which values.
     pub fn new(effects: &[(Instance, usize, Vec<S>)], lifts: &[Lift<S>]) -> Self {
-        let terms = effects
-            .iter()
-            .map(|(instance, place, values)| {
-                (Term::new(instance.kind, values, lifts, *place), instance.kind.spec().states.len())
-            })
-            .collect();
-        Extended { terms, inputs: Vec::new(), pushed: [Open::quiet(); 2] }
+        let mut terms = Vec::with_capacity(effects.len());
+        let mut delays = None;
+        for (instance, place, values) in effects {
+            let term = Term::new(instance.kind, values, lifts, *place);
+            if let Some(delay) = term.delay() {
+                delays.get_or_insert([S::zero(); 2])[*place] = delay;
+            }
+            terms.push((term, instance.kind.spec().states.len()));
+        }
+        Extended { terms, inputs: Vec::new(), pushed: [Open::quiet(); 2], delays }
     }
 
     /// With unknown inputs besides: of the fast path only, which tells the time.
@@ -356,6 +365,9 @@ impl<S: Scalar> Physics<S> for Extended<S> {
                 self.pushed[input.place].push(input.port, S::constant(share) * input.height);
             }
         }
+    }
+    fn delays<const L: usize>(&self) -> Option<[S; L]> {
+        self.delays.map(|delays| std::array::from_fn(|k| delays[k]))
     }
     #[inline(never)]
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {

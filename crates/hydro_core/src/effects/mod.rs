@@ -67,6 +67,10 @@ pub trait Effect<S: Scalar>: Sized {
     const SPEC: EffectSpec;
     /// `values` in the order of the specification's parameters.
     fn new(values: &[S], lifts: &[Lift<S>], place: usize) -> Self;
+    /// How much later the command reaches the valve of the lift it sits on [s]; None: no later.
+    fn delay(&self) -> Option<S> {
+        None
+    }
     /// Adds the effect's share to the ports.
     fn act<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], ports: &mut MastPorts<S, L>);
     /// Time derivatives of the effect's own states.
@@ -153,6 +157,12 @@ macro_rules! catalogue {
             pub fn new(kind: Kind, values: &[S], lifts: &[Lift<S>], place: usize) -> Self {
                 match kind {
                     $(Kind::$effect => Term::$effect($module::$effect::new(values, lifts, place)),)*
+                }
+            }
+
+            pub fn delay(&self) -> Option<S> {
+                match self {
+                    $(Term::$effect(effect) => effect.delay(),)*
                 }
             }
 

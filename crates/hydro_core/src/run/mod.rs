@@ -2,18 +2,20 @@
 
 mod adaptive;
 mod differentiable;
+mod late;
 pub mod sensitivity;
 mod ticks;
 
 use crate::effects::StateSpec;
 use crate::error::Error;
-use crate::mast::{Extended, Lift, LiftName, Mast, Thesis, LIFT_STATES, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
 use crate::scalar::Scalar;
 use crate::solver::statistics::Statistics;
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
 pub use differentiable::jacobian_by_duals;
 use differentiable::{Columns, Differentiable};
+use late::Late;
 use ticks::Ticks;
 
 /// Inputs of a run, each held from its time until the next.
@@ -121,6 +123,12 @@ fn with_lifts<const L: usize>(
             macro_rules! run {
                 ($plain:expr, $dual:expr) => {{
                     let (plain, dual) = ($plain, $dual);
+                    let late = plain.delays::<L>().map(|delays| {
+                        let of = |lift| which.iter().position(|&one| one == lift).map_or(0.0, |k| delays[k]);
+                        Late::new(inputs, LiftName::BOTH.map(of))
+                    });
+                    let late = late.as_ref().map(Late::inputs);
+                    let inputs = late.as_ref().unwrap_or(inputs);
                     let (plain, dual) = (mast!(lifts, plain), mast!(dual_lifts, dual));
                     let mut mast = Differentiable::new(plain, dual, scale, names_kept);
                     adaptive::run(&mut mast, &which, inputs, wanted, tolerance, &from, interrupt)?
@@ -150,6 +158,7 @@ fn with_lifts<const L: usize>(
                         which: &which,
                         inputs,
                         warmer: 0.0,
+                        warming: 0.0,
                         start: &start,
                         wanted,
                         substeps,

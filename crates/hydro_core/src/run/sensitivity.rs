@@ -27,6 +27,8 @@ pub enum Direction {
     Load,
     /// An offset of the oil temperature [K].
     OilTemperature,
+    /// How much more the oil warms up during the run than recorded [K].
+    OilWarming,
     /// The cylinder position [m] at which a lift starts.
     Start(LiftName),
     /// An unknown input.
@@ -52,6 +54,8 @@ pub struct Case<'a> {
     pub wanted: &'a [f64],
     /// Added to the oil temperature [K].
     pub warmer: f64,
+    /// How much more the oil warms up during the run than recorded [K]: evenly, none in the middle.
+    pub warming: f64,
     /// Cylinder positions at the start, free and main [m].
     pub start: [f64; 2],
 }
@@ -130,7 +134,7 @@ impl Task<'_> {
                 Owner::Lift(lift) => which.contains(&lift),
                 Owner::Mast => L == 2,
             },
-            Direction::Load | Direction::OilTemperature => true,
+            Direction::Load | Direction::OilTemperature | Direction::OilWarming => true,
             Direction::Start(lift) | Direction::Input(Input { lift, .. }) => which.contains(lift),
         };
         let along: Vec<usize> = (0..self.directions.len()).filter(|&d| concerns(&self.directions[d])).collect();
@@ -227,6 +231,7 @@ impl Task<'_> {
             which: &which,
             inputs: &self.case.inputs,
             warmer: number(Direction::OilTemperature, self.case.warmer),
+            warming: number(Direction::OilWarming, self.case.warming),
             start: &start,
             wanted: self.case.wanted,
             substeps: self.substeps,

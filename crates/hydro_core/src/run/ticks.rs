@@ -41,6 +41,52 @@ impl<'a> Grid<'a> {
         }
         k
     }
+
+    /// The grid point from which on the inputs `k` hold: where [`Grid::input_at`] finds them first.
+    fn holds_from(&self, k: usize) -> f64 {
+        ((self.time[k] - self.time[0]) / self.h - 0.5).floor() + 1.0
+    }
+
+    /// How far the time of the inputs `k` lies from the middle of all, as a share of the whole.
+    fn from_middle(&self, k: usize) -> f64 {
+        let whole = self.time[self.time.len() - 1] - self.time[0];
+        if whole > 0.0 {
+            (self.time[k] - self.time[0]) / whole - 0.5
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The means over the substep after grid point `j`, on which the inputs `k` hold, of commands that come late.
+///
+/// A command that jumped before, and whose delay is not over, counts with its share of the substep: exact for any
+/// delay, and so is the derivative, at none as well.
+fn late<S: Scalar, const L: usize>(
+    which: &[LiftName; L],
+    inputs: &Inputs,
+    grid: &Grid,
+    (j, k): (usize, usize),
+    delays: &[S; L],
+) -> [S; L] {
+    let of = |k: usize| commands_of(which, inputs.command[k]);
+    let mut mean = of(k).map(S::constant);
+    for (place, mean) in mean.iter_mut().enumerate() {
+        let substeps = delays[place] * S::constant(1.0 / grid.h);
+        let longest = substeps.largest();
+        let mut k = k;
+        while k > 0 {
+            let left = S::constant(grid.holds_from(k) - j as f64) + substeps;
+            if grid.holds_from(k) - (j as f64) + longest < 0.0 {
+                break;
+            }
+            // At no delay the share is 0, and grows with it.
+            let share = S::select(left.lt(S::zero()), S::zero(), S::select(S::one().lt(left), S::one(), left));
+            *mean = *mean + share * S::constant(of(k - 1)[place] - of(k)[place]);
+            k -= 1;
+        }
+    }
+    mean
 }
 
 /// A mast to be run through its inputs; `record` is shown the state vector at each wanted time.
@@ -48,8 +94,10 @@ pub(super) struct Ticks<'a, S, X, R, const L: usize> {
     pub mast: Mast<S, X, L>,
     pub which: &'a [LiftName; L],
     pub inputs: &'a Inputs<'a>,
-    /// Added to the recorded oil temperature [°C].
+    /// Added to the recorded oil temperature [K].
     pub warmer: S,
+    /// By how much more the oil warms up during the run than recorded [K], evenly; none in the middle.
+    pub warming: S,
     pub start: &'a [S],
     pub wanted: &'a [f64],
     pub substeps: usize,
@@ -73,8 +121,10 @@ where
         let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
         let held_on = |k: usize| {
             let command = commands_of(self.which, self.inputs.command[k]).map(S::constant);
-            (command, S::constant(self.inputs.oil_temperature_degc[k]) + self.warmer)
+            let recorded = S::constant(self.inputs.oil_temperature_degc[k]);
+            (command, recorded + self.warmer + self.warming * S::constant(grid.from_middle(k)))
         };
+        let delays = self.mast.physics.delays();
         // The rates at the start are those under the first inputs.
         let mut held = grid.input_at(0, 0);
         let (command, temperature) = held_on(held);
@@ -102,6 +152,9 @@ where
                 held = k;
                 let (command, temperature) = held_on(k);
                 fixed.mast.set_inputs(command, temperature);
+            }
+            if let Some(delays) = &delays {
+                fixed.mast.command = late(self.which, self.inputs, &grid, (j, k), delays);
             }
             std::mem::swap(&mut before, &mut after);
             fixed.mast.physics.at_time(t + 0.5 * grid.h);
