@@ -101,7 +101,8 @@ pub const fn place(name: &str) -> usize {
     k
 }
 
-const fn same(a: &[u8], b: &[u8]) -> bool {
+/// Whether two names are the same, where `==` is not at hand.
+pub(crate) const fn same(a: &[u8], b: &[u8]) -> bool {
     let mut k = 0;
     while k < a.len() && k < b.len() && a[k] == b[k] {
         k += 1;
@@ -128,6 +129,8 @@ pub struct Lift<S> {
     pub m_c: S,
     /// Mass that moves twice as fast, with the load [kg].
     pub m: S,
+    /// That load [kg].
+    pub load: S,
     nu_0: S,
     /// Viscosity-temperature coefficient [1/K].
     pub lambda: S,
@@ -164,6 +167,7 @@ impl<S: Scalar> Lift<S> {
             p_tank: p.p_tank,
             m_c: p.m_c,
             m,
+            load: load_kg,
             nu_0: p.nu_0,
             lambda: p.lambda,
             t_0: p.t_0,
@@ -249,6 +253,8 @@ pub trait Physics<S: Scalar>: Clone {
     fn states(&self) -> usize;
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Self::Ports; L], S);
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]);
+    /// The effects' states where a run starts.
+    fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]);
     /// Told by the fast path before each substep: the time in its middle [s].
     #[inline(always)]
     fn at_time(&mut self, _t: f64) {}
@@ -275,6 +281,8 @@ impl<S: Scalar> Physics<S> for Thesis {
     }
     #[inline(always)]
     fn rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
+    #[inline(always)]
+    fn start<const L: usize>(&self, _bus: &Bus<S, L>, _own: &mut [S]) {}
     #[inline(always)]
     fn explicit_rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
     #[inline(always)]
@@ -367,6 +375,14 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             (rest, out) = (others, others_out);
         }
     }
+    fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]) {
+        let mut rest = own;
+        for (term, n) in &self.terms {
+            let (mine, others) = rest.split_at_mut(*n);
+            term.start(bus, mine);
+            rest = others;
+        }
+    }
     #[inline(never)]
     fn explicit_rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
         let (mut rest, mut out) = (own, rates);
@@ -413,6 +429,13 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
         for lift in &mut self.lifts {
             lift.nu = viscosity(lift.nu_0, lift.lambda, lift.t_0, oil_temperature_degc);
         }
+    }
+
+    /// Puts the effects' states to where a run under the present inputs starts, the lifts being where `x` has them.
+    pub fn start_effects(&self, x: &mut [S]) {
+        let (lifts, own) = x.split_at_mut(L * STATES);
+        let lifts = std::array::from_fn(|k| LiftState::from_slice(&lifts[k * STATES..(k + 1) * STATES]));
+        self.physics.start(&self.bus(lifts), own);
     }
 
     #[inline(always)]

@@ -43,6 +43,17 @@ impl<'a> Grid<'a> {
     }
 }
 
+/// Commands [A] and oil temperature [°C] of the `k`-th row of the inputs.
+pub(super) fn held<S: Scalar, const L: usize>(
+    which: &[LiftName; L],
+    inputs: &Inputs,
+    warmer: S,
+    k: usize,
+) -> ([S; L], S) {
+    let command = commands_of(which, inputs.command[k]).map(S::constant);
+    (command, S::constant(inputs.oil_temperature_degc[k]) + warmer)
+}
+
 /// A mast to be run through its inputs; `record` is shown the state vector at each wanted time.
 pub(super) struct Ticks<'a, S, X, R, const L: usize> {
     pub mast: Mast<S, X, L>,
@@ -71,13 +82,10 @@ where
     fn run(mut self) -> Self::Output {
         let grid = Grid::new(self.inputs.time, self.substeps);
         let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
-        let held_on = |k: usize| {
-            let command = commands_of(self.which, self.inputs.command[k]).map(S::constant);
-            (command, S::constant(self.inputs.oil_temperature_degc[k]) + self.warmer)
-        };
+        let held_on = |k: usize| held(self.which, self.inputs, self.warmer, k);
         // The rates at the start are those under the first inputs.
-        let mut held = grid.input_at(0, 0);
-        let (command, temperature) = held_on(held);
+        let mut at = grid.input_at(0, 0);
+        let (command, temperature) = held_on(at);
         self.mast.set_inputs(command, temperature);
         let mut fixed = Fixed::new(self.mast, self.start, grid.h, valve_steps(fastest.largest(), grid.h));
         let (mut before, mut after) = (self.start.to_vec(), self.start.to_vec());
@@ -97,9 +105,9 @@ where
                 }
                 next += 1;
             }
-            let k = grid.input_at(j, held);
-            if held != k {
-                held = k;
+            let k = grid.input_at(j, at);
+            if at != k {
+                at = k;
                 let (command, temperature) = held_on(k);
                 fixed.mast.set_inputs(command, temperature);
             }
