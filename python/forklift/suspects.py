@@ -58,6 +58,8 @@ def stuck_suspect(stuck: Stuck) -> Suspect:
 def _physics(lifts: Collection[Lift]) -> Iterator[Suspect]:
     specs = {spec["id"]: spec for spec in _core.effect_table()}
     for effect in EFFECTS:
+        if effect.general:
+            continue
         spec = specs[effect.id]
         for lift in [lift for lift in LIFTS if lift in lifts] if spec["scope"] == "lift" else [""]:
             head = f"{lift}.{effect.id}" if lift else effect.id

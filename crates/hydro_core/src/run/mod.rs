@@ -16,7 +16,7 @@ use crate::truck::Truck;
 pub use differentiable::jacobian_by_duals;
 use differentiable::{Columns, Differentiable};
 use late::Late;
-use ticks::Ticks;
+use ticks::{Ticks, Warmer};
 
 /// Inputs of a run, each held from its time until the next.
 #[derive(Debug, Clone, Copy)]
@@ -108,13 +108,24 @@ fn with_lifts<const L: usize>(
     }
     let own: Vec<_> = effects.iter().map(|(i, ..)| (i.name(), i.kind.spec().states)).collect();
     let names = state_names(&which, &own);
-    let start = start_state(&lifts, &which, &names, start)?;
+    let given = start.is_some();
+    let mut start = start_state(&lifts, &which, &names, start)?;
+    if !given && !effects.is_empty() {
+        let mut mast = mast!(lifts.clone(), Extended::new(&effects, &lifts));
+        let (command, temperature) = ticks::held(&which, inputs, Warmer::none(), 0);
+        mast.set_inputs(command, temperature);
+        mast.start_effects(&mut start);
+    }
     match solver {
         Solver::Adaptive { tolerance } => {
             let (dual_lifts, dual_effects) =
                 truck.build(which, Columns::constant(inputs.load_kg), |_, v| Columns::constant(v))?;
             // The states of an effect at its quiet value would have a say in the steps.
-            let loud: Vec<bool> = effects.iter().map(|(i, _, values)| values[0] != i.kind.spec().quiet).collect();
+            let loud = effects.iter().map(|(i, _, values)| {
+                let quiet = i.kind.spec().quiet;
+                values[..i.kind.amplitudes()].iter().any(|&value| value != quiet)
+            });
+            let loud: Vec<bool> = loud.collect();
             let kept = kept_states::<L>(&loud, &own);
             let scale = scales::<L>(effects.iter().flat_map(|(i, ..)| i.kind.spec().states));
             let of = |all: &[f64]| kept.iter().map(|&k| all[k]).collect::<Vec<_>>();
@@ -157,8 +168,7 @@ fn with_lifts<const L: usize>(
                         mast: mast!(lifts, physics),
                         which: &which,
                         inputs,
-                        warmer: 0.0,
-                        warming: 0.0,
+                        warmer: Warmer::none(),
                         start: &start,
                         wanted,
                         substeps,

@@ -46,16 +46,6 @@ impl<'a> Grid<'a> {
     fn holds_from(&self, k: usize) -> f64 {
         ((self.time[k] - self.time[0]) / self.h - 0.5).floor() + 1.0
     }
-
-    /// How far the time of the inputs `k` lies from the middle of all, as a share of the whole.
-    fn from_middle(&self, k: usize) -> f64 {
-        let whole = self.time[self.time.len() - 1] - self.time[0];
-        if whole > 0.0 {
-            (self.time[k] - self.time[0]) / whole - 0.5
-        } else {
-            0.0
-        }
-    }
 }
 
 /// The means over the substep after grid point `j`, on which the inputs `k` hold, of commands that come late.
@@ -89,15 +79,46 @@ fn late<S: Scalar, const L: usize>(
     mean
 }
 
+/// How much warmer the oil is than recorded [K].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Warmer<S> {
+    /// In the middle of the run.
+    pub by: S,
+    /// From its start to its end, evenly.
+    pub warming: S,
+}
+
+impl<S: Scalar> Warmer<S> {
+    /// As recorded.
+    pub fn none() -> Self {
+        Warmer { by: S::zero(), warming: S::zero() }
+    }
+
+    /// The oil temperature [°C] of the `k`-th row of the inputs.
+    #[inline(always)]
+    fn at(&self, inputs: &Inputs, k: usize) -> S {
+        let (first, last) = (inputs.time[0], inputs.time[inputs.time.len() - 1]);
+        let from_middle = if first < last { (inputs.time[k] - first) / (last - first) - 0.5 } else { 0.0 };
+        S::constant(inputs.oil_temperature_degc[k]) + self.by + self.warming * S::constant(from_middle)
+    }
+}
+
+/// Commands [A] and oil temperature [°C] of the `k`-th row of the inputs.
+pub(super) fn held<S: Scalar, const L: usize>(
+    which: &[LiftName; L],
+    inputs: &Inputs,
+    warmer: Warmer<S>,
+    k: usize,
+) -> ([S; L], S) {
+    (commands_of(which, inputs.command[k]).map(S::constant), warmer.at(inputs, k))
+}
+
 /// A mast to be run through its inputs; `record` is shown the state vector at each wanted time.
 pub(super) struct Ticks<'a, S, X, R, const L: usize> {
     pub mast: Mast<S, X, L>,
     pub which: &'a [LiftName; L],
     pub inputs: &'a Inputs<'a>,
-    /// Added to the recorded oil temperature [K].
-    pub warmer: S,
-    /// By how much more the oil warms up during the run than recorded [K], evenly; none in the middle.
-    pub warming: S,
+    pub warmer: Warmer<S>,
     pub start: &'a [S],
     pub wanted: &'a [f64],
     pub substeps: usize,
@@ -119,15 +140,11 @@ where
     fn run(mut self) -> Self::Output {
         let grid = Grid::new(self.inputs.time, self.substeps);
         let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
-        let held_on = |k: usize| {
-            let command = commands_of(self.which, self.inputs.command[k]).map(S::constant);
-            let recorded = S::constant(self.inputs.oil_temperature_degc[k]);
-            (command, recorded + self.warmer + self.warming * S::constant(grid.from_middle(k)))
-        };
+        let held_on = |k: usize| held(self.which, self.inputs, self.warmer, k);
         let delays = self.mast.physics.delays();
         // The rates at the start are those under the first inputs.
-        let mut held = grid.input_at(0, 0);
-        let (command, temperature) = held_on(held);
+        let mut at = grid.input_at(0, 0);
+        let (command, temperature) = held_on(at);
         self.mast.set_inputs(command, temperature);
         let mut fixed = Fixed::new(self.mast, self.start, grid.h, valve_steps(fastest.largest(), grid.h));
         let (mut before, mut after) = (self.start.to_vec(), self.start.to_vec());
@@ -147,9 +164,9 @@ where
                 }
                 next += 1;
             }
-            let k = grid.input_at(j, held);
-            if held != k {
-                held = k;
+            let k = grid.input_at(j, at);
+            if at != k {
+                at = k;
                 let (command, temperature) = held_on(k);
                 fixed.mast.set_inputs(command, temperature);
             }
