@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from math import sqrt
 from typing import TYPE_CHECKING
 
@@ -13,12 +14,13 @@ from forklift.effects import EFFECTS
 from forklift.estimation.problem import Problem
 from forklift.estimation.readings import Fault, Reading, reading
 from forklift.estimation.sensors import POSITIONS
-from forklift.estimation.unknowns import unknown
+from forklift.estimation.unknowns import Unknown, unknown
 from forklift.names import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec
     from forklift.stuck_sensors import Stuck
+    from forklift.truck import Truck
 
 LOAD_WIDTH_KG = 100.0
 """Prior standard deviation of an entered load that may be wrong."""
@@ -56,38 +58,52 @@ def stuck_suspect(stuck: Stuck) -> Suspect:
 
 
 def _physics(lifts: Collection[Lift]) -> Iterator[Suspect]:
-    specs = {spec["id"]: spec for spec in _core.effect_table()}
+    specs = effect_specs()
     for effect in EFFECTS:
         if effect.general:
             continue
-        spec = specs[effect.id]
-        for lift in [lift for lift in LIFTS if lift in lifts] if spec["scope"] == "lift" else [""]:
-            head = f"{lift}.{effect.id}" if lift else effect.id
-            names = [f"{head}.{parameter['name']}" for parameter in spec["parameters"]]
+        scope = [lift for lift in LIFTS if lift in lifts] if specs[effect.id]["scope"] == "lift" else [""]
+        for lift in scope:
             yield Suspect(
                 effect.id,
                 "physics",
                 effect.name,
                 lift,
                 effect.equation,
-                names[0],
-                _acting(names, spec),
+                _names(effect.id, lift)[0],
+                acting(effect.id, lift),
                 effect.confused_with,
             )
 
 
-def _acting(names: Sequence[str], spec: EffectSpec) -> Callable[[Problem], Problem]:
+@cache
+def effect_specs() -> dict[str, EffectSpec]:
+    """The core's table of effects, by id."""
+    return {spec["id"]: spec for spec in _core.effect_table()}
+
+
+def _names(id: str, lift: str) -> list[str]:
+    head = f"{lift}.{id}" if lift else id
+    return [f"{head}.{parameter['name']}" for parameter in effect_specs()[id]["parameters"]]
+
+
+def acting(id: str, lift: str) -> Callable[[Problem], Problem]:
     """Adds an effect: its amplitude at the quiet value, all else in the middle of what is plausible."""
-    starts = [spec["quiet"], *map(_middle, spec["parameters"][1:])]
+    spec, names = effect_specs()[id], _names(id, lift)
+    values = dict(zip(names, [spec["quiet"], *map(_middle, spec["parameters"][1:])], strict=True))
+    return lambda problem: with_truck_unknowns(
+        problem, values, lambda truck: [unknown(truck, name) for name in names]
+    )
 
-    def add(problem: Problem) -> Problem:
-        truck = problem.truck.with_values(dict(zip(names, starts, strict=True)), source="suspected")
-        own = [known for known in problem.unknowns if not isinstance(known, Reading)]
-        readings = [known for known in problem.unknowns if isinstance(known, Reading)]
-        more = [unknown(truck, name) for name in names]
-        return replace(problem, truck=truck, unknowns=(*own, *more, *readings))
 
-    return add
+def with_truck_unknowns(
+    problem: Problem, values: Mapping[str, float], more: Callable[[Truck], Sequence[Unknown]]
+) -> Problem:
+    """The problem with further parameters of the truck at `values`, some of them unknown."""
+    truck = problem.truck.with_values(values, source="suspected")
+    own = [known for known in problem.unknowns if not isinstance(known, Reading)]
+    readings = [known for known in problem.unknowns if isinstance(known, Reading)]
+    return replace(problem, truck=truck, unknowns=(*own, *more(truck), *readings))
 
 
 def _middle(parameter: EffectParameterSpec) -> float:

@@ -67,7 +67,7 @@ class Trial:
 
     def clear(self, suspect: Suspect) -> bool:
         """Whether the suspect's amplitude is told from none, its deviation widened by what is left over."""
-        if suspect.amplitude is None:
+        if suspect.amplitude is None or suspect.kind == "unknown":
             return True
         place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
         deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, self.left_over))
