@@ -137,8 +137,8 @@ def part(rivals: Sequence[Trial], candidates: Sequence[Candidate]) -> Proposal:
         return Proposal(
             None,
             f"none of {len(candidates)} recordings that could be made would part {_pair(nearest.rivals)}: "
-            f"the expected ln likelihood ratio of the best ({chosen.name}) is {_number(nearest.expected)}, and "
-            f"{PARTS:g} is the least that is worth a recording",
+            f"the best ({chosen.name}) has an expected ln likelihood ratio of {_number(nearest.expected)}, "
+            f"and {PARTS:g} is the least that is worth a recording",
             partings,
         )
     words = "; ".join(
