@@ -44,7 +44,7 @@ ORDER = 10
 """Most coefficients of the autoregression; how many are taken, Akaike's criterion says."""
 SMALL = 0.002
 """Share of what is left over that a variable may explain. Between fixed and adaptive steps alone, the
-fork height of 40 complete trucks depended on how the resting lift bounces by up to 0.36 %, chance included."""
+fork height of 40 simulated trucks depended on how the resting lift bounces by up to 0.36 %."""
 DEPENDENT = 1e-8
 """Columns whose square falls below this share of what it was beside the others tell nothing of their own."""
 
