@@ -35,7 +35,7 @@ PARTS = 10.0
 """Least expected ln likelihood ratio that is worth a recording: odds of 20,000 to 1."""
 TELLS = 0.5
 """A recording tells a parameter if it narrows its standard deviation to less than this share."""
-LOT, MOST = 16, 96
+LOT, MOST = 16, 64
 """Candidates are differentiated in lots, until no other can be better, but no more than this many times."""
 COARSE = 4
 """Substeps of the simulations: what is foreseen need not be as exact as what is fitted."""
