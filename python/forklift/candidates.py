@@ -101,7 +101,7 @@ def candidates(
     sensors: Mapping[str, Sensor],
     within: Limits | None = None,
 ) -> tuple[Candidate, ...]:
-    """Every command with every load and temperature, of the lifts that these recordings command.
+    """Every command with every load and temperature, of the lifts that these recordings command, and of both.
 
     Parameters
     ----------
@@ -116,9 +116,10 @@ def candidates(
     within = within or limits(recordings)
     loads = np.linspace(*within.load_kg, LEVELS)
     temperatures = np.linspace(*within.oil_temperature_degc, LEVELS)
-    lifts = sorted({found.lift for found in recordings}, key=["free", "main", "both"].index)
+    single = {which for found in recordings for which in commanded(found.lift)}
+    lifts: list[Lifts] = [lift for lift in LIFTS if lift in single]
     found = []
-    for lift in lifts:
+    for lift in [*lifts, "both"] if len(lifts) > 1 else lifts:
         for name, command in commands(lift):
             command = before_the_end(command, lift, trucks, loads, temperatures)
             for load in loads:

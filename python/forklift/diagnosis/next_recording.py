@@ -248,27 +248,30 @@ def _linearised(problem: Problem, x: Floats) -> list[_Run]:
     return list(zip(samples, replace(problem, samples=tuple(samples)).linearise(x), strict=True))
 
 
-def _weights(seen: Observed, noise: Mapping[str, float], said: Floats) -> Floats:
+def _weights(seen: Observed, noise: Mapping[str, float], said: Sequence[Floats]) -> Floats:
     """One over the standard deviation of each sample.
 
     An encoder's rounding errs alike until it has moved on by a count: while it is slower than a count a
-    sample, its samples tell as much as the counts it passes.
+    sample, as the fastest of the rivals says, its samples tell as much as the counts it passes.
     """
     sensor = seen.sensor
     variance = noise[sensor.channel] ** 2
     if not sensor.count:
-        return np.full(len(said), 1.0 / np.sqrt(variance))
-    passed = np.abs(np.diff(said, prepend=said[:1])) / sensor.count
+        return np.full(len(seen.rows), 1.0 / np.sqrt(variance))
+    steps = [np.abs(np.diff(one, prepend=one[:1])) for one in said]
+    passed = np.max(steps, axis=0) / sensor.count
     return np.asarray(np.sqrt(np.clip(passed, FAINTEST, 1.0) / (variance + sensor.noise**2)))
 
 
 def _apart(said: Sequence[Mapping[str, Floats] | None], sample: Sample, noise: Mapping[str, float]) -> float:
     """Sum over all pairs of the difference's square, in units of noise: nothing is taken off yet."""
     total = 0.0
-    for one, other in combinations([found for found in said if found is not None], 2):
-        for seen in sample.observed:
-            name = seen.sensor.channel
-            total += float(np.sum(((one[name] - other[name]) * _weights(seen, noise, one[name])) ** 2))
+    known = [found for found in said if found is not None]
+    for seen in sample.observed:
+        name = seen.sensor.channel
+        weights = _weights(seen, noise, [found[name] for found in known])
+        for one, other in combinations(known, 2):
+            total += float(np.sum(((one[name] - other[name]) * weights) ** 2))
     return total
 
 
@@ -276,7 +279,7 @@ def _scores(rivals: Sequence[_Rival], runs: Sequence[Sequence[_Run]], noise: Map
     """(recordings, pairs of rivals) expected ln likelihood ratios."""
     rows = []
     for same in zip(*runs, strict=True):  # one recording, as each rival has it
-        weights = _all_weights(same[0], noise)
+        weights = _all_weights(same, noise)
         scaled = [_scaled(run, weights, one.root) for one, (_, run) in zip(rivals, same, strict=True)]
         rows.append(
             [_expected(one[0] - other[0], one[1], other[1]) for one, other in combinations(scaled, 2)]
@@ -284,10 +287,11 @@ def _scores(rivals: Sequence[_Rival], runs: Sequence[Sequence[_Run]], noise: Map
     return np.array(rows).reshape(len(rows), -1)
 
 
-def _all_weights(run: _Run, noise: Mapping[str, float]) -> dict[str, Floats]:
-    sample, at = run
+def _all_weights(same: Sequence[_Run], noise: Mapping[str, float]) -> dict[str, Floats]:
+    """By channel, for one recording as each rival has it."""
     return {
-        seen.sensor.channel: _weights(seen, noise, at.model[seen.sensor.channel]) for seen in sample.observed
+        seen.sensor.channel: _weights(seen, noise, [at.model[seen.sensor.channel] for _, at in same])
+        for seen in same[0][0].observed
     }
 
 
@@ -309,7 +313,7 @@ def _expected(apart: Floats, one: Floats, other: Floats) -> float:
 
 def _deviation(run: _Run, root: Floats, noise: Mapping[str, float], place: int) -> float:
     """Standard deviation of one shared unknown after the recording, in units of its prior's."""
-    _, moved = _scaled(run[1], _all_weights(run, noise), root)
+    _, moved = _scaled(run[1], _all_weights([run], noise), root)
     after = np.linalg.inv(np.eye(moved.shape[1]) + moved.T @ moved)[: len(root), : len(root)]
     return float(np.sqrt(root[place] @ after @ root[place]))
 
