@@ -106,3 +106,13 @@ def test_a_split_with_nothing_on_one_side_is_left_out(one):
     assert regimes(one, VOLUME, [replace(split, rows=everything)]) == ()
     with pytest.raises(ValueError, match="no unknown"):
         regimes(one, "free.nothing", [split])
+
+
+def test_recordings_without_a_temperature_are_split_by_the_rest(one):
+    bare = []
+    for seen in one.found.problem.samples:
+        channels = {
+            name: values for name, values in seen.recording.channels.items() if name != "oil_temperature_degc"
+        }
+        bare.append(replace(seen.recording, channels=channels, sha256=""))
+    assert [split.name for split in splits(bare, one.found.problem.truck)] == ["load", "motion"]

@@ -50,5 +50,8 @@ def _temperatures(recordings: Sequence[Recording]) -> list[float]:
 
 def _motion(recordings: Sequence[Recording], truck: Truck) -> Iterator[Split]:
     hold = PHASES.index("hold")
-    rows = tuple(of_recording(found, truck)["oil_temperature_degc"] == hold for found in recordings)
+    rows = tuple(
+        np.all([phase == hold for phase in of_recording(found, truck).values()], axis=0)
+        for found in recordings
+    )
     yield Split("motion", "samples at rest", "samples in motion", rows)
