@@ -36,7 +36,7 @@ def complete(null_fit):
 
 @pytest.fixture(scope="module")
 def asked(null_fit):
-    return {one.label: one for one in suspects(["free"], list(null_fit.sensors))}
+    return {one.label: one for one in suspects(["free"], list(null_fit.sensors), {})}
 
 
 @pytest.fixture(scope="module")

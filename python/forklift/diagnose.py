@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from forklift import diagnosis_files, unknown_ports
+from forklift import diagnosis_files, operation, unknown_ports
 from forklift.campaign import Campaign
 from forklift.compare import Comparison, check_temperature, compare
 from forklift.diagnosis.causes import Cause, causes
@@ -23,7 +23,7 @@ from forklift.diagnosis.selection import Selection, select
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.errors import ForkliftError
-from forklift.estimation.problem import Problem, sample
+from forklift.estimation.problem import Problem, Sample, sample
 from forklift.estimation.sensors import sensors
 from forklift.estimation.suitability import Caution, suitability
 from forklift.estimation.unknowns import unknowns
@@ -75,7 +75,7 @@ class Diagnosis:
     """The most credible one as a function of what an operator knows, the best first."""
     selection: Selection
     screening: Screening
-    """All suspects at the final model."""
+    """All suspects at the fitted truck."""
     cautions: tuple[Caution, ...]
     stuck: tuple[Stuck, ...]
     """Signals that stood still; these samples were left out."""
@@ -213,7 +213,7 @@ def diagnose(
             )
             lift = unknown_ports.lift_of(inputs[0].port) or "main"
             seen = over_variables(baseline, inputs[0], lift)
-    asked = suspects(lifts, list(every))
+    asked = suspects(lifts, list(every), _travelled(samples))
     if nothing:
         selection = Selection(baseline, (), baseline)
     else:
@@ -221,9 +221,11 @@ def diagnose(
             general = FreeSuspects(lifts, {baseline: inputs})
             selection = select(bench, baseline, asked, clock.say, general)
     final = selection.final
-    with clock.stage("screening the final model"):
-        left = [suspect for suspect in asked if suspect not in final.suspects]
-        screening = screen(final.found.problem, final.found.x, left)
+    if selection.steps:
+        screening = selection.steps[0].screening
+    else:
+        with clock.stage("screening the suspects"):
+            screening = screen(baseline.found.problem, baseline.found.x, asked)
     found = (*causes(selection), *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
     verdict = _verdict(selection, found, unexcited)
     best = _truck(campaign, truck, final)
@@ -263,6 +265,21 @@ def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[C
         lifts = {lift for recording in campaign.recordings for lift in commanded(recording.lift)}
         return tuple(lift for lift in LIFTS if lift in lifts), (), error.message
     return suited.lifts, suited.cautions, ""
+
+
+def _travelled(samples: Sequence[Sample]) -> dict[Lift, tuple[float, float]]:
+    """From where to where each lift's cylinder went, by its encoder [m]."""
+    ends: dict[Lift, tuple[float, float]] = {}
+    for lift in LIFTS:
+        moved = [
+            seen.values * operation.per_output("position", lift)
+            for one in samples
+            for seen in one.observed
+            if seen.sensor.channel == f"position_{lift}_m"
+        ]
+        if moved:
+            ends[lift] = min(float(way.min()) for way in moved), max(float(way.max()) for way in moved)
+    return ends
 
 
 def _verdict(selection: Selection, found: Sequence[Cause], unexcited: str) -> Verdict:

@@ -30,7 +30,7 @@ def variables(sample: Sample, model: dict[str, Floats], lift: Lift, at: Floats) 
         known["oil_temperature"] = np.full(len(time), np.nanmean(temperature))
     known["time_since_command"] = _since(time, current, MOVED_A)
     positions = {
-        one: model[f"position_{one}_m"] * _per_output("position", one)
+        one: model[f"position_{one}_m"] * per_output("position", one)
         for one in LIFTS
         if f"position_{one}_m" in model
     }
@@ -59,7 +59,7 @@ def words(name: str, lift: Lift) -> tuple[str, str]:
     return known["meaning"].partition(",")[0], known["unit"]
 
 
-def _per_output(name: str, lift: Lift) -> float:
+def per_output(name: str, lift: Lift) -> float:
     """How much of a variable one unit of the output that shows it is."""
     return float(shape_variables()[name]["outputs"][lift][1])
 

@@ -16,7 +16,7 @@ from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 
-FIRST, FURTHER = 4, 8
+FIRST, FURTHER = 3, 7
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
 WORTH = 0.1
 """A suspect enters the race if it promises this share of the best one's gain."""
@@ -68,7 +68,8 @@ def select(
     """Rounds until nothing is left over, or no suspect removes enough of it; then shapes without a name."""
     best, steps = baseline, []
     while not best.complete and len(best.suspects) < MOST_ACCEPTED:
-        left = [suspect for suspect in suspects if suspect not in best.suspects]
+        known = {suspect.label for suspect in best.suspects}
+        left = [suspect for suspect in suspects if suspect.label not in known]
         step = _round(bench, best, left, say)
         steps.append(step)
         if step.accepted is None:
@@ -84,7 +85,7 @@ def select(
 def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say) -> Step:
     """The most promising; further ones if none explains everything; what the winner is confused with."""
     say("screening the suspects")
-    screening = screen(best.found.problem, best.found.x, suspects)
+    screening = screen(best.early.problem, best.early.x, suspects)
     share = LEAST_LATER if best.suspects else LEAST_GAIN
     ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
