@@ -22,7 +22,9 @@ Equation = Literal[
     "operating-point",
     "any",
 ]
-"""Where in the model something may be wrong, by the names that a diagnosis uses; ``"any"``: where a port is."""
+"""Where in the model something may be wrong, by the names that a diagnosis uses.
+
+``"any"``: a port says where."""
 
 
 @dataclass(frozen=True)
