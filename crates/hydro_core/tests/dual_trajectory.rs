@@ -105,6 +105,11 @@ fn with_effects() -> Scene {
                 "friction_position" => {
                     changes.push((format!("{}.centre", instance.name()), lift.start_position() - 0.1))
                 }
+                // A range that the lift's velocity goes through.
+                "free_shape" => {
+                    changes.push((format!("{}.lower", instance.name()), -0.12));
+                    changes.push((format!("{}.upper", instance.name()), 0.02));
+                }
                 "end_cushion" => {
                     changes.push((format!("{}.length", instance.name()), 0.4));
                     changes.push((format!("{}.cylinder.stroke_lower", lift.as_str()), lift.start_position() - 0.3));

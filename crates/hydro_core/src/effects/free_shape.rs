@@ -159,7 +159,8 @@ impl<S: Scalar> FreeShape<S> {
     }
 
     /// Where the chosen variable lies between `lower`, 0, and `upper`, 1.
-    #[inline(always)]
+    // Not inlined, like what calls it: it is long, and is called thrice.
+    #[inline(never)]
     fn spot<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> S {
         let s = &bus.lifts[self.place];
         let slow = S::constant(SLOW);

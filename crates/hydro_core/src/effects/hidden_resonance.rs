@@ -84,7 +84,7 @@ impl<S: Scalar> Effect<S> for HiddenResonance<S> {
                 symbol: "ζ",
                 unit: "1",
                 lower: 0.01,
-                upper: 0.5,
+                upper: 0.3,
                 scale: Scale::Log,
                 origin: Origin::Chosen,
                 equation: "(3.27), (3.33)",
