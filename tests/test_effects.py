@@ -255,10 +255,12 @@ def test_what_rings_shows_in_its_own_lifts_pressure_after_a_stop_and_not_in_the_
     last_second = slice(145, 195)
     speeds = [run["velocity_free_m_s"][last_second].mean() for run in (plain, other)]
     assert speeds[1] == pytest.approx(speeds[0], rel=5e-3)
-    assert np.abs(other["pressure_free_pa"] - plain["pressure_free_pa"]).max() > 1e5
+    assert np.abs(other["pressure_free_pa"] - plain["pressure_free_pa"]).max() > 5e4
     np.testing.assert_allclose(other["pressure_main_pa"], plain["pressure_main_pa"], rtol=1e-3)
-    # On the lift at rest, held by its oil, it swings at its own frequency.
-    swing = other["free.hidden_resonance.displacement"][210:]
-    crossings = np.flatnonzero(np.diff(np.sign(swing)))
-    period = 2.0 * np.diff(crossings).mean() / 50.0
-    assert 1.0 / period == pytest.approx(frequency, rel=0.1)
+    # Beside the oil's swing, at 2 Hz with this load, it is the second one.
+    after = (other["pressure_free_pa"] - plain["pressure_free_pa"])[215:]
+    spectrum = np.abs(np.fft.rfft(after * np.hanning(len(after)), 4096))
+    hertz = np.fft.rfftfreq(4096, 0.02)
+    above = (hertz > 3.0) & (hertz < 8.0)
+    assert hertz[above][spectrum[above].argmax()] == pytest.approx(frequency, rel=0.05)
+    assert spectrum[above].max() > 0.2 * spectrum.max()
