@@ -14,9 +14,13 @@ import numpy as np
 
 from forklift import diagnosis_files, operation, unknown_ports
 from forklift.campaign import Campaign
+from forklift.candidates import NextRecording
 from forklift.compare import Comparison, check_temperature, compare
 from forklift.diagnosis.causes import Cause, causes
+from forklift.diagnosis.deficiency import Deficiency, deficiency
 from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
+from forklift.diagnosis.misfit import Share, shares
+from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.region import Shape
 from forklift.diagnosis.screening import Screening, screen
 from forklift.diagnosis.selection import Selection, select
@@ -24,11 +28,15 @@ from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.errors import ForkliftError
 from forklift.estimation.problem import Problem, Sample, sample
-from forklift.estimation.sensors import sensors
+from forklift.estimation.sensors import Sensor, sensors
 from forklift.estimation.suitability import Caution, suitability
 from forklift.estimation.unknowns import unknowns
 from forklift.free_suspects import FreeSuspects, over_variables
 from forklift.names import LIFTS, Lift, commanded
+from forklift.phases import PHASES, of_recording
+from forklift.proposals import propose
+from forklift.regressors import regressors
+from forklift.splits import splits
 from forklift.stuck_sensors import Stuck, unstuck
 from forklift.suspects import stuck_suspect, suspects
 from forklift.truck import Truck
@@ -81,6 +89,15 @@ class Diagnosis:
     """Signals that stood still; these samples were left out."""
     unexcited: str
     """Why the recordings tell nothing of any lift; empty if they do."""
+    deficiency: tuple[Deficiency, Deficiency]
+    """Every test of what the fitted truck leaves over, and of what the final model does."""
+    misfit: tuple[Share, ...]
+    """What the fitted truck leaves over, by recording, signal, phase of motion and band of frequency."""
+    regimes: tuple[Regimes, ...]
+    """Each cause's amplitude from two disjoint regimes."""
+    next_recording: NextRecording | None
+    next_why: str
+    """Why that recording, or why none."""
     before: Comparison
     after: Comparison
     seconds: Mapping[str, float]
@@ -201,16 +218,14 @@ def diagnose(
     fitted = tuple(found for found in samples if found.recording.role == "estimate")
     bench = Bench(replace(everyone, samples=fitted), everyone, every)
     with clock.stage("fitting the truck"):
-        baseline = bench.finish((), *bench.rough(()))
+        baseline = bench.baseline()
     nothing = baseline.complete or bool(unexcited)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
     if not nothing:
         with clock.stage("locating the mismatch"):
             places = [*unknown_ports.ports(lifts), *every]
-            inputs = unknown_inputs(
-                replace(baseline.found.problem, substeps=4), baseline.found.x, places, unknown_ports.respond
-            )
+            inputs = unknown_inputs(baseline.early.problem, baseline.early.x, places, unknown_ports.respond)
             lift = unknown_ports.lift_of(inputs[0].port) or "main"
             seen = over_variables(baseline, inputs[0], lift)
     asked = suspects(lifts, list(every), _travelled(samples))
@@ -226,8 +241,11 @@ def diagnose(
     else:
         with clock.stage("screening the suspects"):
             screening = screen(baseline.found.problem, baseline.found.x, asked)
+    tested, left, agreement = _evidence(campaign, truck, selection, every, clock)
     found = (*causes(selection), *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
     verdict = _verdict(selection, found, unexcited)
+    with clock.stage("choosing the next recording"):
+        proposed, why = propose(campaign, selection, found, cautions, every)
     best = _truck(campaign, truck, final)
     fitted_truck = _truck(campaign, truck, baseline)
     with clock.stage("simulating before and after"):
@@ -249,6 +267,11 @@ def diagnose(
         cautions,
         stuck,
         unexcited,
+        tested,
+        left,
+        agreement,
+        proposed,
+        why,
         before,
         after,
         clock.seconds,
@@ -265,6 +288,30 @@ def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[C
         lifts = {lift for recording in campaign.recordings for lift in commanded(recording.lift)}
         return tuple(lift for lift in LIFTS if lift in lifts), (), error.message
     return suited.lifts, suited.cautions, ""
+
+
+def _evidence(
+    campaign: Campaign, truck: Truck, selection: Selection, every: Mapping[str, Sensor], clock: _Clock
+) -> tuple[tuple[Deficiency, Deficiency], tuple[Share, ...], tuple[Regimes, ...]]:
+    """What is left over before and after, tested and shared out, and whether the causes hold everywhere."""
+    recordings, (baseline, final) = campaign.recordings, (selection.baseline, selection.final)
+    encoders = {channel for channel, sensor in every.items() if sensor.count}
+    with clock.stage("testing what is left over"):
+        tested = tuple(
+            deficiency(trial.judged, regressors(recordings, trial.judged, every), encoders)
+            for trial in (baseline, final)
+        )
+        left = shares(
+            baseline.judged,
+            {one.file: one.sample_rate_hz for one in recordings},
+            {one.file: of_recording(one, truck) for one in recordings},
+            PHASES,
+        )
+    with clock.stage("comparing regimes"):
+        parts = splits([one.recording for one in final.found.problem.samples], truck)
+        amplitudes = [one.amplitude for one in final.suspects if one.amplitude and one.kind != "unknown"]
+        agreement = tuple(found for name in amplitudes for found in regimes(final, name, parts))
+    return (tested[0], tested[1]), left, agreement
 
 
 def _travelled(samples: Sequence[Sample]) -> dict[Lift, tuple[float, float]]:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 MARK = "diagnosis.json"
 TRUCK = "truck.toml"
+COMMAND = "next_recording.csv"
 LEVEL = 0.99
 """Of the intervals of what was found missing."""
 DRAWS = 2000
@@ -131,6 +132,10 @@ def text(found: Diagnosis) -> str:
     if found.untestable:
         lines.append(f"Untestable here: {', '.join(suspect.label for suspect in found.untestable)}.")
     lines += [caution.sentence for caution in found.cautions]
+    lines.append(found.deficiency[1].sentence)
+    lines += [one.sentence for one in found.regimes if one.agree is False]
+    if found.next_recording:
+        lines.append(f"Next recording ({COMMAND}): {found.next_why}.")
     lines.append("Seconds: " + ", ".join(f"{name} {seconds:.1f}" for name, seconds in found.seconds.items()))
     return "\n".join(lines)
 
@@ -165,7 +170,8 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
             for cause in found.causes
             if cause.not_separable_from
         ],
-        "next_recording": None,
+        "next_recording": found.next_recording and found.next_recording.to_dict(COMMAND),
+        "next_recording_why": found.next_why,
         "fit": _fit(found),
         "fit_summary": _summary(found),
         "left_over": {
@@ -175,6 +181,12 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
             "worst_after": found.final.worst.mean_square,
             "gap_closed": defined(found.gap_closed),
         },
+        "deficient": {
+            "before": found.deficiency[0].to_dict(),
+            "after": found.deficiency[1].to_dict(),
+        },
+        "misfit": [share.to_dict() for share in found.misfit],
+        "regimes": [one.to_dict() for one in found.regimes],
         "unknown_inputs": [
             {"port": one.port, "ln_evidence": one.evidence, "left_over": one.noise**2} for one in found.inputs
         ],
@@ -281,6 +293,8 @@ def write(found: Diagnosis, out: str | Path) -> Path:
         found.truck.write(temporary / TRUCK)
         found.before.write_predictions(temporary)
         found.after.write_predictions(temporary, "final")
+        if found.next_recording:
+            found.next_recording.write(temporary / COMMAND)
         text = json.dumps(to_dict(found), indent=1, ensure_ascii=False, allow_nan=False)
         (temporary / MARK).write_text(text + "\n", encoding="utf-8", newline="\n")
     return Path(out)
@@ -292,4 +306,5 @@ def earlier(out: str | Path) -> frozenset[str]:
 
 
 def _files(recordings: Sequence[str]) -> frozenset[str]:
-    return frozenset({MARK, TRUCK, *prediction_files(recordings), *prediction_files(recordings, "final")})
+    before, after = prediction_files(recordings), prediction_files(recordings, "final")
+    return frozenset({MARK, TRUCK, COMMAND, *before, *after})

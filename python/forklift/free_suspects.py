@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class FreeSuspects:
     def __call__(self, trial: Trial) -> list[Suspect]:
         """The most promising shapes beside what the trial has; beside nothing also something that rings."""
         inputs = self.known.get(trial) or unknown_inputs(
-            replace(trial.found.problem, substeps=4), trial.found.x, ports(self.lifts), respond
+            trial.early.problem, trial.early.x, ports(self.lifts), respond
         )
         found = self._shapes(trial, [one for one in inputs if equation(one.port) != "sensor"])
         if trial.suspects:
@@ -73,8 +73,8 @@ class FreeSuspects:
 
 def over_variables(trial: Trial, found: UnknownInput, lift: Lift) -> list[Shape]:
     """An unknown input as a function of each variable of operation, the best first."""
-    problem = trial.found.problem
-    runs = problem.linearise(trial.found.x)
+    problem = trial.early.problem
+    runs = problem.linearise(trial.early.x)
     given = [
         operation.variables(sample, dict(run.model), lift, centres)
         for sample, run, centres in zip(problem.samples, runs, found.centres, strict=True)

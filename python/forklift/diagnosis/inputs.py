@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from forklift.diagnosis.rounding import rounded
 from forklift.estimation.algebra import one_thread
 from forklift.estimation.problem import Linearised, Problem, Sample
 
@@ -114,18 +115,17 @@ def _noise(problem: Problem, channel: str) -> float:
 
 
 def _known(problem: Problem, k: int, sample: Sample, run: Linearised, noise: Mapping[str, float]) -> _Known:
-    names = [seen.sensor.channel for seen in sample.observed]
-    jacobian = np.vstack([run.slope[name] / noise[name] for name in names])
-    residual = np.concatenate(
-        [
-            (run.model[name] - seen.values - 0.5 * seen.sensor.count) / noise[name]
-            for name, seen in zip(names, sample.observed, strict=True)
-        ]
-    )
+    jacobian, residual = [], []
+    for seen in sample.observed:
+        name = seen.sensor.channel
+        off = run.model[name] - seen.values - 0.5 * seen.sensor.count
+        jacobian.append(rounded(seen.sensor, run.slope[name] / noise[name]))
+        residual.append(rounded(seen.sensor, off / noise[name]))
     time = sample.recording.time_s
     centres = np.arange(time[0], time[-1] + 0.5 * WIDTH_S, WIDTH_S)
     place = problem.place(k)
-    return _Known(place, jacobian, residual, jacobian.T @ jacobian, jacobian.T @ residual, centres)
+    rows, rest = np.vstack(jacobian), np.concatenate(residual)
+    return _Known(place, rows, rest, rows.T @ rows, rows.T @ rest, centres)
 
 
 def _rows(
@@ -138,7 +138,7 @@ def _rows(
         hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - centres) / WIDTH_S)
         return np.vstack(
             [
-                hats[seen.rows] / noise[port]
+                rounded(seen.sensor, hats[seen.rows] / noise[port])
                 if seen.sensor.channel == port
                 else np.zeros((len(seen.rows), len(centres)))
                 for seen in sample.observed
@@ -146,7 +146,10 @@ def _rows(
         )
     answers = respond(problem, x, k, port, centres)
     return np.vstack(
-        [answers[seen.rows, seen.column] / noise[seen.sensor.channel] for seen in sample.observed]
+        [
+            rounded(seen.sensor, answers[seen.rows, seen.column] / noise[seen.sensor.channel])
+            for seen in sample.observed
+        ]
     )
 
 

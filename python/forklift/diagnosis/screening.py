@@ -14,10 +14,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.diagnosis.rounding import rounded
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.errors import ForkliftError
 from forklift.estimation.problem import OWN, Problem
-from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
 
     def stack(parts: Sequence[Mapping[str, Floats]]) -> list[Floats]:
         return [
-            np.concatenate([_rounded(seen.sensor, part[seen.sensor.channel]) for seen in sample.observed])
+            np.concatenate([rounded(seen.sensor, part[seen.sensor.channel]) for seen in sample.observed])
             for sample, part in zip(problem.samples, parts, strict=True)
         ]
 
@@ -122,17 +122,6 @@ def _weighted(problem: Problem) -> Problem:
     return replace(
         problem, sigma={one.channel: SOFT * one.count if one.count else one.noise for one in sensors}
     )
-
-
-def _rounded(sensor: Sensor, rows: Floats) -> Floats:
-    """An encoder's rows with a constant of its recording, of one standard deviation, marginalised.
-
-    At rest it reads off by the same throughout, which is rounding and tells nothing.
-    """
-    if not sensor.count or not len(rows):
-        return rows
-    share = 1.0 - 1.0 / np.sqrt(1.0 + len(rows))
-    return np.asarray(rows - share * rows.mean(axis=0))
 
 
 def _probe(

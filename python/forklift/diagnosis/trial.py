@@ -22,6 +22,10 @@ Floats = NDArray[np.float64]
 
 ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
+SETTLING = (replace(STAGES[2], evaluations=8),)
+"""What shows clearly that something is missing need not be fitted to the last: it crawls, and gains nothing."""
+MISFIT = 3.0
+"""Mean square in the worst channel from which on that is clear after the tempered stages."""
 CLEAR = 3.0
 """An amplitude is there if it lies this many of its standard deviations from its quiet value."""
 
@@ -104,6 +108,15 @@ class Bench:
         found = search(problem, np.zeros(problem.starts[-1]), self.sensors, ROUGH, self.progress)
         with one_thread():
             return found, geodesic.cost(found.problem, found.x)
+
+    def baseline(self) -> Trial:
+        """The truck without any suspect: to the end only if nothing may be missing."""
+        found, rough = self.rough(())
+        early = self.stop((), found, rough)
+        if early.worst.mean_square < MISFIT:
+            return self.finish((), found, rough)
+        settled = search(found.problem, found.x, self.sensors, SETTLING, self.progress)
+        return self._judged((), settled, rough, early=found, finished=True)
 
     def finish(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
         """The last stages, and the judgement."""
