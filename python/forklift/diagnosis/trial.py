@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
 SETTLING = (replace(STAGES[2], evaluations=8),)
-"""What shows clearly that something is missing need not be fitted to the last: it crawls, and gains nothing."""
+"""A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
 CLEAR = 3.0
