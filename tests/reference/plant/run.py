@@ -54,7 +54,11 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
     y, scale = model.at_rest(laws, k, start), model.scales(laws)
     kept = np.empty((last.max() + 1, *y[:, 0].shape))
     kept[0] = y[:, 0]
-    column, tick, since = np.arange(len(conditions)), np.zeros(len(conditions), int), np.zeros(len(conditions))
+    column, tick, since = (
+        np.arange(len(conditions)),
+        np.zeros(len(conditions), int),
+        np.zeros(len(conditions)),
+    )
     h = np.full(len(conditions), TICK_S)
     while len(column):
         # Each recording takes a step of its own length, not beyond its own next tick.
@@ -80,9 +84,7 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
                 y[..., running], h[running], since[running], tick[running], column[running],
             )  # fmt: skip
             k = {name: value[..., running] if value.ndim else value for name, value in k.items()}
-    return [
-        _trajectory(kept[: one.command.shape[1], :, n], laws, one) for n, one in enumerate(conditions)
-    ]
+    return [_trajectory(kept[: one.command.shape[1], :, n], laws, one) for n, one in enumerate(conditions)]
 
 
 def delayed(command, k, laws):
