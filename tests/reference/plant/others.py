@@ -152,3 +152,18 @@ def law(name: str, amplitude=0.0, **others) -> Law:
     values = QUIET[name] | others
     values[next(iter(values))] = amplitude
     return OTHERS[name](name, **values)
+
+MOST = {
+    "friction_position__asymmetric": 3.0,
+    "friction_position__load": 1.5,
+    "friction_temperature__hyperbolic": 0.05,
+    "friction_temperature__kink": 0.032,
+    "leakage__turbulent": 3e-8,
+    "leakage__above": 2e-11,
+    "return_back_pressure__power": 4e10,
+    "friction_dwell__saturating": 2.0,
+    "valve_lag__rate_limit": 1.0,
+    "entrained_air__dissolving": 0.05,
+    "valve_delay__dead_time": 0.1,
+}
+"""The amplitudes beyond which a truck would be taken to the workshop."""
