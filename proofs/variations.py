@@ -85,9 +85,7 @@ def plausible(effect):
     from forklift import _core
 
     spec = next(one for one in _core.effect_table() if one["id"] == effect)
-    return {
-        p["name"]: (p["plausible_lower"], p["plausible_upper"], p["scale"]) for p in spec["parameters"]
-    }
+    return {p["name"]: (p["plausible_lower"], p["plausible_upper"], p["scale"]) for p in spec["parameters"]}
 
 
 def law_of(name, lift, seed, amplitude):
@@ -252,9 +250,7 @@ def _traps():
             replace(fine, refused=("no-excitation", "command-unanswered")),
             command_gain=0.25,
         ),
-        trap(
-            "one_temperature", fine, concealed=(("friction_temperature", 2.0),), temperature_degc=30.0
-        ),
+        trap("one_temperature", fine, concealed=(("friction_temperature", 2.0),), temperature_degc=30.0),
     ]
 
 
@@ -454,9 +450,15 @@ def table(results, separable):
         kind = result["case"].partition("-")[0]
         asked = result["concealed"][0]["asked"] if kind == "effects" else None
         totals.setdefault((kind, asked), []).append(judged)
-    lines += ["", "| set | points | cases | verdict | equation | cause | right | hidden |", "|---|---:|" + 6 * "---:|"]
+    lines += [
+        "",
+        "| set | points | cases | verdict | equation | cause | right | hidden |",
+        "|---|---:|" + 6 * "---:|",
+    ]
     for (kind, asked), judged in totals.items():
-        counts = [sum(one[key] for one in judged) for key in ("verdict", "equation", "cause", "right", "hidden")]
+        counts = [
+            sum(one[key] for one in judged) for key in ("verdict", "equation", "cause", "right", "hidden")
+        ]
         lines.append(
             f"| {kind} | {'' if asked is None else f'{asked:g}'} | {len(judged)} | "
             + " | ".join(str(count) for count in counts)

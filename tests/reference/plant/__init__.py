@@ -1,8 +1,9 @@
-"""A second plant: the whole truck with every effect of the catalogue, and with laws of other shapes, in NumPy.
+"""A second plant: the truck with every effect of the catalogue, and with laws of other shapes, in NumPy.
 
-It extends the witness beside it to both lifts and many recordings at once, shares no code with forklift, and is
-what the proofs record their trucks with. Everything is in SI units; x and v are the cylinders' and positive
-upward, a load is the mass on the forks. An array over (lift, perturbation, recording) has the free lift first.
+It extends the witness beside it to both lifts and many recordings at once, shares no code with forklift,
+and is what the proofs record their trucks with. Everything is in SI units; x and v are the cylinders' and
+positive upward, a load is the mass on the forks. Arrays are over (lift, perturbation, recording), the free
+lift first.
 
 ========== ====================================================================
 truck      parameters of both lifts, scattered by a seed

@@ -55,7 +55,7 @@ class Case:
     lift: str = "free"  # which lifts the campaign commands
     seed: int = 0
     laws: tuple[Law, ...] = ()
-    sensors: sensors.Sensors = sensors.Sensors()
+    sensors: sensors.Sensors = field(default_factory=sensors.Sensors)
     load_off_kg: float = 0.0  # true minus entered, where a load is on the forks
     stuck_s: float = 0.0  # how long a pressure stands still in one recording
     warming_k: float = 0.0

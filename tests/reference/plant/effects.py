@@ -1,8 +1,8 @@
-"""The catalogue's effects in this plant's words: one class each, with its parameters as the catalogue names them.
+"""The catalogue's effects in this plant's words: one class each, its parameters named as in the catalogue.
 
-A law of one lift has its amplitude as a pair over the lifts, `run.on`; at zero nothing acts. Where the catalogue
-writes a law in a shape fit for its integrator (a factor on stiffness, a momentum), it stands here as in the
-mechanics: a compliance in series, a mass on a spring.
+A law of one lift has its amplitude as a pair over the lifts, `run.on`; at zero nothing acts. Where the
+catalogue writes a law in a shape fit for its integrator (a factor on stiffness, a momentum), it stands here
+as in the mechanics: a compliance in series, a mass on a spring.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ ATMOSPHERE_PA = 1e5
 class MastCoupling(Law):
     """What the free lift moves rides on the second stage, which moves at twice the main cylinder's speed.
 
-    T = 1/2 m_c,f (2 v_M + v_F)² + 1/2 (m_f + m_L)(2 v_M + 2 v_F)², so that M_FM = 2 m_c,f + 4 (m_f + m_L) [kg];
-    `factor` of it acts.
+    T = 1/2 m_c,f (2 v_M + v_F)² + 1/2 (m_f + m_L)(2 v_M + 2 v_F)², so that
+    M_FM = 2 m_c,f + 4 (m_f + m_L) [kg]; `factor` of it acts.
     """
 
     def masses(self, quantity, s, k):
         free, main, between = quantity
-        ridden = 2 * k["m_c"][0] * 1 + 2 * 2 * k["m"][0]
+        ridden = 2 * 1 * k["m_c"][0] + 2 * 2 * k["m"][0]
         return free, main, between + k["mast_coupling.factor"][0] * ridden
 
 
@@ -36,14 +36,14 @@ class FrictionTemperature(Law):
 
 
 class Leakage(Law):
-    """Laminar flow through the seals' gap to the tank: `coefficient` [m³/(s Pa)] (p_A - p_T), out of the cylinder."""
+    """Laminar flow through the seals' gap from cylinder to tank: `coefficient` [m³/(s Pa)] (p_A - p_T)."""
 
     def outflow(self, q, s, k):
         return q + k["leakage.coefficient"] * (s.p_A - k["p_D"])
 
 
 class FrictionPosition(Law):
-    """Coulomb and breakaway friction higher by `rise` around `centre` [m], a bell that falls to 1/e at `width` [m]."""
+    """Coulomb and breakaway friction higher by `rise` at `centre` [m]; 1/e of it is left `width` [m] away."""
 
     def coulomb(self, F_c, s, k):
         away = (s.x - k["friction_position.centre"]) / k["friction_position.width"]
@@ -94,8 +94,8 @@ class EntrainedAir(Law):
 class ChainElasticity(Law):
     """Chains of `compliance` [m/N] carry half of p_A A; the cylinder sinks by half of what they stretch.
 
-    x is the cylinder's position under a chain that does not stretch. Per pressure that is A/2 · A/2 · compliance
-    more volume, beside the oil's.
+    x is the cylinder's position under a chain that does not stretch. Per pressure that is
+    A/2 · A/2 · compliance more volume, beside the oil's.
     """
 
     def capacity(self, C, s, k):
@@ -103,7 +103,7 @@ class ChainElasticity(Law):
 
 
 class EndCushion(Law):
-    """An orifice brakes the last `length` [m] of the way down: `coefficient` [N s²/m²] v², rising from none."""
+    """An orifice brakes the last `length` [m] of the way down: up to `coefficient` [N s²/m²] v²."""
 
     def force(self, F, s, k):
         near = np.clip((k["end_cushion.length"] - s.x) / k["end_cushion.length"], 0.0, 1.0)
@@ -113,8 +113,8 @@ class EndCushion(Law):
 class ChassisCompliance(Law):
     """The truck, a mass on its tyres, yields as the lifts gather speed.
 
-    The ground's coordinate y lifts everything: T = 1/2 M y'² + sum over lifts of (1/2 M_k v_k² + mu_k v_k y') with
-    mu = m_c + 2 m, M = M_t + m_c,main + m_main. Lagrange:
+    The ground's coordinate y lifts everything: T = 1/2 M y'² + sum over lifts of (1/2 M_k v_k² + mu_k v_k y')
+    with mu = m_c + 2 m, M = M_t + m_c,main + m_main. Lagrange:
     M y'' + d y' + y/c = -sum mu_k a_k,  M_k a_k = F_k - mu_k y''.
     M_t = 1/(c omega²) of the truck alone, d = 2 `damping_ratio` omega M_t, omega = 2 pi `frequency` [Hz],
     c = `compliance` [m/N]. y'' is eliminated. A truck lighter than a tonne, or M less than 1.2 times
@@ -173,7 +173,7 @@ class HoseInertance(Law):
 
 
 class ReturnBackPressure(Law):
-    """Both lifts' oil goes through one return line: p_D = p_T + `coefficient` [Pa s²/m⁶] q², q >= 0 [m³/s]."""
+    """Both lifts' oil goes through one return line: p_D = p_T + `coefficient` [Pa s²/m⁶] q², q >= 0."""
 
     def back_pressure(self, p_D, s, k):
         q = np.maximum((-k["A"] * s.v).sum(axis=0), 0.0)
@@ -181,9 +181,10 @@ class ReturnBackPressure(Law):
 
 
 class ViscosityLaw(Law):
-    """From the exponential (share 0) to Vogel's law ln nu = C + B/(T - `vogel` [K]) (share 1), logarithms mixed.
+    """From the exponential (share 0) to Vogel's law ln nu = C + B/(T - `vogel` [K]) (share 1).
 
-    B makes both agree at T_0 in value and slope. The oil's density falls by `share` times `expansion` [1/K].
+    Logarithms are mixed; B makes both agree at T_0 in value and slope. The oil's density falls by `share`
+    times `expansion` [1/K].
     """
 
     def viscosity(self, nu, s, k):
@@ -260,7 +261,7 @@ class ValveCurrentLimit(Law):
 
 
 class ValveFlowForce(Law):
-    """The jet's force on the spool, proportional to opening times drop, is worth `coefficient` [A/N] of current."""
+    """The jet's force on the spool is worth `coefficient` [A/N] of current, per opening times drop."""
 
     def command(self, u, s, k):
         return u - k["valve_flow_force.coefficient"] * s.A_valve * (s.p_A - s.p_B)
@@ -325,7 +326,7 @@ QUIET = {
     "valve_flow_force": dict(coefficient=0.0),
     "compensator_dynamics": dict(share=0.0, time=0.1),
 }
-"""Each effect's parameters, the amplitude first and at its quiet value, the others in the midst of the plausible."""
+"""Each effect's parameters, the amplitude first and at its quiet value, the others amid the plausible."""
 
 
 def law(name: str, amplitude=0.0, **others) -> Law:

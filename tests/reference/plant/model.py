@@ -13,7 +13,8 @@ import numpy as np
 
 STATES = ("i", "di", "z_valve", "x", "v", "z", "p_A", "p_B", "A_comp")
 SCALES = {
-    "i": 1.0, "di": 10.0, "z_valve": 0.05, "x": 1.0, "v": 0.5, "z": 0.1, "p_A": 1e7, "p_B": 1e7, "A_comp": 1e-5,
+    "i": 1.0, "di": 10.0, "z_valve": 0.05, "x": 1.0, "v": 0.5, "z": 0.1,
+    "p_A": 1e7, "p_B": 1e7, "A_comp": 1e-5,
 }  # fmt: skip
 """Typical sizes."""
 
@@ -28,7 +29,7 @@ class Law:
     memory: dict[str, float] = {}  # noqa: RUF012
     shared: dict[str, float] = {}  # noqa: RUF012
     shown: tuple[str, ...] = ()
-    """States of the truck that add to the height of the forks."""
+    """Shared states that add to the height of the forks."""
 
     def __init__(self, name: str = "", **values):
         self.name = name or type(self).__name__

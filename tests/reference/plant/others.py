@@ -1,7 +1,7 @@
 """Laws of another shape than the catalogue's, at the same places: what real machines have instead.
 
-Named ``EFFECT__SHAPE``, with the effect of the catalogue that lies nearest. The amplitude is the first parameter,
-zero where nothing acts; that of a lift's own law is a pair over the lifts.
+Named ``EFFECT__SHAPE``, with the effect of the catalogue that lies nearest. The amplitude is the first
+parameter, zero where nothing acts; that of a lift's own law is a pair over the lifts.
 """
 
 from __future__ import annotations
@@ -62,8 +62,10 @@ class LeakageAbove(Law):
 
 
 class BackPressureToAPower(Law):
-    """A return filter: `coefficient` [Pa (s/m³)^power] q^power, q the oil that leaves both compensators, behind
-    a hose that swells with the time constant 20 ms."""
+    """A return filter takes `coefficient` [Pa (s/m³)^power] q^power.
+
+    q is the oil that leaves both compensators, behind a hose that swells with the time constant 20 ms.
+    """
 
     shared = {"filtered": 1e-3}  # noqa: RUF012
 
@@ -152,6 +154,7 @@ def law(name: str, amplitude=0.0, **others) -> Law:
     values = QUIET[name] | others
     values[next(iter(values))] = amplitude
     return OTHERS[name](name, **values)
+
 
 MOST = {
     "friction_position__asymmetric": 3.0,

@@ -66,7 +66,7 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
         left = TICK_S - since
         ends = h >= left * (1.0 - 1e-9)
         tried = np.where(ends, left, h)
-        after, error = solver.step(lambda y, u=u, T=T: model.rates(y, u, T, k, laws), y, tried, scale)
+        after, error = solver.step(lambda y, u=u, T=T, k=k: model.rates(y, u, T, k, laws), y, tried, scale)
         good = error <= tolerance
         if (tried[~good] < SHORTEST_S).any():
             raise FloatingPointError(f"a step of less than {SHORTEST_S} s is needed")
@@ -88,7 +88,7 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
 
 
 def delayed(command, k, laws):
-    """The command (2, ticks, recordings) after the laws' dead times [s], between ticks by linear interpolation."""
+    """The command (2, ticks, recordings) after the laws' dead times [s]; a straight line between ticks."""
     late = sum((k[f"{law.name}.dead_time"] for law in laws if "dead_time" in law.values), np.zeros(()))
     if not np.any(late):
         return command

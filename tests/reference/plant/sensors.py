@@ -1,4 +1,4 @@
-"""What the truck's sensors make of a trajectory, and how they may fail. `docs/recordings.md` has the sensors."""
+"""What the truck's sensors, as in `docs/recordings.md`, make of a trajectory, and how they may fail."""
 
 from __future__ import annotations
 
