@@ -2,9 +2,9 @@
 
     python proofs/variations.py [SET ...] [--only PATTERN] [--out variations] [--jobs 1]
 
-SETs: effects, others, traps, null (these four by default); pairs, complete, warming. README.md beside this file
-says what is simulated, and how it is judged. Each case is one file in the folder, written whole: a run that is
-broken off loses nothing, and a second one goes on where it stood.
+SETs: effects, others, traps, null (these four by default); pairs, complete, warming. README.md beside this
+file says what is simulated, and how it is judged. Each case is one file in the folder, written whole: a run
+that is broken off loses nothing, and a second one goes on where it stood.
 """
 
 import argparse
@@ -15,283 +15,20 @@ import subprocess
 import sys
 import tempfile
 import time
-import zlib
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
+from cases import amplitude_for, law_of, variations
+from judging import table
+
+from reference.plant import campaign
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
-
-from reference.plant import campaign, effects, others, run  # noqa: E402
-from reference.plant.sensors import Sensors  # noqa: E402
-from reference.plant.truck import LIFTS, scattered  # noqa: E402
-
-POINTS = (0.5, 2.0, 8.0)
-"""What the effects cost, in points of the velocity's NRMSE."""
-ROUGH = 1e-5  # tolerance where only the cost of an amplitude is asked for
-BETWEEN_LIFTS = ("mast_coupling", "chassis_compliance", "return_back_pressure")
-LIMIT_S = 3600.0
 SEPARABLE = Path(__file__).with_name("separable.json")
-
-
-@dataclass(frozen=True)
-class Truth:
-    """What is concealed, and which answers are right."""
-
-    verdicts: tuple[str, ...]
-    causes: tuple[str, ...] = ()
-    lift: str = ""
-    equations: tuple[str, ...] = ()
-    form: str = ""
-    refused: tuple[str, ...] = ()
-    """Codes with which the campaign may be refused instead."""
-
-
-@dataclass(frozen=True)
-class Variation:
-    """A case to be made: its laws, each with its points and, once found, its amplitude."""
-
-    name: str
-    case: campaign.Case
-    truth: Truth
-    concealed: tuple[tuple[str, float], ...] = ()  # name of the law, points
-
-
-# What is concealed ------------------------------------------------------------------------------------------
-
-
-def seed_of(name):
-    return zlib.crc32(name.encode()) % 100_000
-
-
-def lift_of(name, seed):
-    nearest = name.partition("__")[0]
-    if nearest in BETWEEN_LIFTS:
-        return "both"
-    return "free" if nearest == "end_cushion" else LIFTS[seed % 2]
-
-
-def equation_of(effect):
-    from forklift.effects import EFFECTS
-
-    return next(one.equation for one in EFFECTS if one.id == effect)
-
-
-def plausible(effect):
-    """The catalogue's plausible range of each parameter of an effect, and its scale."""
-    from forklift import _core
-
-    spec = next(one for one in _core.effect_table() if one["id"] == effect)
-    return {p["name"]: (p["plausible_lower"], p["plausible_upper"], p["scale"]) for p in spec["parameters"]}
-
-
-def law_of(name, lift, seed, amplitude):
-    """The law with this amplitude at its lift; its other parameters are drawn from the midst of the plausible."""
-    if lift != "both":
-        amplitude = run.on(lift, amplitude)
-    if "__" in name:
-        own = {}
-        if name == "friction_position__asymmetric":
-            own["centre"] = 0.6 if lift == "free" else 1.5
-        return others.law(name, amplitude, **own)
-    random = np.random.default_rng([seed, 3])
-    drawn = {}
-    for parameter, (lower, upper, scale) in list(plausible(name).items())[1:]:
-        share = random.uniform(0.25, 0.75)
-        drawn[parameter] = (
-            lower * (upper / lower) ** share if scale == "log" else lower + share * (upper - lower)
-        )
-    if name == "friction_position":  # a place that the lift comes by
-        drawn["centre"] = random.uniform(0.45, 0.75) if lift == "free" else random.uniform(1.35, 1.7)
-    if name == "end_cushion":
-        drawn["length"] = 0.1
-    if name == "valve_current_limit":
-        drawn["limit"] = random.uniform(0.55, 0.7)
-    return effects.law(name, amplitude, **drawn)
-
-
-def most(name):
-    """The end of an amplitude's plausible range."""
-    if "__" in name:
-        return others.MOST[name]
-    return next(iter(plausible(name).values()))[1]
-
-
-def amplitude_for(points, name, case):
-    """The amplitude that costs so many points of the velocity's NRMSE, and what it does cost.
-
-    Capped at the end of what is plausible. All amplitudes of a logarithmic grid run at once, under the load and
-    temperature corners of the fitted PRMS; in between the cost is interpolated.
-    """
-    planned = [
-        plan
-        for plan in campaign.plans(case.lift)
-        if plan.role == "estimate" and plan.load_kg in (0.0, 1500.0) and plan.temperature_degc != 30.0
-    ]
-    trucks, law = scattered(case.seed), law_of(name, case.lift, case.seed, 1.0)
-    key = f"{law.name}.{next(iter(law.values))}"
-    one = np.array(law.values[key.partition(".")[2]])
-    grid = most(name) * np.geomspace(1e-3, 1.0, 10)
-    plain = campaign.conditions(case, planned)
-    amplified = [replace(given, values={key: one * a}) for a in (0.0, *grid) for given in plain]
-    found = run.simulate(trucks, (law,), amplified, ROUGH)
-    without, costs = found[: len(plain)], []
-    for k in range(1, len(grid) + 1):
-        pairs = zip(planned, without, found[k * len(plain) : (k + 1) * len(plain)], strict=True)
-        costs.append(np.mean([lost(plan, *pair, case.end_m) for plan, *pair in pairs]))
-    costs = np.maximum.accumulate(np.maximum(costs, 1e-9))
-    if points >= costs[-1]:
-        return grid[-1], costs[-1]
-    if points <= costs[0]:
-        return grid[0] * points / costs[0], points
-    return float(np.exp(np.interp(np.log(points), np.log(costs), np.log(grid)))), points
-
-
-def lost(plan, without, with_law, end_m):
-    """Points of NRMSE of the commanded lifts' velocities between two runs, until either meets its end."""
-    n = min(len(campaign.cut(one, plan.lift, end_m).time_s) for one in (without, with_law))
-    moved = [k for k, lift in enumerate(LIFTS) if plan.lift in (lift, "both")]
-    return np.mean(
-        [
-            100.0
-            * np.linalg.norm(with_law.v[k, :n] - without.v[k, :n])
-            / np.linalg.norm(without.v[k, :n] - without.v[k, :n].mean())
-            for k in moved
-        ]
-    )
-
-
-def variations(sets):
-    makers = {
-        "effects": _effects,
-        "others": _others,
-        "traps": _traps,
-        "null": lambda: _complete("null", 6),
-        "pairs": _pairs,
-        "complete": lambda: _complete("complete", 50),
-        "warming": lambda: _complete("warming", 20),
-    }
-    return [made for name in sets for made in makers[name]()]
-
-
-def _physics(name, points, kind):
-    seed = seed_of(name)
-    lift, nearest = lift_of(name, seed), name.partition("__")[0]
-    verdicts = ("missing-physics",) if kind == "effects" else ("missing-physics", "unknown-effect")
-    truth = Truth(
-        verdicts,
-        (nearest,),
-        lift,
-        (equation_of(nearest),),
-        "complete" if kind == "effects" else "uncertain",
-    )
-    case = campaign.Case("", lift, seed, end_m=0.005 if name == "end_cushion" else campaign.END_M)
-    return Variation(f"{kind}-{name}-{points:g}", case, truth, ((name, points),))
-
-
-def _effects():
-    return [_physics(name, points, "effects") for points in POINTS for name in effects.CATALOGUE]
-
-
-def _others():
-    return [_physics(name, 3.0, "others") for name in others.OTHERS]
-
-
-def _traps():
-    """Sensors and circumstances that look like physics, or hide it."""
-
-    def trap(name, truth, concealed=(), **differs):
-        seed = seed_of(name)
-        lift = LIFTS[seed % 2]
-        differs = {key: value(lift) if callable(value) else value for key, value in differs.items()}
-        truth = replace(truth, lift=lift if truth.causes else "")
-        return Variation(f"traps-{name}", campaign.Case("", lift, seed, **differs), truth, concealed)
-
-    fault, fine = Truth(("sensor-fault",), equations=("sensor",)), Truth(("no-mismatch",))
-    late = ("position_free_m", "position_main_m", "pressure_free_pa", "pressure_main_pa", "fork_height_m")
-    return [
-        trap(
-            "pressure_gain",
-            replace(fault, causes=("pressure_gain",)),
-            sensors=lambda lift: Sensors(gains=((f"pressure_{lift}_pa", 1.08),)),
-        ),
-        trap(
-            "position_scale",
-            replace(fault, causes=("position_scale",), refused=("height-contradicts-position",)),
-            sensors=lambda lift: Sensors(gains=((f"position_{lift}_m", 1.05),)),
-        ),
-        trap(
-            "load_entered",
-            Truth(("parameter-error",), ("load_entered",), equations=("operating-point",)),
-            load_off_kg=120.0,
-        ),
-        trap("sensor_stuck", replace(fault, refused=("channel-stuck",)), stuck_s=2.0),
-        trap(
-            "pressure_late",
-            replace(fault, causes=("sensor_lag",)),
-            sensors=lambda lift: Sensors(lates_s=((f"pressure_{lift}_pa", 0.06),)),
-        ),
-        trap(
-            "all_late",
-            Truth(
-                ("missing-physics", "sensor-fault"),
-                ("valve_delay", "sensor_lag"),
-                equations=("valve-dynamics", "sensor"),
-                refused=("command-shifted",),
-            ),
-            sensors=Sensors(lates_s=tuple((channel, 0.06) for channel in late)),
-        ),
-        trap("noise_doubled", fine, sensors=Sensors(noise=2.0)),
-        trap(
-            "hardly_excited",
-            replace(fine, refused=("no-excitation", "command-unanswered")),
-            command_gain=0.25,
-        ),
-        trap("one_temperature", fine, concealed=(("friction_temperature", 2.0),), temperature_degc=30.0),
-    ]
-
-
-PAIRS = (
-    ("friction_temperature", "leakage"),
-    ("friction_position", "entrained_air"),
-    ("friction_pressure", "valve_lag"),
-    ("chain_elasticity", "valve_current_limit"),
-    ("leakage", "valve_delay"),
-)
-
-
-def _pairs():
-    made = []
-    for first, second in PAIRS:
-        name = f"{first}+{second}"
-        seed = seed_of(name)
-        truth = Truth(
-            ("missing-physics",),
-            (first, second),
-            LIFTS[seed % 2],
-            (equation_of(first), equation_of(second)),
-            "complete",
-        )
-        case = campaign.Case("", LIFTS[seed % 2], seed)
-        made.append(Variation(f"pairs-{name}", case, truth, ((first, 3.0), (second, 3.0))))
-    return made
-
-
-def _complete(kind, count):
-    made = []
-    for number in range(1, count + 1):
-        seed = 1000 * (1 + ["null", "complete", "warming"].index(kind)) + number
-        case = campaign.Case("", LIFTS[seed % 2], seed)
-        if kind == "warming":
-            case = replace(case, warming_k=2.0, sensors=Sensors(colour_s=0.1, temperature_lag_s=30.0))
-        made.append(Variation(f"{kind}-{number:02d}", case, Truth(("no-mismatch",))))
-    return made
-
-
-# Making and diagnosing it -----------------------------------------------------------------------------------
+LIMIT_S = 3600.0
+DEFAULT = ("effects", "others", "traps", "null")
 
 
 def one(variation):
@@ -325,14 +62,7 @@ def one(variation):
         "case": variation.name,
         "lift": case.lift,
         "seed": case.seed,
-        "truth": {
-            "verdicts": variation.truth.verdicts,
-            "causes": variation.truth.causes,
-            "lift": variation.truth.lift,
-            "equations": variation.truth.equations,
-            "form": variation.truth.form,
-            "refused": variation.truth.refused,
-        },
+        "truth": asdict(variation.truth),
         "concealed": concealed,
         "answer": answer,
         "made_s": made_s,
@@ -373,103 +103,6 @@ def answered(found, status, said):
     }
 
 
-# Judging it -------------------------------------------------------------------------------------------------
-
-
-def judge(result, separable):
-    """Which parts of the answer are right; `right` is all that must be."""
-    truth, answer = result["truth"], result["answer"]
-    known = separable.get("cases", {}).get(result["case"], {})
-    hidden = bool(known.get("hidden"))
-    if answer["verdict"] in ("refused", "none"):
-        refused = any(code in answer["said"] for code in truth["refused"])
-        return {"verdict": refused, "equation": refused, "lift": refused, "cause": refused, "alone": refused,
-                "form": refused, "right": refused, "hidden": hidden}  # fmt: skip
-    if hidden or not truth["causes"]:
-        fine = answer["verdict"] in (("no-mismatch",) if hidden else truth["verdicts"])
-        return {"verdict": fine, "equation": fine, "lift": fine, "cause": fine, "alone": fine, "form": fine,
-                "right": fine, "hidden": hidden}  # fmt: skip
-    alike = [{cause, *known.get("alike", {}).get(cause, [])} for cause in truth["causes"]]
-    named = [cause["id"] for cause in answer["causes"]]
-    location = answer["location"] or {}
-    either = result["case"] == "traps-all_late"
-    found = [any(one in group for one in named) for group in alike]
-    equations = {*truth["equations"], *(equation_of(one) for group in alike for one in group
-                                        if one in effects.CATALOGUE)}  # fmt: skip
-    wheres = {place for cause in answer["causes"] for place in LIFTS if place in cause["where"]}
-    judged = {
-        "verdict": answer["verdict"] in truth["verdicts"],
-        "equation": location.get("equation") in equations,
-        "lift": location.get("lift") == truth["lift"] or truth["lift"] == "both" or wheres == {truth["lift"]},
-        "cause": any(found) if either else all(found),
-        "alone": all(any(one in group for group in alike) for one in named),
-        "form": truth["form"] in ("", *(cause["form"] for cause in answer["causes"])),
-        "hidden": hidden,
-    }
-    unknown = answer["verdict"] == "unknown-effect" and "unknown-effect" in truth["verdicts"]
-    if unknown:
-        judged |= {"cause": judged["equation"], "alone": True, "form": True}
-    judged["right"] = all(judged[key] for key in ("verdict", "lift", "cause", "alone", "form"))
-    return judged
-
-
-def amplitude(result):
-    """The concealed amplitude and the interval told for it."""
-    told = {one["name"]: one for cause in result["answer"]["causes"] for one in cause["parameters"]}
-    words = []
-    for concealed in result["concealed"]:
-        parameter, value = next(iter(concealed["values"].items()))
-        ends = [one for name, one in told.items() if name.endswith(f"{concealed['law']}.{parameter}")]
-        words.append(
-            f"{value:.3g}" + (f" in {ends[0]['lower']:.3g} … {ends[0]['upper']:.3g}" if ends else "")
-        )
-    return "; ".join(words)
-
-
-def table(results, separable):
-    """Markdown of all cases, then totals by set and amplitude."""
-    lines = [
-        "| case | points | verdict | equation | causes | right | form | amplitude | worst before | after | s |",
-        "|---|---:|---|---|---|---|---|---|---:|---:|---:|",
-    ]
-    totals = {}
-    for result in results:
-        answer, judged = result["answer"], judge(result, separable)
-        points = "+".join(f"{one['points']:.2g}" for one in result["concealed"])
-        location, left = answer.get("location") or {}, answer.get("left_over") or {}
-        causes = ", ".join(f"{one['where']}.{one['id']}" for one in answer["causes"]) or "–"
-        wrong = [key for key in ("verdict", "lift", "cause", "alone", "form") if not judged[key]]
-        lines.append(
-            f"| {result['case']}{' (hidden)' if judged['hidden'] else ''} | {points} | {answer['verdict']} "
-            f"| {location.get('equation', '–')}{'' if judged['equation'] else ' (wrong)'} | {causes} "
-            f"| {'yes' if judged['right'] else 'no: ' + ', '.join(wrong)} "
-            f"| {', '.join(sorted({one['form'] for one in answer['causes']})) or '–'} | {amplitude(result)} "
-            f"| {left.get('worst_before', float('nan')):.3g} | {left.get('worst_after', float('nan')):.3g} "
-            f"| {result['seconds']:.0f} |"
-        )
-        kind = result["case"].partition("-")[0]
-        asked = result["concealed"][0]["asked"] if kind == "effects" else None
-        totals.setdefault((kind, asked), []).append(judged)
-    lines += [
-        "",
-        "| set | points | cases | verdict | equation | cause | right | hidden |",
-        "|---|---:|" + 6 * "---:|",
-    ]
-    for (kind, asked), judged in totals.items():
-        counts = [
-            sum(one[key] for one in judged) for key in ("verdict", "equation", "cause", "right", "hidden")
-        ]
-        lines.append(
-            f"| {kind} | {'' if asked is None else f'{asked:g}'} | {len(judged)} | "
-            + " | ".join(str(count) for count in counts)
-            + " |"
-        )
-    return "\n".join(lines) + "\n"
-
-
-# All of them ------------------------------------------------------------------------------------------------
-
-
 def write(path, text):
     """The whole file or none."""
     temporary = path.with_suffix(f".{os.getpid()}.part")
@@ -479,7 +112,7 @@ def write(path, text):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sets", nargs="*", default=["effects", "others", "traps", "null"], metavar="SET")
+    parser.add_argument("sets", nargs="*", default=DEFAULT, metavar="SET")
     parser.add_argument("--only", metavar="PATTERN", help="cases whose name matches, as of files")
     parser.add_argument("--out", type=Path, default=ROOT / "variations")
     parser.add_argument("--jobs", type=int, default=1)
