@@ -9,9 +9,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from reference.plant import campaign, effects, others, run  # noqa: E402
-from reference.plant.sensors import Sensors  # noqa: E402
-from reference.plant.truck import LIFTS, scattered  # noqa: E402
+from reference.plant import campaign, effects, others, run
+from reference.plant.sensors import Sensors
+from reference.plant.truck import LIFTS, scattered
 
 POINTS = (0.5, 2.0, 8.0)
 """What the effects cost, in points of the velocity's NRMSE."""
@@ -99,7 +99,7 @@ def most(name):
     return next(iter(plausible(name).values()))[1]
 
 
-def amplitude_for(points, name, case):
+def amplitude_for(points, name, case, law=None, trucks=None):
     """The amplitude that costs so many points of the velocity's NRMSE, and what it does cost.
 
     Capped at the end of what is plausible. All amplitudes of a logarithmic grid run at once, under the
@@ -110,7 +110,7 @@ def amplitude_for(points, name, case):
         for plan in campaign.plans(case.lift)
         if plan.role == "estimate" and plan.load_kg in (0.0, 1500.0) and plan.temperature_degc != 30.0
     ]
-    trucks, law = scattered(case.seed), law_of(name, case.lift, case.seed, 1.0)
+    law, trucks = law or law_of(name, case.lift, case.seed, 1.0), trucks or scattered(case.seed)
     key = f"{law.name}.{next(iter(law.values))}"
     one = np.array(law.values[key.partition(".")[2]])
     grid = most(name) * np.geomspace(1e-3, 1.0, 10)

@@ -1,7 +1,6 @@
 """Is what a diagnosis said of a truck of `variations.py` right? And the table of all of them."""
 
 from cases import equation_of
-
 from reference.plant import effects
 from reference.plant.truck import LIFTS
 

@@ -20,9 +20,9 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
+
 from cases import amplitude_for, law_of, variations
 from judging import table
-
 from reference.plant import campaign
 
 ROOT = Path(__file__).resolve().parents[1]
