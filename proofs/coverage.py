@@ -141,7 +141,7 @@ def one(number):
         for unknown in moved
     ]
     for seen, temperature, start in zip(samples, temperatures, starts, strict=True):
-        own = np.array([seen.recording.load_kg, temperature - mean_temperature(seen.recording), *start])
+        own = np.array([seen.recording.load_kg, temperature - mean_temperature(seen.recording), 0.0, *start])
         x += list((own - seen.centre)[seen.free] / seen.width[seen.free])
     x = np.array(x)
     together = {name for group in known.groups for name in group.names}

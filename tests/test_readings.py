@@ -24,13 +24,13 @@ def said() -> np.ndarray:
 
 @pytest.mark.parametrize("fault", ["gain", "offset", "lag"])
 def test_a_right_sensor_reads_the_truth_to_the_bit(fault):
-    values, _ = reading("pressure_free_pa", fault, "Pa").read(TIME, said(), np.zeros((100, 7, 0)), 0.0)
+    values, _ = reading(["pressure_free_pa"], fault, "Pa").read(TIME, said(), np.zeros((100, 7, 0)), 0.0)
     assert np.array_equal(values, said())
 
 
 @given(theta=st.floats(-3.0, 3.0))
 def test_only_its_own_channel_is_read_wrongly(theta):
-    number = reading("pressure_free_pa", "gain", "Pa")
+    number = reading(["pressure_free_pa"], "gain", "Pa")
     values, slopes = number.read(TIME, said(), np.ones((100, 7, 2)), theta)
     own = CHANNELS.index("pressure_free_pa")
     assert values[:, own] == pytest.approx(said()[:, own] * (1.0 + 0.05 * theta))
@@ -41,7 +41,7 @@ def test_only_its_own_channel_is_read_wrongly(theta):
 
 @given(ticks=st.integers(0, 20))
 def test_a_lag_of_whole_ticks_shifts_the_samples(ticks):
-    number = reading("fork_height_m", "lag", "m")
+    number = reading(["fork_height_m"], "lag", "m")
     values, _ = number.read(TIME, said(), np.zeros((100, 7, 0)), 0.02 * ticks / 0.05)
     own = CHANNELS.index("fork_height_m")
     late = said()[: 100 - ticks, own]
@@ -55,9 +55,9 @@ def test_derivatives_along_readings_are_difference_quotients_beside_those_of_the
     samples = tuple(sample(found, thesis, every) for found in campaign.recordings[:2])
     moved = (
         *unknowns(thesis, ["free"]),
-        reading("pressure_free_pa", "gain", "Pa"),
-        reading("pressure_free_pa", "lag", "Pa"),
-        reading("fork_height_m", "offset", "m"),
+        reading(["pressure_free_pa"], "gain", "Pa"),
+        reading(["pressure_free_pa"], "lag", "Pa"),
+        reading(["fork_height_m"], "offset", "m"),
     )
     problem = Problem(thesis, moved, samples, 4, {name: 3.0 * one.noise for name, one in every.items()})
     x = np.zeros(problem.starts[-1])

@@ -21,7 +21,7 @@ def test_hats_that_add_up_to_one_answer_as_the_parameter_that_the_port_multiplie
     """ν·∂/∂ν of the model and the sum over all hats at the viscosity's port are the same derivative."""
     recording, time = case
     truck = Truck.read("thesis")
-    own = np.array([800.0, 0.0, 0.98, 1.96])
+    own = np.array([800.0, 0.0, 0.0, 0.98, 1.96])
     centres = np.arange(time[0] - WIDTH, time[-1] + 2.0 * WIDTH, WIDTH)
     for port, parameter, factor in (
         ("viscosity", "viscosity.nu_0", True),
@@ -45,7 +45,7 @@ def test_hats_that_add_up_to_one_answer_as_the_parameter_that_the_port_multiplie
 def test_nothing_answers_before_its_cause(case):
     recording, time = case
     answers = Truck.read("thesis").core.responses(
-        recording, np.array([0.0, 0.0, 0.98, 1.96]), ["free.force"], np.array([3.0]), WIDTH, substeps=4
+        recording, np.array([0.0, 0.0, 0.0, 0.98, 1.96]), ["free.force"], np.array([3.0]), WIDTH, substeps=4
     )[:, :, 0, 0]
     assert np.all(answers[time < 3.0 - WIDTH - 0.02] == 0.0)
     assert np.abs(answers[time > 3.0]).max() > 0.0
@@ -54,4 +54,4 @@ def test_nothing_answers_before_its_cause(case):
 @pytest.mark.parametrize(("port", "width"), [("free.nothing", 0.2), ("force", 0.2), ("free.force", 0.0)])
 def test_a_port_that_is_not_there_is_refused(case, port, width):
     with pytest.raises(ForkliftError):
-        Truck.read("thesis").core.responses(case[0], np.zeros(4), [port], np.array([1.0]), width)
+        Truck.read("thesis").core.responses(case[0], np.zeros(5), [port], np.array([1.0]), width)

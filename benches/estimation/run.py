@@ -170,7 +170,7 @@ def bench(campaign: Campaign, args: argparse.Namespace, folder: Path) -> None:
     truck = Truck.read("thesis")
     known = sensors(campaign.recordings)
     lifts = tuple(lift for lift in LIFTS if any(r.lift in (lift, "both") for r in campaign.recordings))
-    samples = tuple(sample(recording, truck, known) for recording in campaign.recordings)
+    samples = tuple(sample(recording, truck, known, warming_width_k=0.0) for recording in campaign.recordings)
     noise = {name: sensor.noise for name, sensor in known.items()}
     whole = Problem(truck, unknowns(truck, lifts), samples, SUBSTEPS, noise)
     fitted = tuple(one for one in samples if one.recording.role == "estimate")

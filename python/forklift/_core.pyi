@@ -22,9 +22,11 @@ __all__ = [
     "low_pass",
     "output_table",
     "parameter_table",
+    "port_table",
     "pressure_sensor",
     "prms",
     "quantise_current",
+    "shape_variables",
     "staircase",
     "state_table",
     "steps_to_current",
@@ -77,8 +79,21 @@ class EffectSpec(TypedDict):
     source: str
     parameters: list[EffectParameterSpec]
     quiet: float  # value of the first parameter (the amplitude) at which the model is the one without it
+    amplitudes: int  # how many of the first parameters are amplitudes: 1, but for a shape
     states: list[StateSpec]
     shows: list[tuple[str, str, float]]  # which of its states is added to which output, times which factor
+
+@type_check_only
+class PortSpec(QuantitySpec):
+    join: Literal["sum", "factor"]
+    typical: float  # what counts as one there: of a sum in its unit, of a factor of its logarithm
+
+@type_check_only
+class ShapeVariable(QuantitySpec):
+    finest: float  # the narrowest range
+    # By the effect's lift: the output that shows it, a speed's but for the sign, and how much of the variable
+    # one unit of that output is.
+    outputs: dict[str, tuple[str, float]]
 
 @type_check_only
 class Result(TypedDict):
@@ -92,6 +107,8 @@ def state_table() -> list[StateSpec]: ...
 def output_table() -> list[QuantitySpec]: ...
 def channel_table() -> list[ChannelSpec]: ...
 def effect_table() -> list[EffectSpec]: ...
+def port_table() -> list[PortSpec]: ...
+def shape_variables() -> list[ShapeVariable]: ...
 
 @final
 class Case:
@@ -129,8 +146,8 @@ class Truck:
     def differentiate(
         self,
         cases: Sequence[Case],
-        unknowns: _Floats,  # (cases, 4): load [kg], oil temperature's offset [K], start of free and main [m]
-        directions: Sequence[str],  # parameters, "load", "oil_temperature", "free.start", "main.start"
+        unknowns: _Floats,  # (cases, 5): load [kg], oil's offset and warming [K], start of free and main [m]
+        directions: Sequence[str],  # parameters, "load", "oil_temperature", "oil_warming", "free.start", …
         *,
         substeps: int = ...,
     ) -> list[tuple[_Floats, _Floats]]:
@@ -139,7 +156,7 @@ class Truck:
     def responses(
         self,
         case: Case,
-        unknowns: _Floats,  # (4,): load [kg], oil temperature's offset [K], start of free and main [m]
+        unknowns: _Floats,  # (5,): load [kg], oil's offset and warming [K], start of free and main [m]
         ports: Sequence[str],  # "free.force"
         centres: _Floats,  # (hats,) s
         width: float,  # s, from a hat's highest point to its end

@@ -15,18 +15,21 @@ import numpy as np
 from forklift import diagnosis_files, unknown_ports
 from forklift.campaign import Campaign
 from forklift.compare import Comparison, check_temperature, compare
+from forklift.diagnosis.causes import Cause, causes
 from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
 from forklift.diagnosis.region import Shape, shapes
 from forklift.diagnosis.screening import Screening, screen
-from forklift.diagnosis.selection import Selection, credibility, select
+from forklift.diagnosis.selection import Selection, select
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
+from forklift.errors import ForkliftError
 from forklift.estimation.problem import Problem, sample
 from forklift.estimation.sensors import sensors
 from forklift.estimation.suitability import Caution, suitability
 from forklift.estimation.unknowns import unknowns
-from forklift.names import LIFTS
-from forklift.suspects import suspects
+from forklift.names import LIFTS, Lift, commanded
+from forklift.stuck_sensors import Stuck, unstuck
+from forklift.suspects import stuck_suspect, suspects
 from forklift.truck import Truck
 
 Verdict = Literal["no-mismatch", "missing-physics", "unknown-effect", "parameter-error", "sensor-fault"]
@@ -38,20 +41,8 @@ VERDICTS: Mapping[str, Verdict] = {
 }
 """By kind of the first cause."""
 
-AS_GOOD = 0.05
-"""Credibility from which on a rival that leaves nothing over cannot be told from the cause."""
-
-
-@dataclass(frozen=True)
-class Cause:
-    """One accepted explanation."""
-
-    suspect: Suspect
-    credibility: float
-    form: Literal["complete", "uncertain"]
-    not_separable_from: tuple[Suspect, ...]
-    rivals: tuple[tuple[tuple[Suspect, ...], float, float], ...]
-    """What else was tried: suspects, credibility, and the mean square they leave over."""
+DOUBTFUL = 1.5
+"""Mean square up to which what no suspect explains is put down to chance, or to the simulation itself."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +76,10 @@ class Diagnosis:
     screening: Screening
     """All suspects at the final model."""
     cautions: tuple[Caution, ...]
+    stuck: tuple[Stuck, ...]
+    """Signals that stood still; these samples were left out."""
+    unexcited: str
+    """Why the recordings tell nothing of any lift; empty if they do."""
     before: Comparison
     after: Comparison
     seconds: Mapping[str, float]
@@ -101,7 +96,9 @@ class Diagnosis:
     @property
     def untestable(self) -> tuple[Suspect, ...]:
         """Suspects of which these recordings can tell nothing."""
-        loose = [found.suspects[0] for found in self.screening.singles if not found.testable]
+        loose = [
+            found.suspects[0] for found in self.screening.singles if self.unexcited or not found.testable
+        ]
         return (*self.screening.untestable, *loose)
 
     @property
@@ -192,34 +189,40 @@ def diagnose(
     """
     check_temperature(oil_temperature_degc)
     clock = _Clock(progress)
-    suited = suitability(campaign.recordings, truck)
+    campaign, stuck = unstuck(campaign, truck)
+    lifts, cautions, unexcited = _suited(campaign, truck)
     every = sensors(campaign.recordings)
     samples = tuple(
         sample(found, truck, every, oil_temperature_degc=oil_temperature_degc)
         for found in campaign.recordings
     )
-    everyone = Problem(truck, unknowns(truck, suited.lifts), samples, substeps=4)
+    everyone = Problem(truck, unknowns(truck, lifts), samples, substeps=4)
     fitted = tuple(found for found in samples if found.recording.role == "estimate")
     bench = Bench(replace(everyone, samples=fitted), everyone, every)
     with clock.stage("fitting the truck"):
         baseline = bench.finish((), *bench.rough(()))
+    nothing = baseline.complete or bool(unexcited)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
-    if not baseline.complete:
+    if not nothing:
         with clock.stage("locating the mismatch"):
-            places = [*unknown_ports.ports(suited.lifts), *every]
+            places = [*unknown_ports.ports(lifts), *every]
             inputs = unknown_inputs(
                 replace(baseline.found.problem, substeps=4), baseline.found.x, places, unknown_ports.respond
             )
             seen = _shapes(baseline, inputs)
-    asked = suspects(suited.lifts, list(every))
-    with clock.stage("trying the suspects"):
-        selection = select(bench, baseline, asked, clock.say)
+    asked = suspects(lifts, list(every))
+    if nothing:
+        selection = Selection(baseline, (), baseline)
+    else:
+        with clock.stage("trying the suspects"):
+            selection = select(bench, baseline, asked, clock.say)
     final = selection.final
     with clock.stage("screening the final model"):
         left = [suspect for suspect in asked if suspect not in final.suspects]
         screening = screen(final.found.problem, final.found.x, left)
-    causes = _causes(selection)
+    found = (*causes(selection), *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
+    verdict = _verdict(selection, found, unexcited)
     best = _truck(campaign, truck, final)
     fitted_truck = _truck(campaign, truck, baseline)
     with clock.stage("simulating before and after"):
@@ -231,69 +234,40 @@ def diagnose(
         campaign,
         truck,
         best,
-        _verdict(baseline, causes),
-        None if baseline.complete else _location(baseline, causes, inputs, seen),
-        causes,
+        verdict,
+        None if verdict == "no-mismatch" else _location(baseline, found, inputs, seen),
+        found,
         tuple(inputs),
         tuple(seen),
         selection,
         screening,
-        suited.cautions,
+        cautions,
+        stuck,
+        unexcited,
         before,
         after,
         clock.seconds,
     )
 
 
-def _verdict(baseline: Trial, causes: Sequence[Cause]) -> Verdict:
-    if baseline.complete:
-        return "no-mismatch"
-    return VERDICTS[causes[0].suspect.kind] if causes else "unknown-effect"
+def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[Caution, ...], str]:
+    """The lifts that are fitted, what to know about it, and why nothing is told of them, if so."""
+    try:
+        suited = suitability(campaign.recordings, truck)
+    except ForkliftError as error:
+        if error.code != "no-excitation":
+            raise
+        lifts = {lift for recording in campaign.recordings for lift in commanded(recording.lift)}
+        return tuple(lift for lift in LIFTS if lift in lifts), (), error.message
+    return suited.lifts, suited.cautions, ""
 
 
-def _causes(selection: Selection) -> tuple[Cause, ...]:
-    """The suspects of the final model in the order in which they were accepted."""
-    causes: list[Cause] = []
-    for step in selection.steps:
-        if step.accepted is None:
-            continue
-        known = {cause.suspect for cause in causes}
-        # What contains a complete explanation and more is no rival of it.
-        trials = [
-            trial
-            for trial in step.trials
-            if trial is step.accepted
-            or not (step.accepted.complete and set(step.accepted.suspects) < set(trial.suspects))
-        ]
-        shares = credibility(trials)
-        rivals = tuple(
-            (
-                tuple(one for one in trial.suspects if one not in known),
-                shares[_labels(trial)],
-                trial.left_over,
-            )
-            for trial in trials
-            if trial is not step.accepted
-        )
-        as_good = [
-            trial
-            for trial in trials
-            if trial is not step.accepted and trial.complete and shares[_labels(trial)] > AS_GOOD
-        ]
-        for suspect in step.accepted.suspects:
-            if suspect not in known and suspect in selection.final.suspects:
-                alike = tuple(
-                    one for trial in as_good for one in trial.suspects if one != suspect and one not in known
-                )
-                form: Literal["complete", "uncertain"] = (
-                    "complete" if selection.final.complete else "uncertain"
-                )
-                causes.append(Cause(suspect, shares[_labels(step.accepted)], form, alike, rivals))
-    return tuple(causes)
-
-
-def _labels(trial: Trial) -> tuple[str, ...]:
-    return tuple(suspect.label for suspect in trial.suspects)
+def _verdict(selection: Selection, found: Sequence[Cause], unexcited: str) -> Verdict:
+    baseline = selection.baseline
+    if found:
+        return VERDICTS[found[0].suspect.kind]
+    doubtful = baseline.worst.mean_square <= DOUBTFUL
+    return "no-mismatch" if unexcited or baseline.complete or doubtful else "unknown-effect"
 
 
 def _shapes(baseline: Trial, inputs: Sequence[UnknownInput]) -> list[Shape]:
@@ -313,23 +287,31 @@ def _shapes(baseline: Trial, inputs: Sequence[UnknownInput]) -> list[Shape]:
 
 
 def _location(
-    baseline: Trial, causes: Sequence[Cause], inputs: Sequence[UnknownInput], seen: Sequence[Shape]
+    baseline: Trial, found: Sequence[Cause], inputs: Sequence[UnknownInput], seen: Sequence[Shape]
 ) -> Location:
     """By the first cause where one was found, else by the most credible unknown input."""
-    sums: dict[str, float] = {}
-    for found in baseline.held_out:
-        sums[found.channel] = sums.get(found.channel, 0.0) + found.samples * max(found.mean_square - 1.0, 0.0)
-    signal = max(sums, key=lambda channel: sums[channel])
-    equation, lift = unknown_ports.equation(inputs[0].port) if inputs else ("operating-point", None)
-    if causes:
-        equation = causes[0].suspect.equation
-        where = causes[0].suspect.where
+    first = found[0].suspect if found else None
+    if first and not inputs:  # told before any fit
+        lift = unknown_ports.equation(first.where)[1]
+        return Location(lift or "both", first.equation, first.where, first.name, 1.0)
+    signal = _signal(baseline)
+    equation, lift = unknown_ports.equation(inputs[0].port)
+    if first:
+        equation, where = first.equation, first.where
         lift = where if where in LIFTS else unknown_ports.equation(where)[1] if where else "both"
-    square = float(np.mean([found.mean_square for found in baseline.judged if found.role == "estimate"]))
-    share = 1.0 - (inputs[0].noise ** 2 - 1.0) / (square - 1.0) if inputs and square > 1.0 else 0.0
+    square = float(np.mean([one.mean_square for one in baseline.judged if one.role == "estimate"]))
+    share = 1.0 - (inputs[0].noise ** 2 - 1.0) / (square - 1.0) if square > 1.0 else 0.0
     return Location(
         lift or "both", equation, signal, diagnosis_files.region(seen), float(np.clip(share, 0.0, 1.0))
     )
+
+
+def _signal(trial: Trial) -> str:
+    """Where the mismatch shows most."""
+    sums: dict[str, float] = {}
+    for found in trial.held_out:
+        sums[found.channel] = sums.get(found.channel, 0.0) + found.excess
+    return max(sums, key=lambda channel: sums[channel])
 
 
 def _truck(campaign: Campaign, start: Truck, trial: Trial) -> Truck:

@@ -16,7 +16,8 @@ from forklift.compare import campaign_facts, defined, earlier_files, prediction_
 from forklift.estimation.readings import Reading
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Cause, Diagnosis
+    from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.region import Shape
     from forklift.diagnosis.suspect import Suspect
 
@@ -33,10 +34,17 @@ TELLING = 0.2
 def sentence(found: Diagnosis) -> str:
     """The verdict in one sentence."""
     judged = {one.file for one in found.final.held_out}
+    if found.unexcited:
+        return f"No mismatch can be seen, and nothing be told of any effect: {found.unexcited}."
     if found.verdict == "no-mismatch":
         return (
             f"No mismatch: the fitted truck explains all {len(judged)} recordings held out to the sensors' "
             f"noise (mean square at most {found.final.worst.mean_square:.2f})."
+        )
+    if all(cause.suspect.id == "sensor_stuck" for cause in found.causes) and found.baseline.complete:
+        return (
+            f"A sensor is stuck: {' and '.join(_named(cause) for cause in found.causes)}; without these "
+            f"samples the fitted truck explains all {len(judged)} recordings held out to the sensors' noise."
         )
     before, after = _velocity(found)
     rose = f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"

@@ -18,6 +18,7 @@ from forklift.names import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec
+    from forklift.stuck_sensors import Stuck
 
 LOAD_WIDTH_KG = 100.0
 """Prior standard deviation of an entered load that may be wrong."""
@@ -34,6 +35,7 @@ FAULTS: dict[str, tuple[tuple[Fault, str, str], ...]] = {
     ),
     "m": (
         ("gain", "position_scale", "the position sensor's scale is off"),
+        ("offset", "position_offset", "the position sensor's zero is off"),
         ("lag", "sensor_lag", "the signal arrives late"),
     ),
 }
@@ -45,9 +47,19 @@ def suspects(lifts: Collection[Lift], measured: Collection[str]) -> tuple[Suspec
     return (*_physics(lifts), *_sensors(measured), *_conditions())
 
 
+def stuck_suspect(stuck: Stuck) -> Suspect:
+    """A signal that stood still, whose samples were left out: nothing is left to try."""
+    return Suspect(
+        "sensor_stuck", "sensor", f"the signal stands still in {stuck.where}", stuck.channel, "sensor", None,
+        lambda problem: problem,
+    )  # fmt: skip
+
+
 def _physics(lifts: Collection[Lift]) -> Iterator[Suspect]:
     specs = {spec["id"]: spec for spec in _core.effect_table()}
     for effect in EFFECTS:
+        if effect.general:
+            continue
         spec = specs[effect.id]
         for lift in [lift for lift in LIFTS if lift in lifts] if spec["scope"] == "lift" else [""]:
             head = f"{lift}.{effect.id}" if lift else effect.id
@@ -87,15 +99,23 @@ def _sensors(measured: Collection[str]) -> Iterator[Suspect]:
     for channel in measured:
         unit = channels()[channel]["unit"]
         for fault, id, name in FAULTS[unit]:
-            number = reading(channel, fault, unit)
+            number = reading([channel], fault, unit)
+            yield Suspect(id, "sensor", name, channel, "sensor", number.name, _misread(number))
+    late = reading(list(measured), "lag", "s")
+    yield Suspect(
+        "sensor_lag", "sensor", "all signals arrive late", "", "sensor", late.name, _misread(late),
+        ("valve_delay",), unlikely=True,
+    )  # fmt: skip
 
-            def add(problem: Problem, number: Reading = number) -> Problem:
-                if number.channel in POSITIONS and number.fault == "gain":
-                    lift = number.channel.split("_")[1]
-                    problem = widened(problem, f"{lift}.start", START_WIDTH_M)
-                return with_unknown(problem, number)
 
-            yield Suspect(id, "sensor", name, channel, "sensor", number.name, add)
+def _misread(number: Reading) -> Callable[[Problem], Problem]:
+    def add(problem: Problem) -> Problem:
+        for channel in number.channels:
+            if channel in POSITIONS and number.fault != "lag":
+                problem = widened(problem, f"{channel.split('_')[1]}.start", START_WIDTH_M)
+        return with_unknown(problem, number)
+
+    return add
 
 
 def _conditions() -> Iterator[Suspect]:

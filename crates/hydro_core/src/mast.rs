@@ -101,7 +101,8 @@ pub const fn place(name: &str) -> usize {
     k
 }
 
-const fn same(a: &[u8], b: &[u8]) -> bool {
+/// Whether two names are the same, where `==` is not at hand.
+pub(crate) const fn same(a: &[u8], b: &[u8]) -> bool {
     let mut k = 0;
     while k < a.len() && k < b.len() && a[k] == b[k] {
         k += 1;
@@ -128,6 +129,8 @@ pub struct Lift<S> {
     pub m_c: S,
     /// Mass that moves twice as fast, with the load [kg].
     pub m: S,
+    /// That load [kg].
+    pub load: S,
     nu_0: S,
     /// Viscosity-temperature coefficient [1/K].
     pub lambda: S,
@@ -164,6 +167,7 @@ impl<S: Scalar> Lift<S> {
             p_tank: p.p_tank,
             m_c: p.m_c,
             m,
+            load: load_kg,
             nu_0: p.nu_0,
             lambda: p.lambda,
             t_0: p.t_0,
@@ -203,6 +207,13 @@ impl<S: Scalar> Lift<S> {
         ports.opening(self.table.at(i))
     }
 
+    /// The orifices of the proportional valve and of the compensator.
+    #[inline(always)]
+    pub fn orifices<P: Ports<S>>(&self, ports: &P) -> (Orifice<S>, Orifice<S>) {
+        let gain = |gain: S| ports.orifice_gain(gain);
+        (self.orifice_a.with_gain(gain), self.orifice_b.with_gain(gain))
+    }
+
     /// dp_A/dt over the flow into the cylinder, E/V [Pa/m³].
     #[inline(always)]
     pub fn cylinder_stiffness<P: Ports<S>>(&self, p_a: S, x: S, ports: &P) -> S {
@@ -217,8 +228,9 @@ impl<S: Scalar> Lift<S> {
         // The floor of Figure A.10.
         let a_comp = s.a_comp.max(S::constant(f64::EPSILON));
         let drop = ports.inlet_pressure(s.p_a) - s.p_b;
-        let q_a = self.orifice_a.flow(self.orifice_a.critical_squared(nu), self.opening(s.i, ports), drop);
-        let q_b = self.orifice_b.flow(self.orifice_b.critical_squared(nu), a_comp, s.p_b - p_d);
+        let (a, b) = self.orifices(ports);
+        let q_a = a.flow(a.critical_squared(nu), self.opening(s.i, ports), drop);
+        let q_b = b.flow(b.critical_squared(nu), a_comp, s.p_b - p_d);
         let p_set = ports.preset_pressure(self.compensator.p_set);
         let into = ports.cylinder_flow(-q_a) - self.balance.area * s.v;
         (
@@ -249,9 +261,15 @@ pub trait Physics<S: Scalar>: Clone {
     fn states(&self) -> usize;
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Self::Ports; L], S);
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]);
+    /// The effects' states where a run starts.
+    fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]);
     /// Told by the fast path before each substep: the time in its middle [s].
     #[inline(always)]
     fn at_time(&mut self, _t: f64) {}
+    /// How much later each lift's command reaches its valve [s]; None: none does.
+    fn delays<const L: usize>(&self) -> Option<[S; L]> {
+        None
+    }
     /// As [`Physics::rates`], but for the states that relax, which are left out.
     fn explicit_rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]);
     /// Advances the states that relax by `h` [s], exactly; see [`crate::effects::Effect::relax`].
@@ -276,6 +294,8 @@ impl<S: Scalar> Physics<S> for Thesis {
     #[inline(always)]
     fn rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
     #[inline(always)]
+    fn start<const L: usize>(&self, _bus: &Bus<S, L>, _own: &mut [S]) {}
+    #[inline(always)]
     fn explicit_rates<const L: usize>(&self, _bus: &Bus<S, L>, _own: &[S], _rates: &mut [S]) {}
     #[inline(always)]
     fn relax<const L: usize>(&self, _from: &Bus<S, L>, _to: &Bus<S, L>, _h: S, _own: &mut [S]) {}
@@ -289,6 +309,8 @@ pub struct Extended<S> {
     inputs: Vec<UnknownInput<S>>,
     /// What the unknown inputs write now, by simulated lift.
     pushed: [Open<S>; 2],
+    /// By simulated lift, how much later its command reaches the valve [s].
+    delays: Option<[S; 2]>,
 }
 
 /// A hat over time at one port of a simulated lift: `height` at `centre` [s], zero from `width` [s] on.
@@ -305,13 +327,16 @@ pub struct UnknownInput<S> {
 impl<S: Scalar> Extended<S> {
     /// `effects`: which, at which simulated lift, with which values.
     pub fn new(effects: &[(Instance, usize, Vec<S>)], lifts: &[Lift<S>]) -> Self {
-        let terms = effects
-            .iter()
-            .map(|(instance, place, values)| {
-                (Term::new(instance.kind, values, lifts, *place), instance.kind.spec().states.len())
-            })
-            .collect();
-        Extended { terms, inputs: Vec::new(), pushed: [Open::quiet(); 2] }
+        let mut terms = Vec::with_capacity(effects.len());
+        let mut delays = None;
+        for (instance, place, values) in effects {
+            let term = Term::new(instance.kind, values, lifts, *place);
+            if let Some(delay) = term.delay() {
+                delays.get_or_insert([S::zero(); 2])[*place] = delay;
+            }
+            terms.push((term, instance.kind.spec().states.len()));
+        }
+        Extended { terms, inputs: Vec::new(), pushed: [Open::quiet(); 2], delays }
     }
 
     /// With unknown inputs besides: of the fast path only, which tells the time.
@@ -357,6 +382,9 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             }
         }
     }
+    fn delays<const L: usize>(&self) -> Option<[S; L]> {
+        self.delays.map(|delays| std::array::from_fn(|k| delays[k]))
+    }
     #[inline(never)]
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
         let (mut rest, mut out) = (own, rates);
@@ -365,6 +393,14 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             let (mine_out, others_out) = out.split_at_mut(*n);
             term.rates(bus, mine, mine_out);
             (rest, out) = (others, others_out);
+        }
+    }
+    fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]) {
+        let mut rest = own;
+        for (term, n) in &self.terms {
+            let (mine, others) = rest.split_at_mut(*n);
+            term.start(bus, mine);
+            rest = others;
         }
     }
     #[inline(never)]
@@ -413,6 +449,13 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
         for lift in &mut self.lifts {
             lift.nu = viscosity(lift.nu_0, lift.lambda, lift.t_0, oil_temperature_degc);
         }
+    }
+
+    /// Puts the effects' states to where a run under the present inputs starts, the lifts being where `x` has them.
+    pub fn start_effects(&self, x: &mut [S]) {
+        let (lifts, own) = x.split_at_mut(L * STATES);
+        let lifts = std::array::from_fn(|k| LiftState::from_slice(&lifts[k * STATES..(k + 1) * STATES]));
+        self.physics.start(&self.bus(lifts), own);
     }
 
     #[inline(always)]

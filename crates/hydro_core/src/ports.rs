@@ -4,7 +4,8 @@
 //! extended model carries [`Open`] ports; at their quiet values (zero for a sum, one for a factor)
 //! they change no bit.
 
-use crate::scalar::Scalar;
+use crate::mast::same;
+use crate::scalar::{Mask, Scalar};
 
 /// How a port joins its quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,11 +22,13 @@ pub struct PortSpec {
     pub name: &'static str,
     pub unit: &'static str,
     pub join: Join,
+    /// What counts as one there, of a sum in its unit; of a factor, of its logarithm.
+    pub typical: f64,
     pub meaning: &'static str,
 }
 
 macro_rules! ports {
-    ($($name:ident: $join:ident, $unit:literal, $meaning:literal;)*) => {
+    ($($name:ident: $join:ident, $unit:literal, $typical:literal, $meaning:literal;)*) => {
         /// One method per port: takes the quantity of the thesis model, gives it with the port's share.
         pub trait Ports<S: Scalar>: Copy {
             $(#[doc = $meaning]
@@ -58,10 +61,30 @@ macro_rules! ports {
                 Open { $($name: ports!(@join $join, self.$name, other.$name),)* }
             }
 
+            /// In the order of [`PORTS`].
+            #[inline(always)]
+            fn each(&mut self) -> [&mut S; PORTS.len()] {
+                [$(&mut self.$name,)*]
+            }
+
             /// Moves the port at `place` of [`PORTS`] by `value` from where it is.
             pub fn push(&mut self, place: usize, value: S) {
-                let ports = [$(&mut self.$name,)*];
-                *ports[place] = *ports[place] + value;
+                let port = &mut *self.each()[place];
+                *port = *port + value;
+            }
+
+            /// Adds `amount` times what is typical of a sum there, or multiplies by e^`amount`, at the port whose
+            /// place in [`PORTS`] is nearest to `place`.
+            #[inline(always)]
+            pub fn bend(&mut self, place: S, amount: S) {
+                let factor = amount.exp();
+                for (k, (port, spec)) in self.each().into_iter().zip(PORTS).enumerate() {
+                    let bent = match spec.join {
+                        Join::Sum => *port + S::constant(spec.typical) * amount,
+                        Join::Factor => *port * factor,
+                    };
+                    *port = S::select(is_place(place, k), bent, *port);
+                }
             }
         }
 
@@ -74,7 +97,13 @@ macro_rules! ports {
 
         /// One row per port of a lift.
         pub const PORTS: &[PortSpec] = &[
-            $(PortSpec { name: stringify!($name), unit: $unit, join: Join::$join, meaning: $meaning },)*
+            $(PortSpec {
+                name: stringify!($name),
+                unit: $unit,
+                join: Join::$join,
+                typical: $typical,
+                meaning: $meaning,
+            },)*
         ];
     };
     (@quiet Sum) => { S::zero() };
@@ -83,19 +112,38 @@ macro_rules! ports {
     (@join Factor, $a:expr, $b:expr) => { $a * $b };
 }
 
+/// True where the number `choice`, rounded, names the `k`-th of a list.
+#[inline(always)]
+pub fn is_place<S: Scalar>(choice: S, k: usize) -> S::Mask {
+    let past = choice - S::constant(k as f64);
+    past.lt(S::constant(0.5)).and(past.lt(S::constant(-0.5)).not())
+}
+
+/// Where [`PORTS`] lists a port; one that it lacks does not compile.
+pub const fn port(name: &str) -> usize {
+    let mut k = 0;
+    while !same(PORTS[k].name.as_bytes(), name.as_bytes()) {
+        k += 1;
+    }
+    k
+}
+
+// Typical sizes are some percent of what the quantity is while an empty lift is lowered: a shape of some tenths is
+// then a fault worth finding, whatever the port.
 ports! {
-    current: Sum, "A", "Command at the proportional valve, (3.13).";
-    opening: Factor, "1", "Opening of the proportional valve, (3.14).";
-    viscosity: Factor, "1", "Kinematic viscosity, (3.1).";
-    preset_pressure: Sum, "Pa", "Preset pressure of the compensator, (3.15).";
-    bulk_modulus: Factor, "1", "Bulk modulus of the cylinder's oil, (3.2).";
-    cylinder_flow: Sum, "m3/s", "Flow into the cylinder, (3.20).";
-    return_pressure: Sum, "Pa", "Pressure behind the compensator, p_D in (3.18).";
-    inlet_pressure: Sum, "Pa", "Pressure before the proportional valve, p_A in (3.14) and in the drop of (3.15).";
-    sensed_drop: Factor, "1", "Drop across the proportional valve as the compensator senses it, p_xy in (3.15).";
-    viscous_friction: Factor, "1", "Viscous friction coefficient, (3.5).";
-    coulomb_friction: Factor, "1", "Coulomb and breakaway friction, g_s in (3.4).";
-    friction: Factor, "1", "Whole friction force, (3.5).";
-    inertia: Sum, "kg", "Inertia at the cylinder, (3.27) and (3.33).";
-    force: Sum, "N", "Upward force on the cylinder, (3.27) and (3.33).";
+    current: Sum, "A", 0.1, "Command at the proportional valve, (3.13).";
+    opening: Factor, "1", 1.0, "Opening of the proportional valve, (3.14).";
+    viscosity: Factor, "1", 1.0, "Kinematic viscosity, (3.1).";
+    orifice_gain: Factor, "1", 1.0, "Flow through both orifices at a given area and drop, C_D sqrt(2/rho) in (3.7).";
+    preset_pressure: Sum, "Pa", 1e5, "Preset pressure of the compensator, (3.15).";
+    bulk_modulus: Factor, "1", 1.0, "Bulk modulus of the cylinder's oil, (3.2).";
+    cylinder_flow: Sum, "m3/s", 5e-5, "Flow into the cylinder, (3.20).";
+    return_pressure: Sum, "Pa", 1e5, "Pressure behind the compensator, p_D in (3.18).";
+    inlet_pressure: Sum, "Pa", 1e5, "Pressure before the proportional valve, p_A in (3.14) and in the drop of (3.15).";
+    sensed_drop: Factor, "1", 1.0, "Drop across the proportional valve as the compensator senses it, p_xy in (3.15).";
+    viscous_friction: Factor, "1", 1.0, "Viscous friction coefficient, (3.5).";
+    coulomb_friction: Factor, "1", 1.0, "Coulomb and breakaway friction, g_s in (3.4).";
+    friction: Factor, "1", 1.0, "Whole friction force, (3.5).";
+    inertia: Sum, "kg", 100.0, "Inertia at the cylinder, (3.27) and (3.33).";
+    force: Sum, "N", 1e3, "Upward force on the cylinder, (3.27) and (3.33).";
 }

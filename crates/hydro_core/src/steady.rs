@@ -6,7 +6,6 @@
 //! the implicit function theorem over dual numbers.
 
 use crate::dual::Dual;
-use crate::effects::Scope;
 use crate::error::Error;
 use crate::mast::{
     place, Extended, Lift, LiftName, LiftState, Mast, Physics, Thesis, CYLINDER_PRESSURE, LIFT_STATES, STATES, VELOCITY,
@@ -74,7 +73,7 @@ const WIDE: usize = 16;
 /// [`Error::Argument`] for a point out of range; [`Error::NoSteadyState`] if effects leave none nearby.
 pub fn settle(truck: &Truck, lift: LiftName, points: &[Point], along: &[Along]) -> Result<Vec<Settled>, Error> {
     points.iter().try_for_each(check)?;
-    let joined = truck.effects().any(|effect| effect.kind.spec().scope == Scope::Mast);
+    let joined = truck.joined();
     let at = |(k, point): (usize, &Point)| {
         let found = if joined {
             let place = usize::from(lift == LiftName::Main);
@@ -278,6 +277,7 @@ impl<const L: usize> Task<'_, L> {
         state.v = -(flow(lift, state.i, p_a) + relieved) / lift.balance.area;
         state.z = lift.friction.settled_bristle(state.v);
         state.write(&mut x[first..first + STATES]);
+        mast.start_effects(&mut x);
 
         let dual = self.mast(&|_, v| Columns::constant(v), columns);
         let mut system = System::new(&mast, &dual, self, x);

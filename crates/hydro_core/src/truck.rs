@@ -238,6 +238,11 @@ impl Truck {
         self.effects.iter().map(|(instance, _)| *instance)
     }
 
+    /// Whether one lift alone is not the same as one of both.
+    pub fn joined(&self) -> bool {
+        self.effects.iter().any(|(instance, values)| instance.kind.joins(values))
+    }
+
     /// Lifts and effects over any scalar. `value` turns the k-th of [`Truck::values`] into a scalar:
     /// a constant, a dual variable, a different number in each lane.
     ///
@@ -263,12 +268,14 @@ impl Truck {
         });
         let mut effects = Vec::new();
         for (instance, values) in &self.effects {
-            let values = take(values);
             let place = match instance.lift {
                 Some(lift) => which.iter().position(|&w| w == lift),
-                None if which == LiftName::BOTH[..] => Some(0),
-                None => return Err(Error::EffectNeedsBothLifts { effect: instance.name() }),
+                None => Some(0),
             };
+            if place.is_some() && which != LiftName::BOTH[..] && instance.kind.joins(values) {
+                return Err(Error::EffectNeedsBothLifts { effect: instance.name() });
+            }
+            let values = take(values);
             if let Some(place) = place {
                 effects.push((*instance, place, values));
             }

@@ -338,7 +338,7 @@ fn with_case<T>(scene: &Scene, use_it: impl FnOnce(&Case) -> T) -> T {
     let command: Vec<[f64; 2]> = scene.command.iter().map(|&u| LiftName::BOTH.map(|lift| of_lift(lift, u))).collect();
     let temperature = vec![TEMPERATURE; time.len()];
     let inputs = Inputs { time: &time, command: &command, oil_temperature_degc: &temperature, load_kg: LOAD };
-    use_it(&Case { inputs, wanted: &time, warmer: WARMER, start: scene.start })
+    use_it(&Case { inputs, wanted: &time, warmer: WARMER, warming: 0.0, start: scene.start })
 }
 
 /// Outputs at each tick from states; `dim` states a row, of which the lift named first comes first.
@@ -387,7 +387,7 @@ fn outputs_and_their_derivatives_are_those_of_the_states_to_the_bit() {
 fn the_outputs_beside_the_derivatives_are_those_of_the_plain_run_to_the_bit() {
     let scene = regulating();
     with_case(&scene, |case| {
-        let case = Case { warmer: 0.0, ..*case };
+        let case = Case { warmer: 0.0, warming: 0.0, ..*case };
         let beside = differentiate(&scene.truck, &case, SUBSTEPS, &[], &|| false).unwrap().outputs;
         for (lift, columns) in [(LiftName::Free, [0, 2, 4]), (LiftName::Main, [1, 3, 5])] {
             let solver = Solver::Fixed { substeps: SUBSTEPS };

@@ -13,6 +13,10 @@ use pyo3::prelude::*;
 use crate::errors::raise;
 use crate::truck::command_rows;
 
+/// How many unknowns a recording has of its own, and which.
+const OWN: usize = 5;
+const OWN_MEANING: &str = "load, oil temperature's offset, its warming, start of free and main";
+
 /// The inputs of one recording and the times at which its outputs are wanted.
 #[pyclass(name = "Case", module = "forklift._core", frozen)]
 pub struct PyCase {
@@ -42,10 +46,10 @@ impl PyCase {
 }
 
 impl PyCase {
-    /// The recording under its own unknowns: load, offset of the oil temperature, starts of free and main.
+    /// The recording under its own unknowns.
     fn at(&self, unknown: &[f64]) -> Result<Case<'_>, Error> {
-        let &[load_kg, warmer, free, main] = unknown else {
-            let expected = "4: load, oil temperature's offset, start of free and main".into();
+        let &[load_kg, warmer, warming, free, main] = unknown else {
+            let expected = format!("{OWN}: {OWN_MEANING}");
             return Err(Error::Shape { name: "unknowns".into(), got: unknown.len().to_string(), expected });
         };
         let inputs = Inputs {
@@ -54,21 +58,22 @@ impl PyCase {
             oil_temperature_degc: &self.oil_temperature,
             load_kg,
         };
-        Ok(Case { inputs, wanted: &self.time, warmer, start: [free, main] })
+        Ok(Case { inputs, wanted: &self.time, warmer, warming, start: [free, main] })
     }
 }
 
-/// `load`, `oil_temperature`, `free.start`, `main.start`, or a parameter's name.
+/// `load`, `oil_temperature`, `oil_warming`, `free.start`, `main.start`, or a parameter's name.
 fn direction(name: &str, names: &[String]) -> Result<Direction, Error> {
     match name {
         "load" => Ok(Direction::Load),
         "oil_temperature" => Ok(Direction::OilTemperature),
+        "oil_warming" => Ok(Direction::OilWarming),
         "free.start" => Ok(Direction::Start(LiftName::Free)),
         "main.start" => Ok(Direction::Start(LiftName::Main)),
         _ => names.iter().position(|known| known == name).map(Direction::Parameter).ok_or_else(|| Error::Argument {
             name: "directions".into(),
             value: name.into(),
-            requirement: "parameters of the truck, load, oil_temperature, free.start or main.start".into(),
+            requirement: "parameters of the truck, load, oil_temperature, oil_warming, free.start or main.start".into(),
         }),
     }
 }
@@ -125,9 +130,9 @@ pub fn differentiate<'py>(
     substeps: usize,
 ) -> PyResult<Vec<Derived<'py>>> {
     let unknowns = unknowns.as_array();
-    if unknowns.shape() != [cases.len(), 4] {
+    if unknowns.shape() != [cases.len(), OWN] {
         let got = format!("{:?}", unknowns.shape());
-        let expected = format!("({}, 4): load, oil temperature's offset, start of free and main", cases.len());
+        let expected = format!("({}, {OWN}): {OWN_MEANING}", cases.len());
         return Err(raise(py, &Error::Shape { name: "unknowns".into(), got, expected }));
     }
     let names = truck.names();

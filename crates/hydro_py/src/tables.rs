@@ -1,9 +1,10 @@
 //! The tables of names, units, bounds and meanings, as lists of dictionaries.
 
-use hydro_core::effects::{Kind, StateSpec};
-use hydro_core::mast::LIFT_STATES;
+use hydro_core::effects::{Kind, StateSpec, VARIABLES};
+use hydro_core::mast::{LiftName, LIFT_STATES};
 use hydro_core::outputs::{CHANNELS, OUTPUTS};
 use hydro_core::parameters::{Origin, ParameterSpec, Scale, LIFT_PARAMETERS, TABLE_PARAMETERS};
+use hydro_core::ports::{Join, PORTS};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -117,6 +118,7 @@ fn effect_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         }
         row.set_item("parameters", parameters)?;
         row.set_item("quiet", spec.quiet)?;
+        row.set_item("amplitudes", kind.amplitudes())?;
         let states = PyList::empty(py);
         for s in spec.states {
             states.append(state(py, s)?)?;
@@ -132,10 +134,48 @@ fn effect_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     Ok(rows)
 }
 
+/// The ports of one lift.
+#[pyfunction]
+fn port_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let rows = PyList::empty(py);
+    for spec in PORTS {
+        let row = quantity(py, spec.name, spec.unit, spec.meaning)?;
+        let join = match spec.join {
+            Join::Sum => "sum",
+            Join::Factor => "factor",
+        };
+        row.set_item("join", join)?;
+        row.set_item("typical", spec.typical)?;
+        rows.append(row)?;
+    }
+    Ok(rows)
+}
+
+/// What a free shape may be a function of.
+#[pyfunction]
+fn shape_variables(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let rows = PyList::empty(py);
+    for spec in VARIABLES {
+        let row = quantity(py, spec.name, spec.unit, spec.meaning)?;
+        row.set_item("finest", spec.finest)?;
+        let outputs = PyDict::new(py);
+        for lift in LiftName::BOTH {
+            if let Some((output, factor)) = spec.output(lift) {
+                outputs.set_item(lift.as_str(), (output, factor))?;
+            }
+        }
+        row.set_item("outputs", outputs)?;
+        rows.append(row)?;
+    }
+    Ok(rows)
+}
+
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(parameter_table, m)?)?;
     m.add_function(wrap_pyfunction!(state_table, m)?)?;
     m.add_function(wrap_pyfunction!(output_table, m)?)?;
     m.add_function(wrap_pyfunction!(channel_table, m)?)?;
-    m.add_function(wrap_pyfunction!(effect_table, m)?)
+    m.add_function(wrap_pyfunction!(effect_table, m)?)?;
+    m.add_function(wrap_pyfunction!(port_table, m)?)?;
+    m.add_function(wrap_pyfunction!(shape_variables, m)?)
 }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -15,16 +16,28 @@ from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 
-MOST_IN_RACE = 4
+FIRST, FURTHER = 4, 8
+"""How many suspects the race begins with, and how many more enter if none of them explains everything."""
 WORTH = 0.1
 """A suspect enters the race if it promises this share of the best one's gain."""
+CONFUSED = 0.3
+"""What is easily confused with a complete explanation is tried beside it from this share of its gain on."""
+PAIR = 1.5
+"""The best pair enters if it promises this many times as much as the best alone."""
 BEHIND = 1.3
 """A suspect leaves the race if its misfit after the tempered stages is this many times the best one's."""
-LEAST_GAIN = 0.1
-"""Share of the misfit above the noise, on recordings held out, that an accepted suspect must remove."""
+LEAST_GAIN, LEAST_LATER = 0.1, 0.5
+"""Shares of what is left over that the first and every later explanation must remove."""
+CLEARLY = 30.0
+"""Least fall of the sum of squares on recordings held out that counts as one."""
+AS_NEAR = 20.0
+"""Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
+in likelihood, which samples of one recording, that err together, may well make up for."""
 MOST_ACCEPTED = 3
 
 Say = Callable[[str], None]
+General = Callable[[Trial, Trial | None], Sequence[Suspect]]
+"""Free-shape terms for what a model leaves over, where it is and, if there is one, beside its best name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +46,7 @@ class Step:
 
     screening: Screening
     trials: tuple[Trial, ...]
-    """The best on recordings held out first."""
+    """Those that explain everything first, then by what they leave over."""
     accepted: Trial | None
 
 
@@ -47,20 +60,82 @@ class Selection:
     """The last that was accepted, without suspects that it does not need."""
 
 
-def select(bench: Bench, baseline: Trial, suspects: Sequence[Suspect], say: Say) -> Selection:
+def select(
+    bench: Bench, baseline: Trial, suspects: Sequence[Suspect], say: Say, general: General | None = None
+) -> Selection:
     """Rounds until nothing is left over, or no suspect removes enough of what is."""
     best, steps = baseline, []
     while not best.complete and len(best.suspects) < MOST_ACCEPTED:
         left = [suspect for suspect in suspects if suspect not in best.suspects]
-        say("screening the suspects")
-        screening = screen(best.found.problem, best.found.x, left)
-        trials = _race(bench, best, screening, say)
-        accepted = next((trial for trial in trials[:1] if _better(trial, best)), None)
-        steps.append(Step(screening, tuple(trials), accepted))
-        if accepted is None:
+        step = _round(bench, best, left, say, general)
+        steps.append(step)
+        if step.accepted is None:
             break
-        best = accepted
+        best = step.accepted
     return Selection(baseline, tuple(steps), _needed(bench, best, say))
+
+
+def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say, general: General | None) -> Step:
+    """The most promising; further ones and free shapes if no name explains everything."""
+    say("screening the suspects")
+    screening = screen(best.found.problem, best.found.x, suspects)
+    ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
+    pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
+    trials = _race(bench, best, [*ranked[:FIRST], *pairs], [], say)
+    accepted = _choice(trials, best)
+    if accepted is None or not accepted.complete:
+        trials = _race(bench, best, ranked[FIRST : FIRST + FURTHER], trials, say)
+        accepted = _choice(trials, best)
+    if accepted is not None and accepted.complete:
+        trials = _race(bench, best, _confused(accepted, trials, screening), trials, say)
+        accepted = _choice(trials, best)
+    elif general is not None:
+        for suspect in general(best, accepted):
+            say(f"trying {suspect.label}")
+            named = accepted.suspects if accepted and suspect.kind == "unknown" else best.suspects
+            trials.append(bench.finish((*named, suspect), *bench.rough((*named, suspect))))
+        accepted = _choice(trials, best)
+    return Step(screening, tuple(sorted(trials, key=_rank)), accepted)
+
+
+def _rank(trial: Trial) -> tuple[bool, float, float]:
+    """What explains everything first, and of that what says least."""
+    return not trial.complete, len(trial.suspects) if trial.complete else 0, trial.excess
+
+
+def _choice(trials: Sequence[Trial], best: Trial) -> Trial | None:
+    """The best of those that remove enough and whose amplitudes are told from none."""
+    share = LEAST_LATER if best.suspects else LEAST_GAIN
+    enough = [
+        trial
+        for trial in trials
+        if best.excess - trial.excess >= max(CLEARLY, share * best.excess)
+        and all(trial.clear(suspect) for suspect in trial.suspects)
+    ]
+    if not enough:
+        return None
+    first = min(enough, key=_rank)
+    likely = [
+        trial
+        for trial in enough
+        if _rank(trial)[:2] == _rank(first)[:2]
+        and trial.excess - first.excess < AS_NEAR
+        and not any(suspect.unlikely for suspect in trial.suspects)
+    ]
+    return first if first in likely or not likely else min(likely, key=_rank)
+
+
+def _confused(accepted: Trial, trials: Sequence[Trial], screening: Screening) -> list[Screened]:
+    """What could be taken for the accepted explanation and was not tried."""
+    known = set(chain.from_iterable(trial.suspects for trial in trials))
+    words = {word for suspect in accepted.suspects for word in suspect.confused_with}
+    gains = [found.gain for found in screening.singles if found.suspects[0] in accepted.suspects]
+    least = CONFUSED * max(gains, default=0.0)
+    return [
+        found
+        for found in screening.singles
+        if found.suspects[0] not in known and found.suspects[0].id in words and found.gain >= least
+    ]
 
 
 def _needed(bench: Bench, best: Trial, say: Say) -> Trial:
@@ -72,46 +147,29 @@ def _needed(bench: Bench, best: Trial, say: Say) -> Trial:
         if len(best.suspects) > 1:
             say(f"checking whether {suspect.label} is needed")
             trial = bench.without(suspect, best)
-            if trial.complete or trial.left_over <= best.left_over:
+            if trial.complete or trial.excess <= best.excess + CLEARLY:
                 best = trial
     return best
 
 
-def _better(trial: Trial, best: Trial) -> bool:
-    above = best.left_over - min(1.0, best.left_over)
-    return best.left_over - trial.left_over > LEAST_GAIN * above
-
-
-def _race(bench: Bench, best: Trial, screening: Screening, say: Say) -> list[Trial]:
-    """The most promising, alone and in the best pair, fitted cold; who falls behind is stopped."""
-    entered = _entered(screening)
+def _race(
+    bench: Bench, best: Trial, entered: Sequence[Screened], ended: Sequence[Trial], say: Say
+) -> list[Trial]:
+    """Those entered, fitted cold; who falls behind, also behind those that ended before, is stopped."""
     rough = []
     for screened in entered:
         suspects = (*best.suspects, *screened.suspects)
         say(f"trying {' and '.join(suspect.label for suspect in screened.suspects)}")
         rough.append((suspects, *bench.rough(suspects)))
-    if not rough:
-        return []
-    least = min(cost for _, _, cost in rough)
-    trials = []
+    costs = [*(cost for _, _, cost in rough), *(trial.rough for trial in ended)]
+    trials = list(ended)
     for suspects, found, cost in rough:
-        if cost <= BEHIND * least:
+        if cost <= BEHIND * min(costs):
             say(f"fitting {' and '.join(suspect.label for suspect in suspects)}")
             trials.append(bench.finish(suspects, found, cost))
         else:
             trials.append(bench.stop(suspects, found, cost))
-    return sorted(trials, key=lambda trial: trial.left_over)
-
-
-def _entered(screening: Screening) -> list[Screened]:
-    singles = screening.singles
-    if not singles:
-        return []
-    entered = [found for found in singles[:MOST_IN_RACE] if found.gain >= WORTH * singles[0].gain]
-    pair = screening.pairs[0] if screening.pairs else None
-    if pair and pair.gain > 1.5 * singles[0].gain:
-        entered.append(pair)
-    return entered
+    return trials
 
 
 def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> dict[tuple[str, ...], float]:

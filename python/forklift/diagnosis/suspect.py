@@ -44,6 +44,8 @@ class Suspect:
     amplitude: str | None
     add: Callable[[Problem], Problem]
     confused_with: tuple[str, ...] = ()
+    unlikely: bool = False
+    """Whether it yields to what explains the same as well."""
 
     @property
     def label(self) -> str:

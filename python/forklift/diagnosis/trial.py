@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.estimation import geodesic
 from forklift.estimation.algebra import one_thread
-from forklift.estimation.judgement import AT_NOISE, Judged, judge
+from forklift.estimation.judgement import Judged, judge
 from forklift.estimation.knowledge import Knowledge, knowledge
 from forklift.estimation.problem import Problem
 from forklift.estimation.search import STAGES, Found, Progress, search
@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
+CLEAR = 3.0
+"""An amplitude is there if it lies this many of its standard deviations from its quiet value."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +58,20 @@ class Trial:
     @property
     def complete(self) -> bool:
         """Whether nothing is left over in any channel of any recording held out."""
-        return self.worst.mean_square <= AT_NOISE
+        return all(found.explained for found in self.held_out)
+
+    @cached_property
+    def excess(self) -> float:
+        """Sum of squares left over the noise, channel by channel, on recordings held out."""
+        return sum(found.excess for found in self.held_out)
+
+    def clear(self, suspect: Suspect) -> bool:
+        """Whether the suspect's amplitude is told from none, its deviation widened by what is left over."""
+        if suspect.amplitude is None:
+            return True
+        place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
+        deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, self.left_over))
+        return bool(abs(self.found.x[place]) >= CLEAR * deviation)
 
     def by_recording(self) -> dict[str, float]:
         """Sum of squares of each recording held out."""

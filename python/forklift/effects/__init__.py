@@ -13,10 +13,12 @@ from forklift.effects import (
     compensator_dynamics,
     end_cushion,
     entrained_air,
+    free_shape,
     friction_dwell,
     friction_position,
     friction_pressure,
     friction_temperature,
+    hidden_resonance,
     hose_inertance,
     hose_resistance,
     leakage,
@@ -53,6 +55,8 @@ EFFECTS: tuple[Effect, ...] = (
     valve_current_limit.EFFECT,
     valve_flow_force.EFFECT,
     compensator_dynamics.EFFECT,
+    free_shape.EFFECT,
+    hidden_resonance.EFFECT,
 )
 """In the order of the core's effect table."""
 

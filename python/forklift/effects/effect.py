@@ -20,8 +20,9 @@ Equation = Literal[
     "chassis",
     "sensor",
     "operating-point",
+    "any",
 ]
-"""Where in the model something may be wrong, by the names that a diagnosis uses."""
+"""Where in the model something may be wrong, by the names that a diagnosis uses; ``"any"``: where a port is."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,8 @@ class Effect:
         Ids of effects and of faults, in the catalogue or not, that leave traces alike.
     sentence
         For a report, with the effect's parameters and, for an effect on one lift, ``lift`` in braces.
+    general
+        It has no physics of its own, and is there to say what physics must explain: no suspect by name.
     """
 
     id: str
@@ -50,3 +53,4 @@ class Effect:
     signature: str
     confused_with: tuple[str, ...]
     sentence: str
+    general: bool = False

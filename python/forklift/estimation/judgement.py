@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 AT_NOISE = 1.2
-"""Mean square up to which a channel counts as explained."""
+"""Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n)."""
 LAGS = 25
 """Of the Ljung–Box test."""
 ROUNDING = sqrt(3.0)
@@ -58,9 +58,18 @@ class Judged:
     left: Floats
     """(samples,) residual in units of noise, measured less simulated."""
 
+    independent: float = 1.0
+    """Share of the samples whose noise is independent."""
+
     @property
     def explained(self) -> bool:
-        return self.mean_square <= AT_NOISE
+        """Whether nothing is left over that the sensor's noise does not explain."""
+        return self.mean_square <= AT_NOISE * (1.0 + sqrt(2.0 / (self.samples * self.independent)))
+
+    @property
+    def excess(self) -> float:
+        """What is left over the noise: n (mean square − 1), at least 0."""
+        return self.samples * max(self.mean_square - 1.0, 0.0)
 
     @property
     def white(self) -> bool | None:
@@ -123,6 +132,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
                 whiteness,
                 seen.rows,
                 left,
+                sensor.independent,
             )
         )
     return judged

@@ -35,11 +35,15 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 T = TypeVar("T")
 
-OWN = ("load", "oil_temperature", "free.start", "main.start")
+OWN = ("load", "oil_temperature", "oil_warming", "free.start", "main.start")
 """What a recording has of its own, in the core's order and by its names."""
 
 TEMPERATURE_WIDTH_K = 0.15
 """Standard deviation of a recording's mean oil temperature: a sensor that reads in steps of 0.5 K."""
+
+WARMING_WIDTH_K = 1.0
+"""Standard deviation of how much the oil warms up during a recording: lowering heats it, and a sensor in the
+tank lags by more than a recording lasts."""
 
 START_WIDTH_M = 3e-4
 """Standard deviation of a cylinder's position at the start where no encoder tells it better."""
@@ -63,13 +67,14 @@ class Sample:
     recording: Recording
     case: _core.Case
     centre: Floats
-    """(4,) of `OWN`: load [kg], offset of the oil temperature [K], cylinder positions at the start [m]."""
+    """(own,) of `OWN`: load [kg], offset of the oil temperature and how much it rises from start to end [K],
+    cylinder positions at the start [m]."""
     width: Floats
-    """(4,) prior standard deviations of the same; 0: known."""
+    """(own,) prior standard deviations of the same; 0: known."""
     observed: tuple[Observed, ...]
 
     def conditions(self, phi: Floats) -> Floats:
-        """(4,) the recording's own values at φ, in prior standard deviations."""
+        """(own,) the recording's own values at φ, in prior standard deviations."""
         own = self.centre.copy()
         own[self.free] += self.width[self.free] * phi
         return own
@@ -306,6 +311,7 @@ def sample(
     sensors: Mapping[str, Sensor],
     *,
     load_width_kg: float = 0.0,
+    warming_width_k: float = WARMING_WIDTH_K,
     oil_temperature_degc: float | None = None,
 ) -> Sample:
     """A recording with what is unknown about its conditions.
@@ -322,8 +328,8 @@ def sample(
         oil_temperature_degc=float(temperature[0]),
     )
     starts = [_start(recording, lift, at_rest, sensors) for lift in LIFTS]
-    centre = np.array([recording.load_kg, 0.0, *(start[0] for start in starts)])
-    width = np.array([load_width_kg, TEMPERATURE_WIDTH_K, *(start[1] for start in starts)])
+    centre = np.array([recording.load_kg, 0.0, 0.0, *(start[0] for start in starts)])
+    width = np.array([load_width_kg, TEMPERATURE_WIDTH_K, warming_width_k, *(start[1] for start in starts)])
     columns = {name: place for place, name in enumerate(outputs())}
     observed = []
     for channel, sensor in sensors.items():

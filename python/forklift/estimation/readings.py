@@ -7,6 +7,7 @@ The same number for all recordings, so that it competes with physics on equal te
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -31,7 +32,8 @@ MOST: dict[Fault, float] = {"gain": 10.0, "offset": 20.0, "lag": 10.0}
 class Reading(Unknown):
     """One number of a sensor, unknown."""
 
-    channel: str = ""
+    channels: tuple[str, ...] = ()
+    """Which read wrongly, all by the same number."""
     fault: Fault = "gain"
 
     def read(self, time: Floats, values: Floats, slopes: Floats, theta: float) -> tuple[Floats, Floats]:
@@ -40,35 +42,35 @@ class Reading(Unknown):
         The slopes get one more direction, the last: this number.
         """
         at = float(self.values(theta)[0])
-        column = list(outputs()).index(self.channel)
         values, slopes = values.copy(), slopes.copy()
         own = np.zeros((*slopes.shape[:2], 1))
-        true = values[:, column].copy()
-        if self.fault == "gain":
-            values[:, column] = at * true
-            slopes[:, column] *= at
-            own[:, column, 0] = true
-        elif self.fault == "offset":
-            values[:, column] = true + at
-            own[:, column, 0] = 1.0
-        else:
-            values[:, column] = np.interp(time - at, time, true)
-            place, share = _before(time, at)
-            inside = time - at > time[0]
-            own[:, column, 0] = np.where(inside, -(np.diff(true) / np.diff(time))[place], 0.0)
-            rows = slopes[:, column]
-            slopes[:, column] = (1.0 - share) * rows[place] + share * rows[place + 1]
+        for column in map(list(outputs()).index, self.channels):
+            true = values[:, column].copy()
+            if self.fault == "gain":
+                values[:, column] = at * true
+                slopes[:, column] *= at
+                own[:, column, 0] = true
+            elif self.fault == "offset":
+                values[:, column] = true + at
+                own[:, column, 0] = 1.0
+            else:
+                values[:, column] = np.interp(time - at, time, true)
+                place, share = _before(time, at)
+                inside = time - at > time[0]
+                own[:, column, 0] = np.where(inside, -(np.diff(true) / np.diff(time))[place], 0.0)
+                rows = slopes[:, column]
+                slopes[:, column] = (1.0 - share) * rows[place] + share * rows[place + 1]
         return values, np.concatenate([slopes, own], axis=2)
 
 
-def reading(channel: str, fault: Fault, unit: str) -> Reading:
-    """The unknown gain, offset or lag of one channel's sensor."""
+def reading(channels: Sequence[str], fault: Fault, unit: str) -> Reading:
+    """The unknown gain, offset or lag of one channel's sensor, or of several alike."""
     right = 1.0 if fault == "gain" else 0.0
     width = OFFSETS[unit] if fault == "offset" else SPREAD[fault]
     own_unit = {"gain": "1", "offset": unit, "lag": "s"}[fault]
     lower = 0.0 if fault == "lag" else -MOST[fault]
-    names = (f"{channel}.{fault}",)
-    return Reading(names, own_unit, "linear", (right,), width, lower, MOST[fault], channel, fault)
+    names = (f"{'+'.join(channels)}.{fault}",)
+    return Reading(names, own_unit, "linear", (right,), width, lower, MOST[fault], tuple(channels), fault)
 
 
 def _before(time: Floats, lag: float) -> tuple[NDArray[np.intp], Floats]:

@@ -4,13 +4,14 @@ A channel that only ever reads whole multiples of one step, and has no noise to 
 incremental encoder, rounded down: what it
 reads is an interval, not a value with noise. Of any other channel the noise is the part that sixth
 differences leave: they take away whatever a polynomial of fifth order follows over seven samples (of an
-oscillation of 2.5 Hz sampled at 50 Hz, a thousandth is left), and leave white noise √924-fold.
+oscillation of 2.5 Hz sampled at 50 Hz, a thousandth is left), and leave white noise √924-fold. Noise that is
+not white shows while everything rests, before the first command.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from math import comb, sqrt
 from typing import TYPE_CHECKING
 
@@ -44,6 +45,19 @@ MEASURED = (
 
 POSITIONS = MEASURED[:2]
 
+CLIPPED = 3.0
+"""Differences beyond this many standard deviations are motion, or odd samples."""
+CLIPPED_VARIANCE = 0.9733369
+"""Variance of a standard normal x, given |x| < `CLIPPED`."""
+RESTING_A = 0.05
+"""Currents up to this leave every valve shut."""
+REST_SAMPLES = 20
+"""Fewest samples before the first command that tell of noise."""
+COLOURED = 1.1
+"""Noise at rest is coloured if it is this many times the white part. It is a property of a kind of sensor:
+the least factor of all channels of a unit counts, and of one channel alone none, since a lift that leaks moves
+before it is commanded to."""
+
 LEAST_NOISE = {"m": 1e-4, "Pa": 1e3}
 """No sensor is taken to be better than this, by unit: it is what the simulation itself may be off by."""
 
@@ -54,9 +68,11 @@ class Sensor:
 
     channel: str
     noise: float
-    """Standard deviation of its white noise, in the channel's unit; of an encoder: count / √12."""
+    """Standard deviation of its noise, in the channel's unit; of an encoder: count / √12."""
     count: float
     """Step of an encoder that rounds down, in the channel's unit; 0 where it is none."""
+    independent: float = 1.0
+    """Share of its samples whose noise is independent: 1 if it is white."""
 
 
 def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
@@ -68,7 +84,41 @@ def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
         columns = [column for column in columns if np.isfinite(column).any()]
         if columns:
             found[channel] = _sensor(channel, columns)
-    return found
+    colours = _colours(recordings, found)
+    return {name: _coloured(sensor, colours) for name, sensor in found.items()}
+
+
+def _colours(recordings: Iterable[Recording], found: Mapping[str, Sensor]) -> dict[str, float]:
+    """By unit, noise at rest over white noise: at least 1."""
+    factors: dict[str, list[float]] = {}
+    for channel, sensor in found.items():
+        if sensor.count:
+            continue
+        at_rest = [
+            float(np.std(values[:first], ddof=1))
+            for recording in recordings
+            if (values := recording.channels.get(channel)) is not None
+            and (first := _first_command(recording)) >= REST_SAMPLES
+            and np.isfinite(values[:first]).all()
+        ]
+        if at_rest:
+            factors.setdefault(channels()[channel]["unit"], []).append(
+                float(np.median(at_rest)) / sensor.noise
+            )
+    return {unit: max(1.0, min(found)) for unit, found in factors.items() if len(found) > 1}
+
+
+def _first_command(recording: Recording) -> int:
+    """How many samples there are before a valve is commanded."""
+    open_at = np.flatnonzero(recording.command.max(axis=1) > RESTING_A)
+    return int(open_at[0]) if len(open_at) else len(recording)
+
+
+def _coloured(sensor: Sensor, colours: Mapping[str, float]) -> Sensor:
+    factor = colours.get(channels()[sensor.channel]["unit"], 1.0)
+    if sensor.count or factor < COLOURED:
+        return sensor
+    return replace(sensor, noise=factor * sensor.noise, independent=1.0 / factor**2)
 
 
 def _sensor(channel: str, columns: list[Floats]) -> Sensor:
@@ -106,10 +156,14 @@ def encoder_count(columns: Iterable[Floats]) -> float:
 def white_noise(columns: Iterable[Floats]) -> float:
     """Standard deviation of the white noise in evenly sampled columns, in their unit.
 
-    The median of the absolute sixth differences, so that steps and odd samples do not count.
+    From the sixth differences within `CLIPPED` standard deviations: steps and odd samples do not count.
     """
     differences = [np.diff(column, DIFFERENCES) for column in columns]
     pooled = np.concatenate([column[np.isfinite(column)] for column in differences])
     if not len(pooled):
         return 0.0
-    return float(np.median(np.abs(pooled))) / (NORMAL_MAD * sqrt(comb(2 * DIFFERENCES, DIFFERENCES)))
+    size = float(np.median(np.abs(pooled))) / NORMAL_MAD
+    for _ in range(5):
+        near = pooled[np.abs(pooled) <= CLIPPED * size]
+        size = float(np.sqrt(np.mean(near**2) / CLIPPED_VARIANCE)) if len(near) else size
+    return size / sqrt(comb(2 * DIFFERENCES, DIFFERENCES))

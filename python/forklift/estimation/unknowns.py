@@ -186,8 +186,9 @@ def move(truck: Truck, unknowns: Sequence[Unknown], theta: Floats, source: str) 
 def _estimated(truck: Truck, name: str) -> bool:
     table = _table_of(name)
     if table is None:
+        origin = parameters()[name]["origin"]
         of_effect = name.rpartition(".")[0] in truck.effects
-        return of_effect or parameters()[name]["origin"] in ESTIMATED
+        return (of_effect and origin != "given") or origin in ESTIMATED
     knots, at = np.array(truck.values[table]), int(name.rpartition(".")[2])
     return bool(knots[at] > 0.0) if table.endswith(AREAS) else 0 < at < len(knots) - 1
 

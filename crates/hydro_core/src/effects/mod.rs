@@ -2,7 +2,7 @@
 //!
 //! An effect reads the bus (states and inputs of the simulated lifts) and writes to ports. It may
 //! own states. Its first parameter is its amplitude, with a quiet value at which the model is the
-//! model without it, to the bit.
+//! model without it, to the bit; of a shape, the first few are.
 
 use crate::mast::{Bus, Lift, LiftName};
 use crate::parameters::ParameterSpec;
@@ -35,7 +35,7 @@ pub struct EffectSpec {
     pub scope: Scope,
     pub equation: &'static str,
     pub source: &'static str,
-    /// The amplitude first.
+    /// The amplitude first, or the amplitudes: see [`Effect::AMPLITUDES`].
     pub parameters: &'static [ParameterSpec],
     /// The amplitude at which the effect is absent.
     pub quiet: f64,
@@ -67,6 +67,18 @@ pub trait Effect<S: Scalar>: Sized {
     const SPEC: EffectSpec;
     /// `values` in the order of the specification's parameters.
     fn new(values: &[S], lifts: &[Lift<S>], place: usize) -> Self;
+    /// How many of the first parameters are amplitudes: the effect is absent where all of them are quiet.
+    const AMPLITUDES: usize = 1;
+    /// Whether an effect with these values is there only with both lifts.
+    fn joins(_values: &[f64]) -> bool {
+        matches!(Self::SPEC.scope, Scope::Mast)
+    }
+    /// Its own states at the start of a run: zero, if this is left out.
+    fn start<const L: usize>(&self, _bus: &Bus<S, L>, _own: &mut [S]) {}
+    /// How much later the command reaches the valve of the lift it sits on [s]; None: no later.
+    fn delay(&self) -> Option<S> {
+        None
+    }
     /// Adds the effect's share to the ports.
     fn act<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], ports: &mut MastPorts<S, L>);
     /// Time derivatives of the effect's own states.
@@ -143,6 +155,20 @@ macro_rules! catalogue {
                     $(Kind::$effect => <$module::$effect<f64> as Effect<f64>>::SPEC,)*
                 }
             }
+
+            /// How many of the first parameters are amplitudes.
+            pub fn amplitudes(self) -> usize {
+                match self {
+                    $(Kind::$effect => <$module::$effect<f64> as Effect<f64>>::AMPLITUDES,)*
+                }
+            }
+
+            /// Whether the effect with these values needs both lifts.
+            pub fn joins(self, values: &[f64]) -> bool {
+                match self {
+                    $(Kind::$effect => <$module::$effect<f64> as Effect<f64>>::joins(values),)*
+                }
+            }
         }
 
         /// An effect with its parameters.
@@ -153,6 +179,12 @@ macro_rules! catalogue {
             pub fn new(kind: Kind, values: &[S], lifts: &[Lift<S>], place: usize) -> Self {
                 match kind {
                     $(Kind::$effect => Term::$effect($module::$effect::new(values, lifts, place)),)*
+                }
+            }
+
+            pub fn delay(&self) -> Option<S> {
+                match self {
+                    $(Term::$effect(effect) => effect.delay(),)*
                 }
             }
 
@@ -167,6 +199,13 @@ macro_rules! catalogue {
             pub fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
                 match self {
                     $(Term::$effect(effect) => effect.rates(bus, own, rates),)*
+                }
+            }
+
+            #[inline(always)]
+            pub fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]) {
+                match self {
+                    $(Term::$effect(effect) => effect.start(bus, own),)*
                 }
             }
 
@@ -209,7 +248,11 @@ catalogue! {
     valve_current_limit::ValveCurrentLimit,
     valve_flow_force::ValveFlowForce,
     compensator_dynamics::CompensatorDynamics,
+    free_shape::FreeShape,
+    hidden_resonance::HiddenResonance,
 }
+
+pub use free_shape::{VariableSpec, VARIABLES};
 
 /// What an effect sees of two lifts at rest without pressure, at 0 °C.
 #[cfg(test)]

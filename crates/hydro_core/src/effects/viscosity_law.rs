@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 
 /// ln ν = ln ν₀ − λΔ·(1 − s + s·(T₀ − T_V)/(T − T_V)), Δ = T − T₀: between the exponential (s = 0) and Vogel's law
 /// e^(B/(T − T_V)) with the same value and slope at T₀ (s = 1), so that ν is multiplied by e^(sλΔ²/(T − T_V)).
-/// With it the density falls by the share sβΔ, which opens the valve by its inverse square root.
+/// With it the density falls by the share sβΔ: what flows through an orifice grows with its inverse square root.
 #[derive(Debug, Clone)]
 pub struct ViscosityLaw<S> {
     share: S,
@@ -81,8 +81,11 @@ impl<S: Scalar> Effect<S> for ViscosityLaw<S> {
         let over_pole = (kelvin - self.vogel).max(S::constant(10.0));
         let density = S::one() - (self.share * self.expansion * warmer).min(S::constant(0.5));
         let ports = &mut ports.lifts[self.place];
-        ports.viscosity = ports.viscosity * (self.share * self.lambda * warmer * warmer / over_pole).exp();
-        ports.opening = ports.opening / density.sqrt();
+        // Critical pressures go with ρν²: the viscosity takes the density's share of them.
+        let root = density.sqrt();
+        let thicker = (self.share * self.lambda * warmer * warmer / over_pole).exp();
+        ports.viscosity = ports.viscosity * thicker * root;
+        ports.orifice_gain = ports.orifice_gain / root;
     }
 }
 
@@ -95,14 +98,15 @@ mod tests {
     const LAW: ViscosityLaw<f64> =
         ViscosityLaw { share: 1.0, vogel: 178.0, expansion: 7e-4, lambda: 0.03, t_0: 313.0, place: 1 };
 
-    /// Kinematic viscosity of an oil of 46 cSt at 40 °C, and the opening.
+    /// Kinematic viscosity of an oil of 46 cSt at 40 °C, without the density's share, and the orifices' gain.
     fn at(share: f64, celsius: f64) -> (f64, f64) {
         let mut bus = bus_at_rest();
         bus.oil_temperature_degc = celsius;
         let mut ports = MastPorts::quiet();
         ViscosityLaw { share, ..LAW }.act(&bus, &[], &mut ports);
-        assert_eq!((ports.lifts[0].viscosity, ports.lifts[0].opening), (1.0, 1.0));
-        (ports.lifts[1].viscosity * viscosity(46e-6, 0.03, 313.0, celsius), ports.lifts[1].opening)
+        assert_eq!((ports.lifts[0].viscosity, ports.lifts[0].orifice_gain), (1.0, 1.0));
+        let gain = ports.lifts[1].orifice_gain;
+        (ports.lifts[1].viscosity * gain * viscosity(46e-6, 0.03, 313.0, celsius), gain)
     }
 
     #[test]

@@ -36,6 +36,12 @@ impl<S: Scalar> Orifice<S> {
         }
     }
 
+    /// The same orifice with another gain C_D·√(2/ρ), the critical pressure as it is.
+    #[inline(always)]
+    pub fn with_gain(&self, gain: impl Fn(S) -> S) -> Self {
+        Orifice { gain: gain(self.gain), critical: self.critical }
+    }
+
     /// The same orifice without derivatives.
     #[inline(always)]
     pub fn real(&self) -> Orifice<S::Real> {

@@ -2,19 +2,21 @@
 
 mod adaptive;
 mod differentiable;
+mod late;
 pub mod sensitivity;
 mod ticks;
 
 use crate::effects::StateSpec;
 use crate::error::Error;
-use crate::mast::{Extended, Lift, LiftName, Mast, Thesis, LIFT_STATES, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
 use crate::scalar::Scalar;
 use crate::solver::statistics::Statistics;
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
 pub use differentiable::jacobian_by_duals;
 use differentiable::{Columns, Differentiable};
-use ticks::Ticks;
+use late::Late;
+use ticks::{Ticks, Warmer};
 
 /// Inputs of a run, each held from its time until the next.
 #[derive(Debug, Clone, Copy)]
@@ -106,13 +108,24 @@ fn with_lifts<const L: usize>(
     }
     let own: Vec<_> = effects.iter().map(|(i, ..)| (i.name(), i.kind.spec().states)).collect();
     let names = state_names(&which, &own);
-    let start = start_state(&lifts, &which, &names, start)?;
+    let given = start.is_some();
+    let mut start = start_state(&lifts, &which, &names, start)?;
+    if !given && !effects.is_empty() {
+        let mut mast = mast!(lifts.clone(), Extended::new(&effects, &lifts));
+        let (command, temperature) = ticks::held(&which, inputs, Warmer::none(), 0);
+        mast.set_inputs(command, temperature);
+        mast.start_effects(&mut start);
+    }
     match solver {
         Solver::Adaptive { tolerance } => {
             let (dual_lifts, dual_effects) =
                 truck.build(which, Columns::constant(inputs.load_kg), |_, v| Columns::constant(v))?;
             // The states of an effect at its quiet value would have a say in the steps.
-            let loud: Vec<bool> = effects.iter().map(|(i, _, values)| values[0] != i.kind.spec().quiet).collect();
+            let loud = effects.iter().map(|(i, _, values)| {
+                let quiet = i.kind.spec().quiet;
+                values[..i.kind.amplitudes()].iter().any(|&value| value != quiet)
+            });
+            let loud: Vec<bool> = loud.collect();
             let kept = kept_states::<L>(&loud, &own);
             let scale = scales::<L>(effects.iter().flat_map(|(i, ..)| i.kind.spec().states));
             let of = |all: &[f64]| kept.iter().map(|&k| all[k]).collect::<Vec<_>>();
@@ -121,6 +134,12 @@ fn with_lifts<const L: usize>(
             macro_rules! run {
                 ($plain:expr, $dual:expr) => {{
                     let (plain, dual) = ($plain, $dual);
+                    let late = plain.delays::<L>().map(|delays| {
+                        let of = |lift| which.iter().position(|&one| one == lift).map_or(0.0, |k| delays[k]);
+                        Late::new(inputs, LiftName::BOTH.map(of))
+                    });
+                    let late = late.as_ref().map(Late::inputs);
+                    let inputs = late.as_ref().unwrap_or(inputs);
                     let (plain, dual) = (mast!(lifts, plain), mast!(dual_lifts, dual));
                     let mut mast = Differentiable::new(plain, dual, scale, names_kept);
                     adaptive::run(&mut mast, &which, inputs, wanted, tolerance, &from, interrupt)?
@@ -149,7 +168,7 @@ fn with_lifts<const L: usize>(
                         mast: mast!(lifts, physics),
                         which: &which,
                         inputs,
-                        warmer: 0.0,
+                        warmer: Warmer::none(),
                         start: &start,
                         wanted,
                         substeps,

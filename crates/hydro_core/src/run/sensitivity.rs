@@ -7,10 +7,9 @@
 
 use rayon::prelude::*;
 
-use super::ticks::Ticks;
+use super::ticks::{held, Ticks, Warmer};
 use super::{check, commanded_names, Inputs, Interrupt, Solver};
 use crate::dual::Dual;
-use crate::effects::Scope;
 use crate::error::Error;
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
 use crate::outputs::{Readings, OUTPUTS};
@@ -27,6 +26,8 @@ pub enum Direction {
     Load,
     /// An offset of the oil temperature [K].
     OilTemperature,
+    /// How much more the oil warms up during the run than recorded [K].
+    OilWarming,
     /// The cylinder position [m] at which a lift starts.
     Start(LiftName),
     /// An unknown input.
@@ -52,6 +53,8 @@ pub struct Case<'a> {
     pub wanted: &'a [f64],
     /// Added to the oil temperature [K].
     pub warmer: f64,
+    /// How much more the oil warms up during the run than recorded [K]: evenly, none in the middle.
+    pub warming: f64,
     /// Cylinder positions at the start, free and main [m].
     pub start: [f64; 2],
 }
@@ -87,7 +90,7 @@ pub fn differentiate(
         derivatives: vec![0.0; rows * OUTPUTS.len() * columns],
     };
     let task = Task { truck, case, substeps, directions, interrupt };
-    if truck.effects().any(|effect| effect.kind.spec().scope == Scope::Mast) {
+    if truck.joined() {
         task.lifts(LiftName::BOTH, &mut sum)?;
     } else {
         for lift in LiftName::BOTH {
@@ -130,7 +133,7 @@ impl Task<'_> {
                 Owner::Lift(lift) => which.contains(&lift),
                 Owner::Mast => L == 2,
             },
-            Direction::Load | Direction::OilTemperature => true,
+            Direction::Load | Direction::OilTemperature | Direction::OilWarming => true,
             Direction::Start(lift) | Direction::Input(Input { lift, .. }) => which.contains(lift),
         };
         let along: Vec<usize> = (0..self.directions.len()).filter(|&d| concerns(&self.directions[d])).collect();
@@ -205,6 +208,14 @@ impl Task<'_> {
             let x = number(Direction::Start(lift), self.case.start[usize::from(lift == LiftName::Main)]);
             lifts[k].at_rest(x.clamp_to(stop.lower, stop.upper)).write(&mut start[k * STATES..(k + 1) * STATES]);
         }
+        let warmer = Warmer {
+            by: number(Direction::OilTemperature, self.case.warmer),
+            warming: number(Direction::OilWarming, self.case.warming),
+        };
+        let mut mast = Mast { lifts, physics, command: [zero; L], oil_temperature_degc: zero };
+        let (command, temperature) = held(&which, &self.case.inputs, warmer, 0);
+        mast.set_inputs(command, temperature);
+        mast.start_effects(&mut start);
         let columns = self.directions.len();
         let Sensitivity { outputs, derivatives } = sum;
         let readings = Readings::new(&which, self.truck.effects());
@@ -223,10 +234,10 @@ impl Task<'_> {
             }
         };
         let ticks = Ticks {
-            mast: Mast { lifts, physics, command: [zero; L], oil_temperature_degc: zero },
+            mast,
             which: &which,
             inputs: &self.case.inputs,
-            warmer: number(Direction::OilTemperature, self.case.warmer),
+            warmer,
             start: &start,
             wanted: self.case.wanted,
             substeps: self.substeps,

@@ -41,6 +41,76 @@ impl<'a> Grid<'a> {
         }
         k
     }
+
+    /// The grid point from which on the inputs `k` hold: where [`Grid::input_at`] finds them first.
+    fn holds_from(&self, k: usize) -> f64 {
+        ((self.time[k] - self.time[0]) / self.h - 0.5).floor() + 1.0
+    }
+}
+
+/// The means over the substep after grid point `j`, on which the inputs `k` hold, of commands that come late.
+///
+/// A command that jumped before, and whose delay is not over, counts with its share of the substep: exact for any
+/// delay, and so is the derivative, at none as well.
+fn late<S: Scalar, const L: usize>(
+    which: &[LiftName; L],
+    inputs: &Inputs,
+    grid: &Grid,
+    (j, k): (usize, usize),
+    delays: &[S; L],
+) -> [S; L] {
+    let of = |k: usize| commands_of(which, inputs.command[k]);
+    let mut mean = of(k).map(S::constant);
+    for (place, mean) in mean.iter_mut().enumerate() {
+        let substeps = delays[place] * S::constant(1.0 / grid.h);
+        let longest = substeps.largest();
+        let mut k = k;
+        while k > 0 {
+            let left = S::constant(grid.holds_from(k) - j as f64) + substeps;
+            if grid.holds_from(k) - (j as f64) + longest < 0.0 {
+                break;
+            }
+            // At no delay the share is 0, and grows with it.
+            let share = S::select(left.lt(S::zero()), S::zero(), S::select(S::one().lt(left), S::one(), left));
+            *mean = *mean + share * S::constant(of(k - 1)[place] - of(k)[place]);
+            k -= 1;
+        }
+    }
+    mean
+}
+
+/// How much warmer the oil is than recorded [K].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Warmer<S> {
+    /// In the middle of the run.
+    pub by: S,
+    /// From its start to its end, evenly.
+    pub warming: S,
+}
+
+impl<S: Scalar> Warmer<S> {
+    /// As recorded.
+    pub fn none() -> Self {
+        Warmer { by: S::zero(), warming: S::zero() }
+    }
+
+    /// The oil temperature [°C] of the `k`-th row of the inputs.
+    #[inline(always)]
+    fn at(&self, inputs: &Inputs, k: usize) -> S {
+        let (first, last) = (inputs.time[0], inputs.time[inputs.time.len() - 1]);
+        let from_middle = if first < last { (inputs.time[k] - first) / (last - first) - 0.5 } else { 0.0 };
+        S::constant(inputs.oil_temperature_degc[k]) + self.by + self.warming * S::constant(from_middle)
+    }
+}
+
+/// Commands [A] and oil temperature [°C] of the `k`-th row of the inputs.
+pub(super) fn held<S: Scalar, const L: usize>(
+    which: &[LiftName; L],
+    inputs: &Inputs,
+    warmer: Warmer<S>,
+    k: usize,
+) -> ([S; L], S) {
+    (commands_of(which, inputs.command[k]).map(S::constant), warmer.at(inputs, k))
 }
 
 /// A mast to be run through its inputs; `record` is shown the state vector at each wanted time.
@@ -48,8 +118,7 @@ pub(super) struct Ticks<'a, S, X, R, const L: usize> {
     pub mast: Mast<S, X, L>,
     pub which: &'a [LiftName; L],
     pub inputs: &'a Inputs<'a>,
-    /// Added to the recorded oil temperature [°C].
-    pub warmer: S,
+    pub warmer: Warmer<S>,
     pub start: &'a [S],
     pub wanted: &'a [f64],
     pub substeps: usize,
@@ -71,13 +140,11 @@ where
     fn run(mut self) -> Self::Output {
         let grid = Grid::new(self.inputs.time, self.substeps);
         let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
-        let held_on = |k: usize| {
-            let command = commands_of(self.which, self.inputs.command[k]).map(S::constant);
-            (command, S::constant(self.inputs.oil_temperature_degc[k]) + self.warmer)
-        };
+        let held_on = |k: usize| held(self.which, self.inputs, self.warmer, k);
+        let delays = self.mast.physics.delays();
         // The rates at the start are those under the first inputs.
-        let mut held = grid.input_at(0, 0);
-        let (command, temperature) = held_on(held);
+        let mut at = grid.input_at(0, 0);
+        let (command, temperature) = held_on(at);
         self.mast.set_inputs(command, temperature);
         let mut fixed = Fixed::new(self.mast, self.start, grid.h, valve_steps(fastest.largest(), grid.h));
         let (mut before, mut after) = (self.start.to_vec(), self.start.to_vec());
@@ -97,11 +164,14 @@ where
                 }
                 next += 1;
             }
-            let k = grid.input_at(j, held);
-            if held != k {
-                held = k;
+            let k = grid.input_at(j, at);
+            if at != k {
+                at = k;
                 let (command, temperature) = held_on(k);
                 fixed.mast.set_inputs(command, temperature);
+            }
+            if let Some(delays) = &delays {
+                fixed.mast.command = late(self.which, self.inputs, &grid, (j, k), delays);
             }
             std::mem::swap(&mut before, &mut after);
             fixed.mast.physics.at_time(t + 0.5 * grid.h);

@@ -642,14 +642,15 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let displaced = ports.cylinder_flow(-(lift.balance.area * s.v));
         let kappa = h * S::constant(implicit) * stiffness;
         let nu = ports.viscosity(lift.nu);
+        let (orifice_a, orifice_b) = lift.orifices(ports);
         let a_past = weigh(&past.a_comp, weights.opening);
         let (least, most) = (lift.compensator.a_leak, lift.compensator.a_max);
         let p_a_free = past.p_a[0] + h * rest + kappa * displaced;
         let equation = DropEquation {
-            orifice_a: lift.orifice_a,
-            orifice_b: lift.orifice_b,
-            c2_a: lift.orifice_a.critical_squared(nu),
-            c2_b: lift.orifice_b.critical_squared(nu),
+            orifice_a,
+            orifice_b,
+            c2_a: orifice_a.critical_squared(nu),
+            c2_b: orifice_b.critical_squared(nu),
             opening: lift.opening(s.i, ports),
             p_a_free,
             p_in_free: ports.inlet_pressure(p_a_free),

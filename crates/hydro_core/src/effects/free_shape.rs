@@ -1,0 +1,351 @@
+//! A curve of any shape over one variable of operation, at one port: for physics that has no name yet.
+
+use super::{decayed, relaxed, Effect, EffectSpec, MastPorts, Scope, StateSpec};
+use crate::mast::{Bus, Lift, LiftName};
+use crate::outputs::{Quantity, OUTPUTS};
+use crate::parameters::{Origin, ParameterSpec, Scale};
+use crate::ports::{is_place, port, PORTS};
+use crate::scalar::Scalar;
+
+/// f = Σ c_k·B_k(y) joins the port: a sum grows by f times what is typical there, a factor by e^f. y, between 0 and
+/// 1, is where the variable lies between `lower` and `upper`, after a lag.
+///
+/// There is no amplitude beside the coefficients: it would be known only as a product with them, and a search that
+/// starts at nothing could not tell which way to go. All of them are amplitudes.
+///
+/// Port and variable are numbers like the others, and chosen anew wherever they are needed, by `select`: each lane
+/// may have its own.
+#[derive(Debug, Clone)]
+pub struct FreeShape<S> {
+    coefficients: [S; COEFFICIENTS],
+    port: S,
+    variable: S,
+    lower: S,
+    inverse_width: S,
+    lag: S,
+    /// One over the lag [1/s].
+    rate: S,
+    /// f is no less: it takes away no more than half of the lift's inertia.
+    least: S,
+    load: S,
+    place: usize,
+}
+
+/// What a shape may be a function of.
+#[derive(Debug, Clone, Copy)]
+pub struct VariableSpec {
+    pub name: &'static str,
+    pub unit: &'static str,
+    /// A range narrower than this counts as this wide.
+    pub finest: f64,
+    /// What of a lift it is, as outputs have it; of a speed, but for the sign.
+    pub shown: Option<Quantity>,
+    /// It is the other lift's.
+    pub of_other: bool,
+    pub meaning: &'static str,
+}
+
+impl VariableSpec {
+    /// Which output shows the variable of an effect on `lift`, and how much of it one unit of the output is.
+    pub fn output(&self, lift: LiftName) -> Option<(&'static str, f64)> {
+        let shown = self.shown?;
+        let lift = LiftName::BOTH[usize::from((lift == LiftName::Main) != self.of_other)];
+        OUTPUTS.iter().find_map(|output| match output.of {
+            &[(of, quantity, factor)] if of == lift && quantity == shown => Some((output.name, 1.0 / factor)),
+            _ => None,
+        })
+    }
+}
+
+macro_rules! variables {
+    ($($name:literal, $unit:literal, $finest:literal, $shown:expr, $of_other:literal, $meaning:literal;)*) => {
+        /// The variables, in the order in which `variable` counts them.
+        pub const VARIABLES: &[VariableSpec] = &[$(VariableSpec {
+            name: $name,
+            unit: $unit,
+            finest: $finest,
+            shown: $shown,
+            of_other: $of_other,
+            meaning: $meaning,
+        },)*];
+    };
+}
+
+use Quantity::{Position, Pressure, Velocity};
+
+variables! {
+    "position", "m", 0.02, Some(Position), false, "position of the cylinder";
+    "velocity", "m/s", 0.02, Some(Velocity), false, "velocity of the cylinder, upward positive";
+    "speed", "m/s", 0.02, Some(Velocity), false, "amount of the cylinder's velocity";
+    "pressure", "Pa", 2e5, Some(Pressure), false, "pressure in the cylinder";
+    "oil_temperature", "degC", 1.0, None, false, "oil temperature in the tank";
+    "load", "kg", 10.0, None, false, "load on the forks";
+    "command", "A", 0.02, None, false, "command of the proportional valve";
+    "other_velocity", "m/s", 0.02, Some(Velocity), true, "velocity of the other lift's cylinder, upward positive";
+    "time_at_rest", "s", 0.1, None, false, "time since the cylinder last moved by half a centimetre, at most 10 s";
+    "time_since_command", "s", 0.1, None, false, "time since the command last moved by a hundredth of an ampere, at most 10 s";
+}
+
+/// Where [`VARIABLES`] lists a variable; one that it lacks does not compile.
+const fn variable(name: &str) -> usize {
+    let mut k = 0;
+    while !crate::mast::same(VARIABLES[k].name.as_bytes(), name.as_bytes()) {
+        k += 1;
+    }
+    k
+}
+
+const OTHER_VELOCITY: usize = variable("other_velocity");
+const TIME_AT_REST: usize = variable("time_at_rest");
+
+const COEFFICIENTS: usize = 7;
+/// A lag shorter than this [s] is none.
+const SHORTEST: f64 = 1e-4;
+/// Times that are longer count as this long [s].
+const LONGEST: f64 = 10.0;
+/// The way [m], and the change of the command [A], after which e^(−1) is left of what came before.
+const WAY: f64 = 5e-3;
+const CHANGE: f64 = 0.01;
+/// The time constant [s] of what the command is compared with.
+const MEMORY: f64 = 0.02;
+/// Far below this [m/s] a speed is rounded off.
+const SLOW: f64 = 1e-3;
+/// More than any shape reaches.
+const ANY: f64 = 1e3;
+
+/// The uniform cubic B-spline that is highest, 2/3, at t = 0 and ends at ±2.
+#[inline(always)]
+fn bell<S: Scalar>(t: S) -> S {
+    let (zero, one) = (S::zero(), S::one());
+    let far = (one + one - t.abs()).max(zero);
+    let near = (one - t.abs()).max(zero);
+    (far * far * far - S::constant(4.0) * (near * near * near)) * S::constant(1.0 / 6.0)
+}
+
+const fn coefficient(name: &'static str, symbol: &'static str) -> ParameterSpec {
+    ParameterSpec {
+        name,
+        symbol,
+        unit: "1",
+        lower: -2.0,
+        upper: 2.0,
+        scale: Scale::Linear,
+        origin: Origin::Chosen,
+        equation: "any",
+        meaning: "coefficient of the shape: times what is typical of a sum, or the logarithm of a factor",
+        bounds_reason: "a factor of seven either way, and as much of a sum; beyond, fixed steps no longer follow",
+    }
+}
+
+/// What is given with a shape and not estimated.
+const fn given(
+    name: &'static str,
+    symbol: &'static str,
+    unit: &'static str,
+    [lower, upper]: [f64; 2],
+    meaning: &'static str,
+    bounds_reason: &'static str,
+) -> ParameterSpec {
+    let (scale, origin) = (Scale::Linear, Origin::Given);
+    ParameterSpec { name, symbol, unit, lower, upper, scale, origin, equation: "any", meaning, bounds_reason }
+}
+
+impl<S: Scalar> FreeShape<S> {
+    /// How much of the age is renewed per second by moving at `v`.
+    #[inline(always)]
+    fn renewal(v: S) -> S {
+        v.abs() * S::constant(1.0 / WAY)
+    }
+
+    /// Where the chosen variable lies between `lower`, 0, and `upper`, 1.
+    #[inline(always)]
+    fn spot<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> S {
+        let s = &bus.lifts[self.place];
+        let slow = S::constant(SLOW);
+        let fresh = (S::one() - own[2]).max(S::constant((-1.0f64).exp()));
+        let time = -(S::constant(LONGEST) * fresh.ln());
+        let values: [S; VARIABLES.len()] = [
+            s.x,
+            s.v,
+            (s.v * s.v + slow * slow).sqrt() - slow,
+            s.p_a,
+            bus.oil_temperature_degc,
+            self.load,
+            bus.command[self.place],
+            if L == 2 { bus.lifts[1 - self.place].v } else { S::zero() },
+            time,
+            time,
+        ];
+        let mut chosen = values[0];
+        for (k, &value) in values.iter().enumerate().skip(1) {
+            chosen = S::select(is_place(self.variable, k), value, chosen);
+        }
+        (chosen - self.lower) * self.inverse_width
+    }
+
+    #[inline(always)]
+    fn shape(&self, y: S) -> S {
+        let y = S::constant((COEFFICIENTS - 3) as f64) * y.clamp_to(S::zero(), S::one());
+        let mut sum = S::zero();
+        for (k, &c) in self.coefficients.iter().enumerate() {
+            sum = sum + c * bell(y - S::constant(k as f64 - 1.0));
+        }
+        sum
+    }
+}
+
+impl<S: Scalar> Effect<S> for FreeShape<S> {
+    const SPEC: EffectSpec = EffectSpec {
+        id: "free_shape",
+        scope: Scope::Lift,
+        equation: "f = sum of shape_k B_k(y),  y between 0 and 1,  lag dy/dt = (variable - lower) / (upper - lower) - y,  \
+                   a sum grows by f times what is typical there, a factor by exp(f)",
+        source: "de Boor (1978), A Practical Guide to Splines, chapters IX and X: cubic B-splines, here on four equal \
+                 intervals",
+        parameters: &[
+            coefficient("shape_0", "c0"),
+            coefficient("shape_1", "c1"),
+            coefficient("shape_2", "c2"),
+            coefficient("shape_3", "c3"),
+            coefficient("shape_4", "c4"),
+            coefficient("shape_5", "c5"),
+            coefficient("shape_6", "c6"),
+            given(
+                "port",
+                "",
+                "1",
+                [0.0, (PORTS.len() - 1) as f64],
+                "where it acts: place in the table of ports, counted from 0",
+                "the table's length",
+            ),
+            given(
+                "variable",
+                "",
+                "1",
+                [0.0, (VARIABLES.len() - 1) as f64],
+                "what it is a function of: place in the table of variables, counted from 0",
+                "the table's length",
+            ),
+            given(
+                "lower",
+                "",
+                "variable's",
+                [-1e9, 1e9],
+                "the variable where the shape begins; it is constant before",
+                "more than any variable reaches",
+            ),
+            given(
+                "upper",
+                "",
+                "variable's",
+                [-1e9, 1e9],
+                "the variable where the shape ends; it is constant beyond",
+                "more than any variable reaches; a range that is too narrow counts as the narrowest",
+            ),
+            ParameterSpec {
+                name: "lag",
+                symbol: "τ",
+                unit: "s",
+                lower: 0.0,
+                upper: 20.0,
+                scale: Scale::Linear,
+                origin: Origin::Chosen,
+                equation: "any",
+                meaning: "time constant with which the variable acts late; 0 is at once",
+                bounds_reason: "longer than a lowering",
+            },
+        ],
+        quiet: 0.0,
+        plausible: &[
+            [-0.5, 0.5],
+            [-0.5, 0.5],
+            [-0.5, 0.5],
+            [-0.5, 0.5],
+            [-0.5, 0.5],
+            [-0.5, 0.5],
+            [-0.5, 0.5],
+            // A choice has no width, but a range has: all of it is the force, over the velocity.
+            [port("force") as f64 - 0.4, port("force") as f64],
+            [variable("velocity") as f64, variable("velocity") as f64 + 0.4],
+            [-0.5, -0.3],
+            [-0.1, 0.1],
+            [0.0, 0.5],
+        ],
+        states: &[
+            StateSpec { name: "spot", unit: "1", scale: 1.0, meaning: "where the variable lies in its range, after the lag" },
+            StateSpec { name: "memory", unit: "A", scale: 1.0, meaning: "command of a moment ago" },
+            StateSpec { name: "age", unit: "1", scale: 1.0, meaning: "1 - exp(-time / 10 s), the time at rest or since the command moved" },
+        ],
+        shows: &[],
+    };
+
+    const AMPLITUDES: usize = COEFFICIENTS;
+
+    fn joins(values: &[f64]) -> bool {
+        is_place(values[COEFFICIENTS + 1], OTHER_VELOCITY)
+    }
+
+    fn new(values: &[S], lifts: &[Lift<S>], place: usize) -> Self {
+        let coefficients = std::array::from_fn(|k| values[k]);
+        let &[port_, variable, lower, upper, lag] = &values[COEFFICIENTS..] else { unreachable!("twelve parameters") };
+        let mut finest = S::zero();
+        for (k, spec) in VARIABLES.iter().enumerate() {
+            finest = S::select(is_place(variable, k), S::constant(spec.finest), finest);
+        }
+        const INERTIA: usize = port("inertia");
+        let half = lifts[place].balance.inertia * S::constant(-0.5 / PORTS[INERTIA].typical);
+        FreeShape {
+            coefficients,
+            port: port_,
+            variable,
+            lower,
+            inverse_width: S::one() / (upper - lower).max(finest),
+            lag,
+            rate: S::one() / lag.max(S::constant(SHORTEST)),
+            least: S::select(is_place(port_, INERTIA), half, S::constant(-ANY)),
+            load: lifts[place].load,
+            place,
+        }
+    }
+
+    fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]) {
+        own[1] = bus.command[self.place];
+        own[2] = S::zero();
+        own[0] = self.spot(bus, own);
+    }
+
+    #[inline(always)]
+    fn act<const L: usize>(&self, _bus: &Bus<S, L>, own: &[S], ports: &mut MastPorts<S, L>) {
+        ports.lifts[self.place].bend(self.port, self.shape(own[0]).max(self.least));
+    }
+
+    #[inline(always)]
+    fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
+        rates[0] = (self.spot(bus, own) - own[0]) * self.rate;
+        rates[1] = (bus.command[self.place] - own[1]) * S::constant(1.0 / MEMORY);
+        let renewal = S::select(
+            is_place(self.variable, TIME_AT_REST),
+            FreeShape::renewal(bus.lifts[self.place].v),
+            rates[1].abs() * S::constant(1.0 / CHANGE),
+        );
+        rates[2] = (S::one() - own[2]) * S::constant(1.0 / LONGEST) - renewal * own[2];
+    }
+
+    const RELAXES: bool = true;
+
+    #[inline(always)]
+    fn relax<const L: usize>(&self, from: &Bus<S, L>, to: &Bus<S, L>, h: S, own: &mut [S]) {
+        let before = self.spot(from, own);
+        let memory = relaxed(own[1], to.command[self.place], S::constant(1.0 / MEMORY), h);
+        let changed = (memory - own[1]).abs() * S::constant(1.0 / CHANGE) / h;
+        let moved = FreeShape::renewal(from.lifts[self.place].v) + FreeShape::renewal(to.lifts[self.place].v);
+        let renewal = S::select(is_place(self.variable, TIME_AT_REST), S::constant(0.5) * moved, changed);
+        let ageing = S::constant(1.0 / LONGEST);
+        own[1] = memory;
+        own[2] = decayed(own[2], ageing, ageing + renewal, h);
+        let after = self.spot(to, own);
+        // What a lag leaves of a straight line; exact for a lag of any length, and so is the derivative at none.
+        let decay = (-(self.rate * h)).exp();
+        own[0] = after - (after - before) * self.lag * (S::one() - decay) / h + (own[0] - before) * decay;
+    }
+}

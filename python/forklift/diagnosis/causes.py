@@ -1,0 +1,83 @@
+"""What the selection comes to: the causes, how credible each is, and what cannot be told from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from forklift.diagnosis.selection import AS_NEAR, Selection, credibility
+from forklift.diagnosis.suspect import Suspect
+from forklift.diagnosis.trial import Trial
+
+AS_GOOD = 0.05
+"""Credibility from which on a rival that leaves nothing over cannot be told from the cause."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One accepted explanation."""
+
+    suspect: Suspect
+    credibility: float
+    form: Literal["complete", "uncertain"]
+    not_separable_from: tuple[Suspect, ...]
+    rivals: tuple[tuple[tuple[Suspect, ...], float, float], ...]
+    """What else was tried: suspects, credibility, and the mean square they leave over."""
+
+
+def causes(selection: Selection) -> tuple[Cause, ...]:
+    """The suspects of the final model in the order in which they were accepted."""
+    found: list[Cause] = []
+    form: Literal["complete", "uncertain"] = "complete" if selection.final.complete else "uncertain"
+    for step in selection.steps:
+        if step.accepted is None:
+            continue
+        accepted, known = step.accepted, {cause.suspect for cause in found}
+        trials = _rivals(step.trials, accepted)
+        shares = credibility(trials)
+        rivals = tuple(
+            (_new(trial, known), shares[_labels(trial)], trial.left_over)
+            for trial in trials
+            if trial is not accepted
+        )
+        least = sum(accepted.by_recording().values())
+        alike = tuple(
+            dict.fromkeys(
+                suspect
+                for trial in trials
+                if trial is not accepted
+                and trial.complete
+                and (shares[_labels(trial)] > AS_GOOD or sum(trial.by_recording().values()) - least < AS_NEAR)
+                for suspect in _new(trial, known)
+                if suspect not in accepted.suspects
+            )
+        )
+        credible = shares[_labels(accepted)] + sum(
+            shares[_labels(trial)]
+            for trial in trials
+            if trial is not accepted and set(accepted.suspects) <= set(trial.suspects)
+        )
+        found += [
+            Cause(suspect, credible, form, alike, rivals)
+            for suspect in _new(accepted, known)
+            if suspect in selection.final.suspects
+        ]
+    return tuple(found)
+
+
+def _rivals(trials: Sequence[Trial], accepted: Trial) -> list[Trial]:
+    """What contains a complete explanation and more is no rival of it."""
+    return [
+        trial
+        for trial in trials
+        if trial is accepted or not (accepted.complete and set(accepted.suspects) < set(trial.suspects))
+    ]
+
+
+def _new(trial: Trial, known: set[Suspect]) -> tuple[Suspect, ...]:
+    return tuple(suspect for suspect in trial.suspects if suspect not in known)
+
+
+def _labels(trial: Trial) -> tuple[str, ...]:
+    return tuple(suspect.label for suspect in trial.suspects)
