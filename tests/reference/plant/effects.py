@@ -212,22 +212,9 @@ class OilTemperatureAtValve(Law):
 
 
 class ValveDelay(Law):
-    """The command passes four equal lags one after the other, of `delay` [s] together."""
+    """The command itself, as it was `delay` [s] ago."""
 
-    LINKS = ("link_1", "link_2", "link_3", "link_4")
-    memory = dict.fromkeys(LINKS, 1.0)
-    SHORTEST_S = 1e-4
-
-    def command(self, u, s, k):
-        # Without delay the command itself: the links are then as fast as may be, but not at once.
-        return np.where(k["valve_delay.delay"] > 0.0, u + s.link_4 - s.u, u)
-
-    def rates(self, s, k):
-        time = np.maximum(k["valve_delay.delay"] / 4, self.SHORTEST_S)
-        before = [s.u, s.link_1, s.link_2, s.link_3]
-        return {
-            link: (given - getattr(s, link)) / time for link, given in zip(self.LINKS, before, strict=True)
-        }
+    dead_time = "delay"
 
 
 class ValveLag(Law):

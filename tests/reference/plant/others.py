@@ -116,8 +116,23 @@ class DissolvingAir(Law):
         return C + k[f"{name}.fraction"] * s.volume * 1e5 / p**2 * left
 
 
-class DeadTime(Law):
-    """The command itself, a `dead_time` [s] later."""
+class ChainOfLags(Law):
+    """The command passes four equal lags one after the other, of `delay` [s] together."""
+
+    LINKS = ("link_1", "link_2", "link_3", "link_4")
+    memory = dict.fromkeys(LINKS, 1.0)
+    SHORTEST_S = 1e-4
+
+    def command(self, u, s, k):
+        # Without delay the command itself: the links are then as fast as may be, but not at once.
+        return np.where(k["valve_delay__chain.delay"] > 0.0, u + s.link_4 - s.u, u)
+
+    def rates(self, s, k):
+        time = np.maximum(k["valve_delay__chain.delay"] / 4, self.SHORTEST_S)
+        before = [s.u, s.link_1, s.link_2, s.link_3]
+        return {
+            link: (given - getattr(s, link)) / time for link, given in zip(self.LINKS, before, strict=True)
+        }
 
 
 OTHERS = {
@@ -131,7 +146,7 @@ OTHERS = {
     "friction_dwell__saturating": SaturatingDwell,
     "valve_lag__rate_limit": RateLimitedOpening,
     "entrained_air__dissolving": DissolvingAir,
-    "valve_delay__dead_time": DeadTime,
+    "valve_delay__chain": ChainOfLags,
 }
 
 QUIET = {
@@ -145,7 +160,7 @@ QUIET = {
     "friction_dwell__saturating": dict(growth=0.0, time=0.5),
     "valve_lag__rate_limit": dict(slowness=0.0),
     "entrained_air__dissolving": dict(fraction=0.0, solved=6e6),
-    "valve_delay__dead_time": dict(dead_time=0.0),
+    "valve_delay__chain": dict(delay=0.0),
 }
 
 
@@ -167,6 +182,6 @@ MOST = {
     "friction_dwell__saturating": 2.0,
     "valve_lag__rate_limit": 1.0,
     "entrained_air__dissolving": 0.05,
-    "valve_delay__dead_time": 0.1,
+    "valve_delay__chain": 0.1,
 }
 """The amplitudes beyond which a truck would be taken to the workshop."""

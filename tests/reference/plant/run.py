@@ -47,7 +47,7 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
     k = parameters(trucks, laws, conditions)
     last = np.array([one.command.shape[1] for one in conditions]) - 1
     command = np.stack([_longer(one.command, last.max() + 1) for one in conditions], axis=-1)
-    command = delayed(command, k, laws)
+    late = np.broadcast_to(dead_times(k, laws), (2, len(conditions)))
     warm = np.array([one.temperature_degc for one in conditions]) + ZERO_DEGC_K
     rise = np.array([one.warming_k for one in conditions]) / np.maximum(last, 1)
     start = np.array([one.start_m for one in conditions]).T[:, None]
@@ -61,9 +61,10 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
     )
     h = np.full(len(conditions), TICK_S)
     while len(column):
-        # Each recording takes a step of its own length, not beyond its own next tick.
-        u, T = command[:, tick, column][:, None], (warm[column] + rise[column] * tick)[None, None]
-        left = TICK_S - since
+        # Each recording takes a step of its own length, not beyond the next tick or change of its command.
+        u, until = held(command, tick, since, late[:, column], column)
+        u, T = u[:, None], (warm[column] + rise[column] * tick)[None, None]
+        left = np.minimum(TICK_S - since, until)
         ends = h >= left * (1.0 - 1e-9)
         tried = np.where(ends, left, h)
         after, error = solver.step(lambda y, u=u, T=T, k=k: model.rates(y, u, T, k, laws), y, tried, scale)
@@ -74,8 +75,9 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
         wanted = solver.next_step(tried, error, tolerance)
         # A step cut short by a tick says that a longer one is possible, not which.
         h = np.where(good & ends, np.maximum(h, wanted), wanted)
-        since = np.where(good, np.where(ends, 0.0, since + tried), since)
-        met = good & ends
+        since = np.where(good, since + tried, since)
+        met = since > TICK_S * (1.0 - 1e-9)
+        since[met] = 0.0
         tick = tick + met
         kept[tick[met], :, column[met]] = y[:, 0, met].T
         running = tick < last[column]
@@ -87,18 +89,22 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
     return [_trajectory(kept[: one.command.shape[1], :, n], laws, one) for n, one in enumerate(conditions)]
 
 
-def delayed(command, k, laws):
-    """The command (2, ticks, recordings) after the laws' dead times [s]; a straight line between ticks."""
-    late = sum((k[f"{law.name}.dead_time"] for law in laws if "dead_time" in law.values), np.zeros(()))
-    if not np.any(late):
-        return command
-    at = np.maximum(np.arange(command.shape[1])[None, :, None] - late / TICK_S, 0.0)
-    at = np.broadcast_to(at, command.shape)
-    low = np.floor(at).astype(int)
-    share = at - low
-    before = np.take_along_axis(command, low, axis=1)
-    after = np.take_along_axis(command, np.minimum(low + 1, command.shape[1] - 1), axis=1)
-    return before + share * (after - before)
+def dead_times(k, laws):
+    """By how much each lift's command is late [s], (2, recordings) or what broadcasts to that."""
+    return sum((k[f"{law.name}.{law.dead_time}"][:, 0] for law in laws if law.dead_time), np.zeros((2, 1)))
+
+
+def held(command, tick, since, late, column):
+    """The command that was held `late` [s] ago, (2, columns), and for how long it will still be [s].
+
+    Now is `since` [s] after a tick; before its first sample a command is that.
+    """
+    ago = np.ceil((late - since) / TICK_S - 1e-9).astype(
+        int
+    )  # ticks back to the last change that has arrived
+    at = np.maximum(tick - np.maximum(ago, 0), 0)
+    until = late - (ago - 1) * TICK_S - since
+    return np.take_along_axis(command[:, :, column], at[:, None], axis=1)[:, 0], until.min(axis=0)
 
 
 def parameters(trucks, laws, conditions) -> dict:
