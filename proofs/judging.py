@@ -1,45 +1,78 @@
 """Is what a diagnosis said of a truck of `variations.py` right? And the table of all of them."""
 
-from cases import equation_of
-from reference.plant import effects
+from cases import EQUATIONS, POINTS
 from reference.plant.truck import LIFTS
+
+PARTS = ("verdict", "equation", "lift", "cause", "alone", "form")
+"""Of an answer: the verdict, where it is, who it is, nobody else, and whether the law's form is right."""
+NEEDED = ("verdict", "lift", "cause", "alone", "form")
 
 
 def judge(result, separable):
-    """Which parts of the answer are right; `right` is all that must be."""
+    """Which parts of the answer are right; `right` if all that are needed are."""
     truth, answer = result["truth"], result["answer"]
-    known = separable.get("cases", {}).get(result["case"], {})
-    hidden = bool(known.get("hidden"))
+    known = [separability(result["lift"], one, separable) for one in result["concealed"]]
+    hidden = bool(truth["causes"]) and bool(known) and all(one.get("hidden") for one in known)
     if answer["verdict"] in ("refused", "none"):
-        refused = any(code in answer["said"] for code in truth["refused"])
-        return {"verdict": refused, "equation": refused, "lift": refused, "cause": refused, "alone": refused,
-                "form": refused, "right": refused, "hidden": hidden}  # fmt: skip
+        return whole(any(code in answer["said"] for code in truth["refused"]), hidden)
     if hidden or not truth["causes"]:
-        fine = answer["verdict"] in (("no-mismatch",) if hidden else truth["verdicts"])
-        return {"verdict": fine, "equation": fine, "lift": fine, "cause": fine, "alone": fine, "form": fine,
-                "right": fine, "hidden": hidden}  # fmt: skip
-    alike = [{cause, *known.get("alike", {}).get(cause, [])} for cause in truth["causes"]]
+        return whole(answer["verdict"] in (["no-mismatch"] if hidden else truth["verdicts"]), hidden)
+    # With what has one cause each recording cannot part it from: any of them is right.
+    groups = [{cause} for cause in truth["causes"]]
+    for group, one in zip(groups, known, strict=False):
+        group.update(one.get("alike", ()))
+    if result["case"] in EITHER:
+        groups = [set().union(*groups)]
     named = [cause["id"] for cause in answer["causes"]]
     location = answer["location"] or {}
-    either = result["case"] == "traps-all_late"
-    found = [any(one in group for one in named) for group in alike]
-    equations = {*truth["equations"], *(equation_of(one) for group in alike for one in group
-                                        if one in effects.CATALOGUE)}  # fmt: skip
-    wheres = {place for cause in answer["causes"] for place in LIFTS if place in cause["where"]}
+    equations = {*truth["equations"], *(EQUATIONS[one] for group in groups for one in group)}
+    places = {lift for cause in answer["causes"] for lift in LIFTS if lift in cause["where"]}
     judged = {
-        "verdict": answer["verdict"] in truth["verdicts"],
+        "verdict": answer["verdict"] in verdicts(truth["verdicts"], groups),
         "equation": location.get("equation") in equations,
-        "lift": location.get("lift") == truth["lift"] or truth["lift"] == "both" or wheres == {truth["lift"]},
-        "cause": any(found) if either else all(found),
-        "alone": all(any(one in group for group in alike) for one in named),
-        "form": truth["form"] in ("", *(cause["form"] for cause in answer["causes"])),
-        "hidden": hidden,
+        "lift": truth["lift"] in ("both", location.get("lift")) or places == {truth["lift"]},
+        "cause": all(group & set(named) for group in groups),
+        "alone": all(any(one in group for group in groups) for one in named),
+        "form": form(truth, answer, known),
     }
-    unknown = answer["verdict"] == "unknown-effect" and "unknown-effect" in truth["verdicts"]
-    if unknown:
+    if answer["verdict"] == "unknown-effect" and "unknown-effect" in truth["verdicts"]:
         judged |= {"cause": judged["equation"], "alone": True, "form": True}
-    judged["right"] = all(judged[key] for key in ("verdict", "lift", "cause", "alone", "form"))
-    return judged
+    return judged | {"hidden": False, "right": all(judged[part] for part in NEEDED)}
+
+
+EITHER = ("traps-all_late",)
+"""Cases whose causes are one and the same to any recording."""
+
+
+def whole(right, hidden):
+    """All parts are right or none."""
+    return dict.fromkeys((*PARTS, "right"), right) | {"hidden": hidden}
+
+
+def separability(lift, concealed, separable):
+    """What was fixed beforehand of this law, at the points nearest below what it costs here."""
+    laws, name = separable.get("laws", {}), concealed["law"]
+    points = [one for one in POINTS if one <= max(concealed["asked"], POINTS[0])][-1]
+    return laws.get(f"{lift}/{name}/{points:g}", {})
+
+
+def verdicts(told, groups):
+    """The right ones, with those of what the cause cannot be parted from."""
+    right = set(told)
+    for group in groups:
+        right |= {"sensor-fault" for one in group if EQUATIONS[one] == "sensor"}
+        right |= {"parameter-error" for one in group if EQUATIONS[one] == "operating-point"}
+    return right
+
+
+def form(truth, answer, known):
+    """Whether `complete` is said of what is, and `uncertain` of another law at the right place."""
+    told = {cause["form"] for cause in answer["causes"]}
+    if truth["form"] == "uncertain" and any(
+        set(truth["causes"]) & set(one.get("alike", ())) for one in known
+    ):
+        return True  # the catalogue's law imitates it within the noise: either is right
+    return truth["form"] in ("", *told)
 
 
 def amplitude(result):
@@ -67,7 +100,7 @@ def table(results, separable):
         points = "+".join(f"{one['points']:.2g}" for one in result["concealed"])
         location, left = answer.get("location") or {}, answer.get("left_over") or {}
         causes = ", ".join(f"{one['where']}.{one['id']}" for one in answer["causes"]) or "–"
-        wrong = [key for key in ("verdict", "lift", "cause", "alone", "form") if not judged[key]]
+        wrong = [part for part in NEEDED if not judged[part]]
         lines.append(
             f"| {result['case']}{' (hidden)' if judged['hidden'] else ''} | {points} | {answer['verdict']} "
             f"| {location.get('equation', '–')}{'' if judged['equation'] else ' (wrong)'} | {causes} "
