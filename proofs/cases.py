@@ -124,21 +124,36 @@ def most(name):
     return next(iter(plausible(name).values()))[1]
 
 
-def amplitude_for(points, name, case, law=None, trucks=None):
+def amplitude_for(points, name, case):
     """The amplitude that costs so many points of the velocity's NRMSE, and what it does cost.
 
-    Capped at the end of what is plausible. All amplitudes of a logarithmic grid run at once, under the
-    corners of load and temperature of the fitted PRMS; in between the cost is interpolated.
+    Capped at the end of what is plausible.
+    """
+    law = law_of(name, case.lift, case.seed, 1.0)
+    return at_cost(points, *cost_curve(law, most(name), case, scattered(case.seed)))
+
+
+def at_cost(points, grid, costs):
+    """From a curve of costs, by interpolation of the logarithms; below its start in proportion."""
+    if points >= costs[-1]:
+        return float(grid[-1]), float(costs[-1])
+    if points <= costs[0]:
+        return float(grid[0] * points / costs[0]), points
+    return float(np.exp(np.interp(np.log(points), np.log(costs), np.log(grid)))), points
+
+
+def cost_curve(law, highest, case, trucks):
+    """Amplitudes up to the highest, and what each costs in points of the velocity's NRMSE.
+
+    All run at once, under the corners of load and temperature of the fitted PRMS. `law` has the amplitude 1.
     """
     planned = [
         plan
         for plan in campaign.plans(case.lift)
         if plan.role == "estimate" and plan.load_kg in (0.0, 1500.0) and plan.temperature_degc != 30.0
     ]
-    law, trucks = law or law_of(name, case.lift, case.seed, 1.0), trucks or scattered(case.seed)
-    key = f"{law.name}.{next(iter(law.values))}"
-    one = np.array(law.values[key.partition(".")[2]])
-    grid = most(name) * np.geomspace(1e-3, 1.0, 10)
+    key, one = amplitude_of(law)
+    grid = highest * np.geomspace(1e-3, 1.0, 8)
     plain = campaign.conditions(case, planned)
     amplified = [replace(given, values={key: one * a}) for a in (0.0, *grid) for given in plain]
     found = run.simulate(trucks, (law,), amplified, ROUGH)
@@ -146,12 +161,13 @@ def amplitude_for(points, name, case, law=None, trucks=None):
     for k in range(1, len(grid) + 1):
         pairs = zip(planned, without, found[k * len(plain) : (k + 1) * len(plain)], strict=True)
         costs.append(np.mean([lost(plan, *pair, case.end_m) for plan, *pair in pairs]))
-    costs = np.maximum.accumulate(np.maximum(costs, 1e-9))
-    if points >= costs[-1]:
-        return grid[-1], costs[-1]
-    if points <= costs[0]:
-        return grid[0] * points / costs[0], points
-    return float(np.exp(np.interp(np.log(points), np.log(costs), np.log(grid)))), points
+    return grid, np.maximum.accumulate(np.maximum(costs, 1e-9))
+
+
+def amplitude_of(law):
+    """The name of a law's amplitude, and its value."""
+    name, value = next(iter(law.values.items()))
+    return f"{law.name}.{name}", np.array(value)
 
 
 def lost(plan, without, with_law, end_m):

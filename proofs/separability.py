@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases import BETWEEN_LIFTS, POINTS, ROUGH, amplitude_for, plausible
+from cases import BETWEEN_LIFTS, POINTS, ROUGH, amplitude_of, at_cost, cost_curve, most, plausible
 from reference.plant import campaign, effects, others, run
 from reference.plant.sensors import COUNT_M, HEIGHT_NOISE_M, PRESSURE_NOISE_PA, PRESSURE_STEP_PA
 from reference.plant.truck import ESTIMATED, LIFTS, THESIS
@@ -134,7 +134,7 @@ class Bench:
 
 def law_at(name, lift, amplitude, share=0.5):
     """The law with its other parameters at this share of the plausible."""
-    if lift != "both":
+    if name.partition("__")[0] not in BETWEEN_LIFTS:
         amplitude = run.on(lift, amplitude)
     if "__" in name:
         own = {"centre": 0.6 if lift == "free" else 1.5} if name.endswith("asymmetric") else {}
@@ -166,12 +166,11 @@ def answers(bench, name, scratch):
     if path.exists():
         return dict(np.load(path))
     found = {}
-    one = law_at(name, bench.lift, 1.0)
-    amplitudes = [float(amplitude_for(points, name, bench.case, one, THESIS)[0]) for points in POINTS]
-    for share in SHARES if len((effects.QUIET | others.QUIET)[name]) > 1 and "__" not in name else [0.5]:
-        law = law_at(name, bench.lift, amplitudes[0], share)
-        key = f"{name}.{next(iter(law.values))}"
-        unit = np.array(law.values[key.partition(".")[2]]) / amplitudes[0]
+    curve = cost_curve(law_at(name, bench.lift, 1.0), most(name), bench.case, THESIS)
+    amplitudes = [at_cost(points, *curve)[0] for points in POINTS]
+    for share in SHARES if "__" not in name and len(plausible(name)) > 1 else [0.5]:
+        law = law_at(name, bench.lift, 1.0, share)
+        key, unit = amplitude_of(law)
         asked = amplitudes if share == 0.5 else amplitudes[:1]
         conditions = [
             run.Condition(one.command, one.load_kg, one.temperature_degc, values={key: unit * amplitude})
@@ -265,10 +264,8 @@ def groups(lift, scratch):
     names = [
         name
         for name in (*effects.CATALOGUE, *others.OTHERS)
-        if (name.partition("__")[0] in BETWEEN_LIFTS) == (lift == "both") or lift == "both"
+        if lift != "both" or name.partition("__")[0] in BETWEEN_LIFTS
     ]
-    if lift == "both":
-        names = [name for name in names if name.partition("__")[0] in BETWEEN_LIFTS]
     laws = {name: answers(bench, name, scratch) for name in names}
     rivals = dull(bench)
     told = {}
