@@ -35,7 +35,7 @@ NOISE = {
 }
 # Prior standard deviations: of the truck's parameters and of what each recording has of its own
 STEP, PARAMETER, AREA, CURRENT_A = 0.02, 0.3, 0.15, 0.02
-TOGETHER = 5  # variants of the truck simulated at once
+TOGETHER = 16  # variants of the truck simulated at once
 TEMPERATURE_K, START_M, LOAD_KG, TEMPERATURE_OFF_K = 0.15, 0.001, 100.0, 3.0
 
 

@@ -83,7 +83,7 @@ def record(case: Case, folder: Path, planned: Sequence[Plan] | None = None) -> l
     random = np.random.default_rng([case.seed, 2])
     folder.mkdir(parents=True, exist_ok=True)
     entries = ['name = "campaign"\nsample_rate_hz = 50.0\n']
-    stuck_in = next(n for n, plan in enumerate(planned) if plan.role == "estimate" and "prms" in plan.file)
+    stuck_in = next((n for n, plan in enumerate(planned) if "prms1" in plan.file), None)
     kept = []
     for number, (plan, trajectory) in enumerate(zip(planned, true, strict=True)):
         trajectory = cut(trajectory, plan.lift, case.end_m)

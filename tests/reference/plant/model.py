@@ -30,6 +30,8 @@ class Law:
     shared: dict[str, float] = {}  # noqa: RUF012
     shown: tuple[str, ...] = ()
     """Shared states that add to the height of the forks."""
+    joins = False
+    """Whether one lift feels the other by it."""
     dead_time = ""
     """The value that says by how much the command is late [s]."""
 

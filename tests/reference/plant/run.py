@@ -52,6 +52,7 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
     rise = np.array([one.warming_k for one in conditions]) / np.maximum(last, 1)
     start = np.array([one.start_m for one in conditions]).T[:, None]
     y, scale = model.at_rest(laws, k, start), model.scales(laws)
+    apart = 1 if any(law.joins for law in laws) else 2
     kept = np.empty((last.max() + 1, *y[:, 0].shape))
     kept[0] = y[:, 0]
     column, tick, since = (
@@ -67,7 +68,9 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
         left = np.minimum(TICK_S - since, until)
         ends = h >= left * (1.0 - 1e-9)
         tried = np.where(ends, left, h)
-        after, error = solver.step(lambda y, u=u, T=T, k=k: model.rates(y, u, T, k, laws), y, tried, scale)
+        after, error = solver.step(
+            lambda y, u=u, T=T, k=k: model.rates(y, u, T, k, laws), y, tried, scale, apart
+        )
         good = error <= tolerance
         if (tried[~good] < SHORTEST_S).any():
             raise FloatingPointError(f"a step of less than {SHORTEST_S} s is needed")

@@ -15,23 +15,27 @@ ORDER = 3
 SHRINK, GROW, SAFETY = 0.2, 4.0, 0.85
 
 
-def step(rates, y, h, scale):
+def step(rates, y, h, scale, lifts=1):
     """`y`, (states, 1, recordings), after the steps `h` [s], (recordings,), of dy/dt = rates(y); its error.
 
-    The error is the greatest of all states, in units of their typical sizes `scale`.
+    The error is the greatest of all states, in units of their typical sizes `scale`. Where `lifts` do not
+    feel each other, their states taking turns in `y`, each has its own matrix.
     """
-    count = len(y)
+    count, _, recordings = y.shape
+    own = count // lifts
     scale = scale[:, None, None]
     # Kinks of |v| and |di| lie at zero: differences are taken away from it.
     width = np.where(y < 0.0, -DIFFERENCE, DIFFERENCE)
-    away = np.concatenate([np.zeros((count, 1)), np.eye(count)], axis=1)[:, :, None] * (width * scale)
-    slopes = rates(y + away) / scale
+    chosen = np.repeat(np.concatenate([np.zeros((own, 1)), np.eye(own)], axis=1), lifts, axis=0)
+    slopes = rates(y + chosen[:, :, None] * (width * scale)) / scale
     f = slopes[:, :1]
-    jacobian = np.moveaxis((slopes[:, 1:] - f) / width.transpose(1, 0, 2), 2, 0)
-    inverse = np.linalg.inv(np.eye(count) / (h[:, None, None] * GAMMA) - jacobian)
+    change = (slopes[:, 1:] - f).reshape(own, lifts, own, recordings).transpose(1, 3, 0, 2)
+    jacobian = change / width.reshape(own, lifts, recordings).transpose(1, 2, 0)[:, :, None]
+    inverse = np.linalg.inv(np.eye(own) / (h[:, None, None] * GAMMA) - jacobian)
 
     def solve(right):
-        return (inverse @ right[:, 0].T[:, :, None]).T.reshape(right.shape)
+        columns = right.reshape(own, lifts, recordings).transpose(1, 2, 0)[..., None]
+        return (inverse @ columns)[..., 0].transpose(2, 0, 1).reshape(right.shape)
 
     k1 = solve(f)
     k2 = solve(f + 4.0 / h * k1)
