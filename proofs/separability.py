@@ -304,10 +304,10 @@ def main():
     given = parser.parse_args()
     given.scratch.mkdir(parents=True, exist_ok=True)
     path = Path(__file__).with_name("separable.json")
-    laws = json.loads(path.read_text(encoding="utf-8"))["laws"] if path.exists() else {}
     for lift in given.lifts:
-        laws |= groups(lift, given.scratch)
-        write(path, json.dumps({"limit": LIMIT, "laws": laws}, indent=1) + "\n")
+        found = groups(lift, given.scratch)
+        laws = json.loads(path.read_text(encoding="utf-8"))["laws"] if path.exists() else {}
+        write(path, json.dumps({"limit": LIMIT, "laws": laws | found}, indent=1) + "\n")
 
 
 if __name__ == "__main__":
