@@ -9,15 +9,16 @@ import pytest
 
 from forklift import Truck, _core, commands, simulate
 from forklift.effects import EFFECTS, Equation
-from forklift.names import of_effect
+from forklift.names import LIFTS, of_effect
+from forklift.suspects import suspects
 
 SPECS = {spec["id"]: spec for spec in _core.effect_table()}
 THESIS = Truck.read("thesis")
 
 
-def lowering(truck, *, lift="free", temperature=60.0, load_kg=1500.0):
+def lowering(truck, *, lift="free", temperature=60.0, load_kg=1500.0, shut_s=1):
     """Three seconds at one opening after one at rest, then shut."""
-    steps = np.repeat([0, 105, 0], [50, 150, 50])
+    steps = np.repeat([0, 105, 0], [50, 150, 50 * shut_s])
     current = commands.low_pass(commands.steps_to_current(steps), 50.0, 3.0)
     command = commands.Command.of_samples(50.0, **{lift: current})
     return simulate(truck, command, load_kg=load_kg, oil_temperature_degc=temperature)
@@ -28,12 +29,12 @@ def test_both_sides_list_the_same_effects_in_the_same_order():
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
-def test_a_sentence_names_the_amplitude_and_no_parameter_that_is_not_there(effect):
+def test_a_sentence_names_the_amplitudes_and_no_parameter_that_is_not_there(effect):
     spec = SPECS[effect.id]
     parameters = [parameter["name"] for parameter in spec["parameters"]]
     places = {"lift"} if spec["scope"] == "lift" else set()
     named = {name for _, name, _, _ in Formatter().parse(effect.sentence) if name}
-    assert {parameters[0], *places} <= named <= {*parameters, *places}
+    assert {*parameters[: spec["amplitudes"]], *places} <= named <= {*parameters, *places}
     assert effect.sentence.endswith(".")
     assert effect.signature.endswith(".")
 
@@ -50,10 +51,8 @@ def test_what_is_plausible_of_an_effect_lies_within_its_bounds_and_is_not_silent
     spec = SPECS[effect.id]
     for row in spec["parameters"]:
         assert row["lower"] <= row["plausible_lower"] < row["plausible_upper"] <= row["upper"]
-    assert spec["quiet"] not in (
-        spec["parameters"][0]["plausible_lower"],
-        spec["parameters"][0]["plausible_upper"],
-    )
+    for row in spec["parameters"][: spec["amplitudes"]]:
+        assert spec["quiet"] not in (row["plausible_lower"], row["plausible_upper"])
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
@@ -65,9 +64,9 @@ def test_an_effect_names_an_equation_of_the_diagnosis(effect):
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
 def test_at_its_quiet_value_an_effect_changes_no_bit(effect, solver):
     spec = SPECS[effect.id]
-    amplitude = spec["parameters"][0]["name"]
+    amplitudes = [row["name"] for row in spec["parameters"][: spec["amplitudes"]]]
     values = {
-        name: spec["quiet"] if name.endswith(f".{amplitude}") else row["plausible_lower"]
+        name: spec["quiet"] if row["name"] in amplitudes else row["plausible_lower"]
         for name, row in of_effect(spec).items()
     }
     command = commands.generate("prms", "both", duration_s=4.0)
@@ -240,3 +239,28 @@ def test_oil_that_the_valve_heats_lets_the_lift_gain_speed():
     plain, other = (lowering(truck)["velocity_free_m_s"] for truck in (THESIS, warm))
     gained = [abs(other[k]) - abs(plain[k]) for k in (90, 195)]
     assert gained[1] > gained[0] > 0.0
+
+
+def test_what_has_no_physics_of_its_own_is_no_suspect_by_name():
+    general = {effect.id for effect in EFFECTS if effect.general}
+    assert general == {"free_shape", "hidden_resonance"}
+    offered = {suspect.id for suspect in suspects(LIFTS, []) if suspect.kind == "physics"}
+    assert offered == {effect.id for effect in EFFECTS} - general
+
+
+def test_what_rings_shows_in_its_own_lifts_pressure_after_a_stop_and_not_in_the_steady_speed():
+    frequency = 4.0
+    ringing = effective("free", "hidden_resonance", mass=300.0, frequency=frequency, damping_ratio=0.02)
+    plain, other = (lowering(truck, shut_s=3) for truck in (THESIS, ringing))
+    last_second = slice(145, 195)
+    speeds = [run["velocity_free_m_s"][last_second].mean() for run in (plain, other)]
+    assert speeds[1] == pytest.approx(speeds[0], rel=5e-3)
+    assert np.abs(other["pressure_free_pa"] - plain["pressure_free_pa"]).max() > 5e4
+    np.testing.assert_allclose(other["pressure_main_pa"], plain["pressure_main_pa"], rtol=1e-3)
+    # Beside the oil's swing, at 2 Hz with this load, it is the second one.
+    after = (other["pressure_free_pa"] - plain["pressure_free_pa"])[215:]
+    spectrum = np.abs(np.fft.rfft(after * np.hanning(len(after)), 4096))
+    hertz = np.fft.rfftfreq(4096, 0.02)
+    above = (hertz > 3.0) & (hertz < 8.0)
+    assert hertz[above][spectrum[above].argmax()] == pytest.approx(frequency, rel=0.05)
+    assert spectrum[above].max() > 0.2 * spectrum.max()

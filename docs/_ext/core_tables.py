@@ -175,7 +175,7 @@ class Effects(SphinxDirective):
                         row["unit"],
                         f"{number(row['lower'])} to {number(row['upper'])}",
                         f"{number(row['plausible_lower'])} to {number(row['plausible_upper'])}",
-                        number(spec["quiet"]) if k == 0 else "–",
+                        number(spec["quiet"]) if k < spec["amplitudes"] else "–",
                         row["meaning"],
                         row["bounds_reason"],
                     ]
@@ -203,6 +203,28 @@ class Effects(SphinxDirective):
         return section
 
 
+class Ports(SphinxDirective):
+    """The places where an effect may enter a lift's equations."""
+
+    def run(self) -> list[nodes.Node]:
+        rows = [
+            [code(spec["name"]), spec["unit"], spec["join"], number(spec["typical"]), spec["meaning"]]
+            for spec in _core.port_table()
+        ]
+        return [table(["port", "unit", "joins as a", "counts as one", "meaning"], rows)]
+
+
+class ShapeVariables(SphinxDirective):
+    """What a free shape may be a function of."""
+
+    def run(self) -> list[nodes.Node]:
+        rows = [
+            [code(spec["name"]), spec["unit"], number(spec["finest"]), spec["meaning"]]
+            for spec in _core.shape_variables()
+        ]
+        return [table(["variable", "unit", "narrowest range", "meaning"], rows)]
+
+
 class Measurements(SphinxDirective):
     """A markdown file relative to the page, or a note how to make it."""
 
@@ -221,7 +243,7 @@ class Measurements(SphinxDirective):
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    directives = (Parameters, Bounds, States, Outputs, Channels, Effects, Measurements)
+    directives = (Parameters, Bounds, States, Outputs, Channels, Effects, Ports, ShapeVariables, Measurements)
     for directive in directives:
         app.add_directive(directive.__name__.lower(), directive)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

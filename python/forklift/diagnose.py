@@ -12,21 +12,22 @@ from typing import Any, Literal
 
 import numpy as np
 
-from forklift import diagnosis_files, unknown_ports
+from forklift import diagnosis_files, operation, unknown_ports
 from forklift.campaign import Campaign
 from forklift.compare import Comparison, check_temperature, compare
 from forklift.diagnosis.causes import Cause, causes
 from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
-from forklift.diagnosis.region import Shape, shapes
+from forklift.diagnosis.region import Shape
 from forklift.diagnosis.screening import Screening, screen
 from forklift.diagnosis.selection import Selection, select
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.errors import ForkliftError
-from forklift.estimation.problem import Problem, sample
+from forklift.estimation.problem import Problem, Sample, sample
 from forklift.estimation.sensors import sensors
 from forklift.estimation.suitability import Caution, suitability
 from forklift.estimation.unknowns import unknowns
+from forklift.free_suspects import FreeSuspects, over_variables
 from forklift.names import LIFTS, Lift, commanded
 from forklift.stuck_sensors import Stuck, unstuck
 from forklift.suspects import stuck_suspect, suspects
@@ -74,7 +75,7 @@ class Diagnosis:
     """The most credible one as a function of what an operator knows, the best first."""
     selection: Selection
     screening: Screening
-    """All suspects at the final model."""
+    """All suspects at the fitted truck."""
     cautions: tuple[Caution, ...]
     stuck: tuple[Stuck, ...]
     """Signals that stood still; these samples were left out."""
@@ -210,17 +211,21 @@ def diagnose(
             inputs = unknown_inputs(
                 replace(baseline.found.problem, substeps=4), baseline.found.x, places, unknown_ports.respond
             )
-            seen = _shapes(baseline, inputs)
-    asked = suspects(lifts, list(every))
+            lift = unknown_ports.lift_of(inputs[0].port) or "main"
+            seen = over_variables(baseline, inputs[0], lift)
+    asked = suspects(lifts, list(every), _travelled(samples))
     if nothing:
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("trying the suspects"):
-            selection = select(bench, baseline, asked, clock.say)
+            general = FreeSuspects(lifts, {baseline: inputs})
+            selection = select(bench, baseline, asked, clock.say, general)
     final = selection.final
-    with clock.stage("screening the final model"):
-        left = [suspect for suspect in asked if suspect not in final.suspects]
-        screening = screen(final.found.problem, final.found.x, left)
+    if selection.steps:
+        screening = selection.steps[0].screening
+    else:
+        with clock.stage("screening the suspects"):
+            screening = screen(baseline.found.problem, baseline.found.x, asked)
     found = (*causes(selection), *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
     verdict = _verdict(selection, found, unexcited)
     best = _truck(campaign, truck, final)
@@ -262,6 +267,21 @@ def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[C
     return suited.lifts, suited.cautions, ""
 
 
+def _travelled(samples: Sequence[Sample]) -> dict[Lift, tuple[float, float]]:
+    """From where to where each lift's cylinder went, by its encoder [m]."""
+    ends: dict[Lift, tuple[float, float]] = {}
+    for lift in LIFTS:
+        moved = [
+            seen.values * operation.per_output("position", lift)
+            for one in samples
+            for seen in one.observed
+            if seen.sensor.channel == f"position_{lift}_m"
+        ]
+        if moved:
+            ends[lift] = min(float(way.min()) for way in moved), max(float(way.max()) for way in moved)
+    return ends
+
+
 def _verdict(selection: Selection, found: Sequence[Cause], unexcited: str) -> Verdict:
     baseline = selection.baseline
     if found:
@@ -270,40 +290,23 @@ def _verdict(selection: Selection, found: Sequence[Cause], unexcited: str) -> Ve
     return "no-mismatch" if unexcited or baseline.complete or doubtful else "unknown-effect"
 
 
-def _shapes(baseline: Trial, inputs: Sequence[UnknownInput]) -> list[Shape]:
-    """The most credible unknown input against what an operator knows."""
-    if not inputs:
-        return []
-    best = inputs[0]
-    lift = unknown_ports.equation(best.port)[1]
-    problem = baseline.found.problem
-    given = [
-        unknown_ports.variables(seen, dict(run.model), "free" if lift == "free" else "main", centres)
-        for seen, run, centres in zip(
-            problem.samples, problem.linearise(baseline.found.x), best.centres, strict=True
-        )
-    ]
-    return shapes(best, given)
-
-
 def _location(
     baseline: Trial, found: Sequence[Cause], inputs: Sequence[UnknownInput], seen: Sequence[Shape]
 ) -> Location:
     """By the first cause where one was found, else by the most credible unknown input."""
     first = found[0].suspect if found else None
     if first and not inputs:  # told before any fit
-        lift = unknown_ports.equation(first.where)[1]
+        lift = unknown_ports.lift_of(first.where)
         return Location(lift or "both", first.equation, first.where, first.name, 1.0)
     signal = _signal(baseline)
-    equation, lift = unknown_ports.equation(inputs[0].port)
-    if first:
-        equation, where = first.equation, first.where
-        lift = where if where in LIFTS else unknown_ports.equation(where)[1] if where else "both"
+    place = first.where if first else inputs[0].port
+    equation = first.equation if first else unknown_ports.equation(place)
+    lift = place if place in LIFTS else unknown_ports.lift_of(place)
     square = float(np.mean([one.mean_square for one in baseline.judged if one.role == "estimate"]))
     share = 1.0 - (inputs[0].noise ** 2 - 1.0) / (square - 1.0) if square > 1.0 else 0.0
-    return Location(
-        lift or "both", equation, signal, diagnosis_files.region(seen), float(np.clip(share, 0.0, 1.0))
-    )
+    acts_on = unknown_ports.lift_of(inputs[0].port) or "main"
+    region = diagnosis_files.region(seen, acts_on)
+    return Location(lift or "both", equation, signal, region, float(np.clip(share, 0.0, 1.0)))
 
 
 def _signal(trial: Trial) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 from scipy.stats import norm
 
-from forklift import output
+from forklift import operation, output
 from forklift.compare import campaign_facts, defined, earlier_files, prediction_files, truck_facts
 from forklift.estimation.readings import Reading
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.region import Shape
     from forklift.diagnosis.suspect import Suspect
+    from forklift.names import Lift
 
 MARK = "diagnosis.json"
 TRUCK = "truck.toml"
@@ -69,13 +70,13 @@ def _named(cause: Cause) -> str:
     return f"{cause.suspect.name}{where}"
 
 
-def region(seen: Sequence[Shape]) -> str:
+def region(seen: Sequence[Shape], lift: Lift) -> str:
     """Where the unknown input acts, in words and numbers."""
     telling = [shape for shape in seen if shape.explained >= TELLING][:2]
     if not telling:
         return "no more than a small share is a function of anything that was measured"
     return "; ".join(
-        f"{100.0 * shape.explained:.0f} % of it is a function of {_where(shape)}" for shape in telling
+        f"{100.0 * shape.explained:.0f} % of it is a function of {_where(shape, lift)}" for shape in telling
     )
 
 
@@ -83,10 +84,9 @@ def _lifts(lift: str) -> str:
     return "both lifts" if lift == "both" else f"the {lift} lift"
 
 
-def _where(shape: Shape) -> str:
+def _where(shape: Shape, lift: Lift) -> str:
     """The variable, where the input acts most, and how it goes from there to there."""
-    words, _, unit = shape.variable.partition(" [")
-    unit = unit.rstrip("]")
+    words, unit = operation.words(shape.variable, lift)
     low, high = shape.region
     ends = np.interp([low, high], shape.at, shape.curve)
     return f"the {words}, {ends[0]:+.3g} at {low:.3g} {unit} and {ends[1]:+.3g} at {high:.3g} {unit}"

@@ -49,8 +49,8 @@ class FreeShape:
     """One lift's free shape: ``truck.with_values(shape.parameters())`` has it.
 
     With f the sum of the coefficients times cubic B-splines over the range from `lower` to `upper`, constant
-    beyond: a sum grows by f times the port's typical size, a factor by exp(f). Without coefficients it
-    changes nothing.
+    beyond: f times the port's typical size joins a sum, or the logarithm of a factor. Where all coefficients
+    are 0 it changes nothing.
 
     Raises
     ------
@@ -126,7 +126,7 @@ class FreeShape:
         """
         splines = self._splines(np.asarray(at, dtype=float))
         wanted = np.asarray(values, dtype=float)
-        wanted = np.log(wanted) if self._factor else wanted / ports()[self.port]["typical"]
+        wanted = (np.log(wanted) if self._factor else wanted) / ports()[self.port]["typical"]
         # Where the curve says nothing of a coefficient, it goes on evenly.
         even = 1e-3 * np.diff(np.eye(COEFFICIENTS), axis=0)
         rows, right = np.vstack([splines, even]), np.concatenate([wanted, np.zeros(len(even))])
@@ -136,9 +136,9 @@ class FreeShape:
 
     def at(self, variable: ArrayLike) -> Floats:
         """(n,) what the port has where the variable has these values and rests: a sum's unit, or a factor."""
-        f = self._splines(np.asarray(variable, dtype=float)) @ np.array(self.coefficients)
-        values: Floats = np.exp(f) if self._factor else ports()[self.port]["typical"] * f
-        return values
+        shape = ports()[self.port]["typical"] * np.array(self.coefficients)
+        values: Floats = self._splines(np.asarray(variable, dtype=float)) @ shape
+        return np.exp(values) if self._factor else values
 
     def curve(self, count: int = 101) -> tuple[Floats, Floats]:
         """The shape over its range: values of the variable, and what the port has there."""
@@ -154,9 +154,9 @@ class FreeShape:
     def formula(self) -> str:
         """The law in one line."""
         symbol = f"{self.port}({self.variable})"
-        typical = amount(ports()[self.port]["typical"], ports()[self.port]["unit"])
-        law = "exp(f)" if self._factor else f"{typical} f"
-        terms = " + ".join(f"{value:.3g} B{k}" for k, value in enumerate(self.coefficients))
+        law = "exp(f)" if self._factor else f"f [{self.unit}]"
+        typical = ports()[self.port]["typical"]
+        terms = " + ".join(f"{typical * value:.3g} B{k}" for k, value in enumerate(self.coefficients))
         late = f", {amount(self.lag_s, 's')} late" if self.lag_s > 0.0 else ""
         unit = variables()[self.variable]["unit"]
         return (

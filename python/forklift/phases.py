@@ -8,14 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.commands import steps_to_current
+from forklift.names import commanded
 
 if TYPE_CHECKING:
     from forklift.names import Lift
+    from forklift.recording import Recording
     from forklift.truck import Truck
 
 Floats = NDArray[np.float64]
 
 PHASES = ("start", "step change", "steady", "stop", "hold")
+
+RESTLESS = ("start", "stop", "step change", "steady", "hold")
+"""The same, furthest from rest first."""
 
 IN_WORDS = {
     "start": "starts",
@@ -66,6 +71,26 @@ def shut_current(truck: Truck, lift: Lift) -> float:
     area = np.asarray(truck.values[f"{lift}.valve.table_area"])
     shut = current[area <= truck.values[f"{lift}.valve.A_min"]]
     return float(shut.max()) if len(shut) else 0.0
+
+
+def of_recording(recording: Recording, truck: Truck) -> dict[str, NDArray[np.intp]]:
+    """The phase of each sample of a recording, by measured channel.
+
+    A lift's channels have the phase of its own command; those of a lift at rest, and the fork height, have
+    that of the lift that moves, and where both do, the one that is furthest from rest.
+    """
+    moving = commanded(recording.lift)
+    own = {
+        lift: phases(recording.time_s, recording[f"current_{lift}_a"], shut_current(truck, lift))
+        for lift in moving
+    }
+    rank = np.array([RESTLESS.index(phase) for phase in PHASES])
+    back = np.argsort(rank)
+    shared = back[np.min([rank[found] for found in own.values()], axis=0)]
+    return {
+        channel: next((own[lift] for lift in moving if f"_{lift}_" in channel), shared)
+        for channel in recording.channels
+    }
 
 
 def _recently(time_s: Floats, event: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import sqrt
+from functools import cache
+from itertools import product
 from typing import TYPE_CHECKING
 
 from forklift import _core
@@ -13,12 +14,13 @@ from forklift.effects import EFFECTS
 from forklift.estimation.problem import Problem
 from forklift.estimation.readings import Fault, Reading, reading
 from forklift.estimation.sensors import POSITIONS
-from forklift.estimation.unknowns import unknown
+from forklift.estimation.unknowns import Unknown, unknown
 from forklift.names import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec
     from forklift.stuck_sensors import Stuck
+    from forklift.truck import Truck
 
 LOAD_WIDTH_KG = 100.0
 """Prior standard deviation of an entered load that may be wrong."""
@@ -26,6 +28,13 @@ TEMPERATURE_WIDTH_K = 3.0
 """The same of a recording's oil temperature."""
 START_WIDTH_M = 0.2
 """Where a lift starts, as far as an encoder of unknown scale tells."""
+
+PLACE, PLACES = "centre", (0.1, 0.3, 0.5, 0.7, 0.9)
+"""The parameter that is a place of the stroke, and at which shares of the way travelled it is looked for."""
+WIDE = 2.0
+"""A parameter is wide open if what is plausible spans this factor."""
+SHARES = ((1 / 6, 1 / 2, 5 / 6), (0.3, 0.7))
+"""Shares of what is plausible at which the first and the second wide open parameter start."""
 
 FAULTS: dict[str, tuple[tuple[Fault, str, str], ...]] = {
     "Pa": (
@@ -42,9 +51,15 @@ FAULTS: dict[str, tuple[tuple[Fault, str, str], ...]] = {
 """By a channel's unit: how its sensor may read wrongly, the word for it, and the sentence."""
 
 
-def suspects(lifts: Collection[Lift], measured: Collection[str]) -> tuple[Suspect, ...]:
-    """All of them, for a campaign that commands `lifts` and has these channels."""
-    return (*_physics(lifts), *_sensors(measured), *_conditions())
+def suspects(
+    lifts: Collection[Lift], measured: Collection[str], travelled: Mapping[Lift, tuple[float, float]]
+) -> tuple[Suspect, ...]:
+    """All of them, for a campaign that commands `lifts` and has these channels.
+
+    Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
+    values of its further parameters is a suspect for some of them, all under one label.
+    """
+    return (*_physics(lifts, travelled), *_sensors(measured), *_conditions())
 
 
 def stuck_suspect(stuck: Stuck) -> Suspect:
@@ -55,44 +70,83 @@ def stuck_suspect(stuck: Stuck) -> Suspect:
     )  # fmt: skip
 
 
-def _physics(lifts: Collection[Lift]) -> Iterator[Suspect]:
-    specs = {spec["id"]: spec for spec in _core.effect_table()}
+def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]) -> Iterator[Suspect]:
+    specs = effect_specs()
     for effect in EFFECTS:
         if effect.general:
             continue
-        spec = specs[effect.id]
-        for lift in [lift for lift in LIFTS if lift in lifts] if spec["scope"] == "lift" else [""]:
-            head = f"{lift}.{effect.id}" if lift else effect.id
-            names = [f"{head}.{parameter['name']}" for parameter in spec["parameters"]]
-            yield Suspect(
-                effect.id,
-                "physics",
-                effect.name,
-                lift,
-                effect.equation,
-                names[0],
-                _acting(names, spec),
-                effect.confused_with,
-            )
+        scope = [lift for lift in LIFTS if lift in lifts] if specs[effect.id]["scope"] == "lift" else [""]
+        for lift in scope:
+            for starts in _starts(effect.id, travelled.get(lift)):  # type: ignore[call-overload]
+                yield Suspect(
+                    effect.id,
+                    "physics",
+                    effect.name,
+                    lift,
+                    effect.equation,
+                    _names(effect.id, lift)[0],
+                    acting(effect.id, lift, starts),
+                    effect.confused_with,
+                )
 
 
-def _acting(names: Sequence[str], spec: EffectSpec) -> Callable[[Problem], Problem]:
-    """Adds an effect: its amplitude at the quiet value, all else in the middle of what is plausible."""
-    starts = [spec["quiet"], *map(_middle, spec["parameters"][1:])]
-
-    def add(problem: Problem) -> Problem:
-        truck = problem.truck.with_values(dict(zip(names, starts, strict=True)), source="suspected")
-        own = [known for known in problem.unknowns if not isinstance(known, Reading)]
-        readings = [known for known in problem.unknowns if isinstance(known, Reading)]
-        more = [unknown(truck, name) for name in names]
-        return replace(problem, truck=truck, unknowns=(*own, *more, *readings))
-
-    return add
+@cache
+def effect_specs() -> dict[str, EffectSpec]:
+    """The core's table of effects, by id."""
+    return {spec["id"]: spec for spec in _core.effect_table()}
 
 
-def _middle(parameter: EffectParameterSpec) -> float:
+def _names(id: str, lift: str) -> list[str]:
+    head = f"{lift}.{id}" if lift else id
+    return [f"{head}.{parameter['name']}" for parameter in effect_specs()[id]["parameters"]]
+
+
+def acting(id: str, lift: str, starts: Sequence[float] | None = None) -> Callable[[Problem], Problem]:
+    """Adds an effect, quiet; its further parameters at `starts`, by default amid what is plausible."""
+    spec, names = effect_specs()[id], _names(id, lift)
+    further = starts if starts is not None else [_at(one, 0.5) for one in spec["parameters"][1:]]
+    values = dict(zip(names, [spec["quiet"], *further], strict=True))
+    return lambda problem: with_truck_unknowns(
+        problem, values, lambda truck: [unknown(truck, name) for name in names]
+    )
+
+
+def _starts(id: str, travelled: tuple[float, float] | None) -> Iterator[tuple[float, ...]]:
+    """From where the search for an effect's further parameters may start: the first two that are wide open
+    at some values each, a place on the way that the lift travelled."""
+    wide, values = 0, []
+    for one in effect_specs()[id]["parameters"][1:]:
+        if one["name"] == PLACE and travelled:
+            values.append([travelled[0] + share * (travelled[1] - travelled[0]) for share in PLACES])
+            wide += 1
+        elif _wide(one) and wide < len(SHARES):
+            values.append([_at(one, share) for share in SHARES[wide]])
+            wide += 1
+        else:
+            values.append([_at(one, 0.5)])
+    return product(*values)
+
+
+def _wide(parameter: EffectParameterSpec) -> bool:
+    return parameter["plausible_upper"] > WIDE * abs(parameter["plausible_lower"])
+
+
+def with_truck_unknowns(
+    problem: Problem, values: Mapping[str, float], more: Callable[[Truck], Sequence[Unknown]]
+) -> Problem:
+    """The problem with further parameters of the truck at `values`, some of them unknown."""
+    truck = problem.truck.with_values(values, source="suspected")
+    own = [known for known in problem.unknowns if not isinstance(known, Reading)]
+    readings = [known for known in problem.unknowns if isinstance(known, Reading)]
+    return replace(problem, truck=truck, unknowns=(*own, *more(truck), *readings))
+
+
+def _at(parameter: EffectParameterSpec, share: float) -> float:
+    """The value at a share of what is plausible."""
     lower, upper = parameter["plausible_lower"], parameter["plausible_upper"]
-    return sqrt(lower * upper) if parameter["scale"] == "log" else 0.5 * (lower + upper)
+    if parameter["scale"] == "log":
+        return float(lower * (upper / lower) ** share)
+    return lower + share * (upper - lower)
 
 
 def _sensors(measured: Collection[str]) -> Iterator[Suspect]:

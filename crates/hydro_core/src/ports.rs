@@ -63,7 +63,7 @@ macro_rules! ports {
 
             /// In the order of [`PORTS`].
             #[inline(always)]
-            fn each(&mut self) -> [&mut S; PORTS.len()] {
+            pub fn each(&mut self) -> [&mut S; PORTS.len()] {
                 [$(&mut self.$name,)*]
             }
 
@@ -73,14 +73,13 @@ macro_rules! ports {
                 *port = *port + value;
             }
 
-            /// Adds `amount` times what is typical of a sum there, or multiplies by e^`amount`, at the port whose
-            /// place in [`PORTS`] is nearest to `place`.
+            /// Adds `amount` to a sum, or to the logarithm of a factor, at the port that `place` names in [`PORTS`].
             #[inline(always)]
             pub fn bend(&mut self, place: S, amount: S) {
                 let factor = amount.exp();
                 for (k, (port, spec)) in self.each().into_iter().zip(PORTS).enumerate() {
                     let bent = match spec.join {
-                        Join::Sum => *port + S::constant(spec.typical) * amount,
+                        Join::Sum => *port + amount,
                         Join::Factor => *port * factor,
                     };
                     *port = S::select(is_place(place, k), bent, *port);
@@ -128,8 +127,9 @@ pub const fn port(name: &str) -> usize {
     k
 }
 
-// Typical sizes are some percent of what the quantity is while an empty lift is lowered: a shape of some tenths is
-// then a fault worth finding, whatever the port.
+// Typical sizes are some percent of what the quantity is while an empty lift is lowered: a free shape of some tenths
+// is then a fault worth finding, whatever the port. Of factors it is the whole, but for the friction force, whose
+// bristles are stiffer than fixed steps follow when they are multiplied by four.
 ports! {
     current: Sum, "A", 0.1, "Command at the proportional valve, (3.13).";
     opening: Factor, "1", 1.0, "Opening of the proportional valve, (3.14).";
@@ -143,7 +143,7 @@ ports! {
     sensed_drop: Factor, "1", 1.0, "Drop across the proportional valve as the compensator senses it, p_xy in (3.15).";
     viscous_friction: Factor, "1", 1.0, "Viscous friction coefficient, (3.5).";
     coulomb_friction: Factor, "1", 1.0, "Coulomb and breakaway friction, g_s in (3.4).";
-    friction: Factor, "1", 1.0, "Whole friction force, (3.5).";
+    friction: Factor, "1", 0.5, "Whole friction force, (3.5).";
     inertia: Sum, "kg", 100.0, "Inertia at the cylinder, (3.27) and (3.33).";
-    force: Sum, "N", 1e3, "Upward force on the cylinder, (3.27) and (3.33).";
+    force: Sum, "N", 2e3, "Upward force on the cylinder, (3.27) and (3.33).";
 }

@@ -208,7 +208,7 @@ impl WholeMast {
         let mut changes = Vec::new();
         for instance in Instance::all() {
             for (k, p) in instance.kind.spec().parameters.iter().enumerate() {
-                let share = if k == 0 { 0.3 } else { 0.5 };
+                let share = if k < instance.kind.amplitudes() { 0.3 } else { 0.5 };
                 changes.push((format!("{}.{}", instance.name(), p.name), p.lower + share * (p.upper - p.lower)));
             }
         }

@@ -14,13 +14,16 @@ AS_GOOD = 0.05
 """Credibility from which on a rival that leaves nothing over cannot be told from the cause."""
 
 
+Form = Literal["complete", "uncertain"]
+
+
 @dataclass(frozen=True)
 class Cause:
     """One accepted explanation."""
 
     suspect: Suspect
     credibility: float
-    form: Literal["complete", "uncertain"]
+    form: Form
     not_separable_from: tuple[Suspect, ...]
     rivals: tuple[tuple[tuple[Suspect, ...], float, float], ...]
     """What else was tried: suspects, credibility, and the mean square they leave over."""
@@ -29,17 +32,16 @@ class Cause:
 def causes(selection: Selection) -> tuple[Cause, ...]:
     """The suspects of the final model in the order in which they were accepted."""
     found: list[Cause] = []
-    form: Literal["complete", "uncertain"] = "complete" if selection.final.complete else "uncertain"
+    final = selection.final
+    form: Form = "complete" if final.complete else "uncertain"
     for step in selection.steps:
         if step.accepted is None:
             continue
         accepted, known = step.accepted, {cause.suspect for cause in found}
         trials = _rivals(step.trials, accepted)
-        shares = credibility(trials)
+        shares = dict(zip(trials, credibility(trials), strict=True))
         rivals = tuple(
-            (_new(trial, known), shares[_labels(trial)], trial.left_over)
-            for trial in trials
-            if trial is not accepted
+            (_new(trial, known), shares[trial], trial.left_over) for trial in trials if trial is not accepted
         )
         least = sum(accepted.by_recording().values())
         alike = tuple(
@@ -48,22 +50,43 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                 for trial in trials
                 if trial is not accepted
                 and trial.complete
-                and (shares[_labels(trial)] > AS_GOOD or sum(trial.by_recording().values()) - least < AS_NEAR)
+                and (shares[trial] > AS_GOOD or sum(trial.by_recording().values()) - least < AS_NEAR)
                 for suspect in _new(trial, known)
                 if suspect not in accepted.suspects
             )
         )
-        credible = shares[_labels(accepted)] + sum(
-            shares[_labels(trial)]
+        credible = shares[accepted] + sum(
+            shares[trial]
             for trial in trials
             if trial is not accepted and set(accepted.suspects) <= set(trial.suspects)
         )
         found += [
-            Cause(suspect, credible, form, alike, rivals)
+            Cause(suspect, credible, "uncertain" if _shaped(suspect, final) else form, alike, rivals)
             for suspect in _new(accepted, known)
-            if suspect in selection.final.suspects
+            if suspect in final.suspects
         ]
+    found += [_unnamed(suspect, selection) for suspect in final.suspects if suspect.kind == "unknown"]
     return tuple(found)
+
+
+def _shaped(named: Suspect, final: Trial) -> bool:
+    """Whether a free shape had to mend the law of a name."""
+    return any(
+        suspect.kind == "unknown" and (suspect.where, suspect.equation) == (named.where, named.equation)
+        for suspect in final.suspects
+    )
+
+
+def _unnamed(suspect: Suspect, selection: Selection) -> Cause:
+    """What has no name has no form of its own: nobody knows its law."""
+    steps = [step for step in selection.steps[:1]]
+    trials = [selection.final, *(trial for step in steps for trial in step.trials)]
+    trials += [trial for trial in selection.unnamed if trial is not selection.final]
+    shares = credibility(trials)
+    rivals = tuple(
+        (_new(trial, set()), share, trial.left_over) for trial, share in zip(trials, shares, strict=True)
+    )
+    return Cause(suspect, shares[0], "uncertain", (), rivals[1:])
 
 
 def _rivals(trials: Sequence[Trial], accepted: Trial) -> list[Trial]:
@@ -77,7 +100,3 @@ def _rivals(trials: Sequence[Trial], accepted: Trial) -> list[Trial]:
 
 def _new(trial: Trial, known: set[Suspect]) -> tuple[Suspect, ...]:
     return tuple(suspect for suspect in trial.suspects if suspect not in known)
-
-
-def _labels(trial: Trial) -> tuple[str, ...]:
-    return tuple(suspect.label for suspect in trial.suspects)

@@ -1,6 +1,6 @@
 """Which suspects could explain what is left over: all of them at once, without a refit.
 
-At the baseline's optimum every suspect's first step is simulated once. How far the cost would fall if the
+At an early optimum every suspect's first step is simulated once. How far the cost would fall if the
 suspect's amplitude and all other unknowns took the best linear step together is ½ gᵀN⁻¹g: a score test
 (Rao 1948) with all parameters of the truck projected off. Any pair costs no more than solving once again.
 """
@@ -8,7 +8,7 @@ suspect's amplitude and all other unknowns took the best linear step together is
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -17,13 +17,17 @@ from numpy.typing import NDArray
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.errors import ForkliftError
 from forklift.estimation.problem import OWN, Problem
+from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
 
 PROBE = 1.0
 """First step of a suspect's amplitude, in its prior's deviations."""
-FARTHEST = 5.0
-"""Largest root mean square that a step may move the residuals by; a longer one is shortened."""
+FARTHEST = 0.5
+"""Largest root mean square that a step may move the residuals by; a longer one is shortened. A step beyond an
+encoder's counts would be no derivative."""
+SOFT = 0.3
+"""Softness of an encoder's edges, in counts."""
 SHORTER = 0.2
 UNTOLD = 0.5
 """An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
@@ -79,19 +83,17 @@ class _Column:
 
 def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int = 8) -> Screening:
     """Every suspect at x, and the pairs of the `most` most promising."""
+    problem = _weighted(problem)
     runs = problem.linearise(x)
-    channels = [list(run.residual) for run in runs]
 
     def stack(parts: Sequence[Mapping[str, Floats]]) -> list[Floats]:
         return [
-            np.concatenate([part[name] for name in names])
-            for part, names in zip(parts, channels, strict=True)
+            np.concatenate([_rounded(seen.sensor, part[seen.sensor.channel]) for seen in sample.observed])
+            for sample, part in zip(problem.samples, parts, strict=True)
         ]
 
     residual = stack([run.residual for run in runs])
-    jacobian = [
-        np.vstack([run.jacobian[name] for name in names]) for run, names in zip(runs, channels, strict=True)
-    ]
+    jacobian = stack([run.jacobian for run in runs])
     columns, untestable = [], []
     for suspect in suspects:
         column = _probe(problem, x, suspect, residual, stack)
@@ -100,14 +102,37 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
         else:
             columns.append(column)
     base = _Base(problem, x, residual, jacobian)
-    singles = sorted((base.gain([column]) for column in columns), key=lambda found: -found.gain)
+    ranked = sorted((base.gain([column]) for column in columns), key=lambda found: -found.gain)
+    first = {found.suspects[0].label: found for found in reversed(ranked)}  # the best under each label
+    singles = sorted(first.values(), key=lambda found: -found.gain)
     best = {found.suspects[0] for found in singles[:most]}
     pairs = [
         base.gain(list(pair))
         for pair in combinations([column for column in columns if column.suspect in best], 2)
     ]
     pairs.sort(key=lambda found: -found.gain)
-    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untestable))
+    told = {found.suspects[0].label for found in singles}
+    untold = {suspect.label: suspect for suspect in untestable if suspect.label not in told}
+    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untold.values()))
+
+
+def _weighted(problem: Problem) -> Problem:
+    """The problem with the sensors' own noise, and encoders with edges soft enough for a linear step."""
+    sensors = [seen.sensor for sample in problem.samples for seen in sample.observed]
+    return replace(
+        problem, sigma={one.channel: SOFT * one.count if one.count else one.noise for one in sensors}
+    )
+
+
+def _rounded(sensor: Sensor, rows: Floats) -> Floats:
+    """An encoder's rows with a constant of its recording, of one standard deviation, marginalised.
+
+    At rest it reads off by the same throughout, which is rounding and tells nothing.
+    """
+    if not sensor.count or not len(rows):
+        return rows
+    share = 1.0 - 1.0 / np.sqrt(1.0 + len(rows))
+    return np.asarray(rows - share * rows.mean(axis=0))
 
 
 def _probe(

@@ -16,7 +16,7 @@ from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 
-FIRST, FURTHER = 4, 8
+FIRST, FURTHER = 3, 7
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
 WORTH = 0.1
 """A suspect enters the race if it promises this share of the best one's gain."""
@@ -36,8 +36,8 @@ in likelihood, which samples of one recording, that err together, may well make 
 MOST_ACCEPTED = 3
 
 Say = Callable[[str], None]
-General = Callable[[Trial, Trial | None], Sequence[Suspect]]
-"""Free-shape terms for what a model leaves over, where it is and, if there is one, beside its best name."""
+General = Callable[[Trial], Sequence[Suspect]]
+"""Suspects without a name, for what a trial leaves over."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,44 +58,70 @@ class Selection:
     steps: tuple[Step, ...]
     final: Trial
     """The last that was accepted, without suspects that it does not need."""
+    unnamed: tuple[Trial, ...] = ()
+    """What was tried that has no name."""
 
 
 def select(
-    bench: Bench, baseline: Trial, suspects: Sequence[Suspect], say: Say, general: General | None = None
+    bench: Bench, baseline: Trial, suspects: Sequence[Suspect], say: Say, general: General
 ) -> Selection:
-    """Rounds until nothing is left over, or no suspect removes enough of what is."""
+    """Rounds until nothing is left over, or no suspect removes enough of it; then shapes without a name."""
     best, steps = baseline, []
     while not best.complete and len(best.suspects) < MOST_ACCEPTED:
-        left = [suspect for suspect in suspects if suspect not in best.suspects]
-        step = _round(bench, best, left, say, general)
+        known = {suspect.label for suspect in best.suspects}
+        left = [suspect for suspect in suspects if suspect.label not in known]
+        step = _round(bench, best, left, say)
         steps.append(step)
         if step.accepted is None:
             break
         best = step.accepted
-    return Selection(baseline, tuple(steps), _needed(bench, best, say))
+    best = _needed(bench, best, say)
+    named = [step.accepted for step in steps if step.accepted]
+    unnamed = _unnamed(bench, baseline, named, best, say, general)
+    chosen = _choice([trial for trial in unnamed if _replaces(trial, best)], best, LEAST_LATER)
+    return Selection(baseline, tuple(steps), chosen or best, unnamed)
 
 
-def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say, general: General | None) -> Step:
-    """The most promising; further ones and free shapes if no name explains everything."""
+def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say) -> Step:
+    """The most promising; further ones if none explains everything; what the winner is confused with."""
     say("screening the suspects")
-    screening = screen(best.found.problem, best.found.x, suspects)
+    screening = screen(best.early.problem, best.early.x, suspects)
+    share = LEAST_LATER if best.suspects else LEAST_GAIN
     ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
     trials = _race(bench, best, [*ranked[:FIRST], *pairs], [], say)
-    accepted = _choice(trials, best)
+    accepted = _choice(trials, best, share)
     if accepted is None or not accepted.complete:
         trials = _race(bench, best, ranked[FIRST : FIRST + FURTHER], trials, say)
-        accepted = _choice(trials, best)
+        accepted = _choice(trials, best, share)
     if accepted is not None and accepted.complete:
         trials = _race(bench, best, _confused(accepted, trials, screening), trials, say)
-        accepted = _choice(trials, best)
-    elif general is not None:
-        for suspect in general(best, accepted):
-            say(f"trying {suspect.label}")
-            named = accepted.suspects if accepted and suspect.kind == "unknown" else best.suspects
-            trials.append(bench.finish((*named, suspect), *bench.rough((*named, suspect))))
-        accepted = _choice(trials, best)
+        accepted = _choice(trials, best, share)
     return Step(screening, tuple(sorted(trials, key=_rank)), accepted)
+
+
+def _unnamed(
+    bench: Bench, baseline: Trial, named: Sequence[Trial], best: Trial, say: Say, general: General
+) -> tuple[Trial, ...]:
+    """Suspects without a name, alone and beside the first name; where two names explain everything, too.
+
+    Two names may be needed only because the first has another law than the catalogue's.
+    """
+    if best.complete and len(best.suspects) < 2:
+        return ()
+    beside = named[:1] if best.complete else [baseline, *named[:1]]
+    trials = []
+    for trial in beside:
+        for suspect in general(trial):
+            say(f"trying {suspect.label} at the {suspect.equation}")
+            suspects = (*trial.suspects, suspect)
+            trials.append(bench.finish(suspects, *bench.rough(suspects)))
+    return tuple(sorted(trials, key=_rank))
+
+
+def _replaces(trial: Trial, best: Trial) -> bool:
+    """Whether what has no name may stand for names: only where it explains clearly more."""
+    return not best.complete or best.excess - trial.excess > AS_NEAR
 
 
 def _rank(trial: Trial) -> tuple[bool, float, float]:
@@ -103,9 +129,8 @@ def _rank(trial: Trial) -> tuple[bool, float, float]:
     return not trial.complete, len(trial.suspects) if trial.complete else 0, trial.excess
 
 
-def _choice(trials: Sequence[Trial], best: Trial) -> Trial | None:
-    """The best of those that remove enough and whose amplitudes are told from none."""
-    share = LEAST_LATER if best.suspects else LEAST_GAIN
+def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
+    """The best of those that remove this share of what `best` leaves over, and are told from nothing."""
     enough = [
         trial
         for trial in trials
@@ -172,7 +197,7 @@ def _race(
     return trials
 
 
-def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> dict[tuple[str, ...], float]:
+def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> list[float]:
     """In which share of resampled sets of held-out recordings each trial leaves the least over.
 
     Whole recordings are resampled: samples of one err together, so that their number proves nothing.
@@ -183,8 +208,4 @@ def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> di
     random = np.random.default_rng(seed)
     drawn = random.integers(len(files), size=(draws, len(files)))
     winners = np.argmin(squares[:, drawn].sum(axis=2), axis=0)
-    shares = np.bincount(winners, minlength=len(trials)) / draws
-    return {
-        tuple(suspect.label for suspect in trial.suspects): float(share)
-        for trial, share in zip(trials, shares, strict=True)
-    }
+    return [float(count) / draws for count in np.bincount(winners, minlength=len(trials))]

@@ -39,6 +39,9 @@ class Trial:
     """−ln posterior after the tempered stages, with their weights: trials compare by it."""
     finished: bool
     """Whether the search went on to the sensors' own noise."""
+    early: Found
+    """Where the tempered stages ended: parameters have not yet gone to extremes to make up for what is
+    missing, so that a linear step from there tells who could."""
 
     @property
     def held_out(self) -> tuple[Judged, ...]:
@@ -67,7 +70,7 @@ class Trial:
 
     def clear(self, suspect: Suspect) -> bool:
         """Whether the suspect's amplitude is told from none, its deviation widened by what is left over."""
-        if suspect.amplitude is None:
+        if suspect.amplitude is None or suspect.kind == "unknown":
             return True
         place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
         deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, self.left_over))
@@ -106,7 +109,8 @@ class Bench:
         """The last stages, and the judgement."""
         fine = search(found.problem, found.x, self.sensors, FINE, self.progress)
         evaluations = found.evaluations + fine.evaluations
-        return self._judged(suspects, replace(fine, evaluations=evaluations), rough, finished=True)
+        done = replace(fine, evaluations=evaluations)
+        return self._judged(suspects, done, rough, early=found, finished=True)
 
     def without(self, suspect: Suspect, trial: Trial) -> Trial:
         """The same trial without one of its suspects, from where it ended."""
@@ -120,9 +124,11 @@ class Bench:
 
     def stop(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
         """Judged as it stands after the tempered stages."""
-        return self._judged(suspects, found, rough, finished=False)
+        return self._judged(suspects, found, rough, early=found, finished=False)
 
-    def _judged(self, suspects: Sequence[Suspect], found: Found, rough: float, *, finished: bool) -> Trial:
+    def _judged(
+        self, suspects: Sequence[Suspect], found: Found, rough: float, *, early: Found, finished: bool
+    ) -> Trial:
         everyone = replace(
             _with(self.everyone, suspects), sigma=found.problem.sigma, substeps=found.problem.substeps
         )
@@ -130,7 +136,7 @@ class Bench:
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]
             judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
-        return Trial(tuple(suspects), found, known, judged, rough, finished)
+        return Trial(tuple(suspects), found, known, judged, rough, finished, early)
 
 
 def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:

@@ -22,7 +22,7 @@ Equation = Literal[
     "operating-point",
     "any",
 ]
-"""Where in the model something may be wrong, by the names that a diagnosis uses; ``"any"``: where a port is."""
+"""Where in the model something may be wrong, as a diagnosis names it; ``"any"``: where a port is."""
 
 
 @dataclass(frozen=True)

@@ -184,6 +184,20 @@ class Problem:
             for sample, (values, _) in zip(self.samples, runs, strict=True)
         ]
 
+    def values(self, x: Floats) -> list[dict[str, Floats]]:
+        """What the model says at x of every recording, channel by channel, each in its unit.
+
+        Raises
+        ------
+        ForkliftError
+            As `linearise`.
+        """
+        runs = self._simulate(x, derivatives=False)
+        return [
+            {seen.sensor.channel: values[seen.rows, seen.column] for seen in sample.observed}
+            for sample, (values, _) in zip(self.samples, runs, strict=True)
+        ]
+
     def prior(self, x: Floats) -> tuple[Floats, Floats]:
         """Residual of each unknown against its prior, and its derivative along that unknown."""
         shared = len(self.unknowns)

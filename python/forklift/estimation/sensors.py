@@ -55,8 +55,8 @@ REST_SAMPLES = 20
 """Fewest samples before the first command that tell of noise."""
 COLOURED = 1.1
 """Noise at rest is coloured if it is this many times the white part. It is a property of a kind of sensor:
-the least factor of all channels of a unit counts, and of one channel alone none, since a lift that leaks moves
-before it is commanded to."""
+the least factor of all channels of a unit counts, and of one channel alone none, since a lift that leaks
+moves before it is commanded to."""
 
 LEAST_NOISE = {"m": 1e-4, "Pa": 1e3}
 """No sensor is taken to be better than this, by unit: it is what the simulation itself may be off by."""

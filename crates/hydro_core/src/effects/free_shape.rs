@@ -7,7 +7,7 @@ use crate::parameters::{Origin, ParameterSpec, Scale};
 use crate::ports::{is_place, port, PORTS};
 use crate::scalar::Scalar;
 
-/// f = Σ c_k·B_k(y) joins the port: a sum grows by f times what is typical there, a factor by e^f. y, between 0 and
+/// f = Σ c_k·B_k(y), times what is typical at the port, joins a sum, or the logarithm of a factor. y, between 0 and
 /// 1, is where the variable lies between `lower` and `upper`, after a lag.
 ///
 /// There is no amplitude beside the coefficients: it would be known only as a product with them, and a search that
@@ -17,6 +17,7 @@ use crate::scalar::Scalar;
 /// may have its own.
 #[derive(Debug, Clone)]
 pub struct FreeShape<S> {
+    /// Times what is typical at the port.
     coefficients: [S; COEFFICIENTS],
     port: S,
     variable: S,
@@ -25,7 +26,7 @@ pub struct FreeShape<S> {
     lag: S,
     /// One over the lag [1/s].
     rate: S,
-    /// f is no less: it takes away no more than half of the lift's inertia.
+    /// What joins the port is no less: of an inertia no more than half of the lift's may be gone.
     least: S,
     load: S,
     place: usize,
@@ -111,7 +112,7 @@ const MEMORY: f64 = 0.02;
 /// Far below this [m/s] a speed is rounded off.
 const SLOW: f64 = 1e-3;
 /// More than any shape reaches.
-const ANY: f64 = 1e3;
+const ANY: f64 = 1e9;
 
 /// The uniform cubic B-spline that is highest, 2/3, at t = 0 and ends at ±2.
 #[inline(always)]
@@ -127,13 +128,13 @@ const fn coefficient(name: &'static str, symbol: &'static str) -> ParameterSpec 
         name,
         symbol,
         unit: "1",
-        lower: -2.0,
-        upper: 2.0,
+        lower: -1.7,
+        upper: 1.7,
         scale: Scale::Linear,
         origin: Origin::Chosen,
         equation: "any",
-        meaning: "coefficient of the shape: times what is typical of a sum, or the logarithm of a factor",
-        bounds_reason: "a factor of seven either way, and as much of a sum; beyond, fixed steps no longer follow",
+        meaning: "coefficient of the shape, in what is typical at the port of a sum, or of a factor's logarithm",
+        bounds_reason: "a factor of five either way; with more, friction is stiffer than fixed steps follow",
     }
 }
 
@@ -158,7 +159,8 @@ impl<S: Scalar> FreeShape<S> {
     }
 
     /// Where the chosen variable lies between `lower`, 0, and `upper`, 1.
-    #[inline(always)]
+    // Not inlined, like what calls it: it is long, and is called thrice.
+    #[inline(never)]
     fn spot<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> S {
         let s = &bus.lifts[self.place];
         let slow = S::constant(SLOW);
@@ -199,7 +201,7 @@ impl<S: Scalar> Effect<S> for FreeShape<S> {
         id: "free_shape",
         scope: Scope::Lift,
         equation: "f = sum of shape_k B_k(y),  y between 0 and 1,  lag dy/dt = (variable - lower) / (upper - lower) - y,  \
-                   a sum grows by f times what is typical there, a factor by exp(f)",
+                   the port's sum grows by f times what is typical, or the logarithm of its factor",
         source: "de Boor (1978), A Practical Guide to Splines, chapters IX and X: cubic B-splines, here on four equal \
                  intervals",
         parameters: &[
@@ -286,23 +288,25 @@ impl<S: Scalar> Effect<S> for FreeShape<S> {
     }
 
     fn new(values: &[S], lifts: &[Lift<S>], place: usize) -> Self {
-        let coefficients = std::array::from_fn(|k| values[k]);
-        let &[port_, variable, lower, upper, lag] = &values[COEFFICIENTS..] else { unreachable!("twelve parameters") };
+        let &[place_of_port, variable, lower, upper, lag] = &values[COEFFICIENTS..] else { unreachable!("twelve parameters") };
         let mut finest = S::zero();
         for (k, spec) in VARIABLES.iter().enumerate() {
             finest = S::select(is_place(variable, k), S::constant(spec.finest), finest);
         }
-        const INERTIA: usize = port("inertia");
-        let half = lifts[place].balance.inertia * S::constant(-0.5 / PORTS[INERTIA].typical);
+        let mut typical = S::one();
+        for (k, spec) in PORTS.iter().enumerate() {
+            typical = S::select(is_place(place_of_port, k), S::constant(spec.typical), typical);
+        }
+        let half = S::constant(-0.5) * lifts[place].balance.inertia;
         FreeShape {
-            coefficients,
-            port: port_,
+            coefficients: std::array::from_fn(|k| typical * values[k]),
+            port: place_of_port,
             variable,
             lower,
             inverse_width: S::one() / (upper - lower).max(finest),
             lag,
             rate: S::one() / lag.max(S::constant(SHORTEST)),
-            least: S::select(is_place(port_, INERTIA), half, S::constant(-ANY)),
+            least: S::select(is_place(place_of_port, port("inertia")), half, S::constant(-ANY)),
             load: lifts[place].load,
             place,
         }
@@ -347,5 +351,174 @@ impl<S: Scalar> Effect<S> for FreeShape<S> {
         // What a lag leaves of a straight line; exact for a lag of any length, and so is the derivative at none.
         let decay = (-(self.rate * h)).exp();
         own[0] = after - (after - before) * self.lag * (S::one() - decay) / h + (own[0] - before) * decay;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::bus_at_rest;
+    use crate::ports::Open;
+
+    /// On the second lift, over the range 0 to `width` of a variable.
+    fn shape(place_of_port: usize, variable: usize, coefficients: [f64; 7], width: f64, lag: f64) -> FreeShape<f64> {
+        FreeShape {
+            coefficients,
+            port: place_of_port as f64,
+            variable: variable as f64,
+            lower: 0.0,
+            inverse_width: 1.0 / width,
+            lag,
+            rate: 1.0 / lag.max(SHORTEST),
+            least: -ANY,
+            load: 700.0,
+            place: 1,
+        }
+    }
+
+    fn values(mut ports: Open<f64>) -> Vec<f64> {
+        ports.each().into_iter().map(|port| *port).collect()
+    }
+
+    fn bits(ports: Open<f64>) -> Vec<u64> {
+        values(ports).into_iter().map(f64::to_bits).collect()
+    }
+
+    /// What joins the port at `k`, of quiet ports.
+    fn joined(shape: &FreeShape<f64>, own: &[f64], k: usize) -> f64 {
+        let mut ports = MastPorts::<f64, 2>::quiet();
+        shape.act(&bus_at_rest(), own, &mut ports);
+        values(ports.lifts[1])[k]
+    }
+
+    #[test]
+    fn equal_coefficients_are_a_constant_and_even_ones_a_straight_line_that_ends_level() {
+        for k in -10..=50 {
+            let y = f64::from(k) / 40.0;
+            let [flat, even] = [[0.7; 7], std::array::from_fn(|j| 0.2 + 0.3 * (j as f64 - 1.0) / 4.0)]
+                .map(|coefficients| shape(13, 0, coefficients, 1.0, 0.0).shape(y));
+            assert!((flat - 0.7).abs() < 1e-15, "{y}: {flat}");
+            assert!((even - (0.2 + 0.3 * y.clamp(0.0, 1.0))).abs() < 1e-15, "{y}: {even}");
+        }
+    }
+
+    #[test]
+    fn one_coefficient_alone_is_a_bell_over_four_intervals_that_is_two_thirds_high() {
+        let bell = shape(13, 0, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 1.0, 0.0);
+        for (y, height) in [(0.0, 0.0), (0.25, 1.0 / 6.0), (0.5, 2.0 / 3.0), (0.625, 23.0 / 48.0), (1.0, 0.0)] {
+            assert!((bell.shape(y) - height).abs() < 1e-15, "{y}");
+        }
+    }
+
+    #[test]
+    fn without_coefficients_no_port_changes_a_bit_and_with_them_the_chosen_one_does() {
+        for k in 0..PORTS.len() {
+            let mut before = MastPorts::<f64, 2>::quiet();
+            for (j, port) in before.lifts[1].each().into_iter().enumerate() {
+                *port = 0.3 + 0.1 * j as f64;
+            }
+            let mut after = before;
+            shape(k, 0, [0.0; 7], 1.0, 0.0).act(&bus_at_rest(), &[0.4, 0.0, 0.0], &mut after);
+            assert_eq!(bits(after.lifts[1]), bits(before.lifts[1]));
+            shape(k, 0, [0.5; 7], 1.0, 0.0).act(&bus_at_rest(), &[0.4, 0.0, 0.0], &mut after);
+            let moved = (0..PORTS.len()).filter(|&j| values(after.lifts[1])[j] != values(before.lifts[1])[j]);
+            assert_eq!(moved.collect::<Vec<_>>(), [k]);
+            assert_eq!(values(after.lifts[0]), values(Open::quiet()));
+        }
+    }
+
+    #[test]
+    fn a_sum_grows_by_the_shape_and_a_factor_by_its_exponential() {
+        let own = [0.5, 0.0, 0.0];
+        let force = shape(port("force"), 0, [300.0; 7], 1.0, 0.0);
+        assert!((joined(&force, &own, port("force")) - 300.0).abs() < 1e-12);
+        let opening = shape(port("opening"), 0, [-0.5; 7], 1.0, 0.0);
+        assert!((joined(&opening, &own, port("opening")) - (-0.5f64).exp()).abs() < 1e-15);
+        let light = FreeShape { least: -40.0, ..shape(port("inertia"), 0, [-100.0; 7], 1.0, 0.0) };
+        assert_eq!(joined(&light, &own, port("inertia")), -40.0);
+    }
+
+    #[test]
+    fn a_lag_follows_a_ramp_as_its_closed_form_says_and_no_lag_follows_at_once() {
+        // u = t/2 s: y = (t − τ(1 − e^(−t/τ)))/2 s.
+        for (lag, h) in [(0.0, 0.005), (0.3, 0.005), (0.3, 0.05), (5.0, 0.005)] {
+            let ramp = shape(13, variable("velocity"), [0.0; 7], 2.0, lag);
+            let (mut from, mut own) = (bus_at_rest(), [0.0; 3]);
+            for k in 1..=20 {
+                let mut to = from;
+                to.lifts[1].v = f64::from(k) * h;
+                ramp.relax(&from, &to, h, &mut own);
+                from = to;
+                let t = f64::from(k) * h;
+                let behind = if lag > 0.0 { lag * (1.0 - (-t / lag).exp()) } else { 0.0 };
+                assert!((own[0] - 0.5 * (t - behind)).abs() < 1e-12, "{lag} {h} {k}: {}", own[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn variables_are_what_they_say() {
+        let mut bus = bus_at_rest();
+        bus.oil_temperature_degc = 42.0;
+        bus.command = [0.3, 0.8];
+        (bus.lifts[1].x, bus.lifts[1].v, bus.lifts[1].p_a) = (1.5, -0.4, 7e6);
+        bus.lifts[0].v = -0.1;
+        let wanted = [
+            ("position", 1.5),
+            ("velocity", -0.4),
+            ("speed", 0.4),
+            ("pressure", 7e6),
+            ("oil_temperature", 42.0),
+            ("load", 700.0),
+            ("command", 0.8),
+            ("other_velocity", -0.1),
+            ("time_at_rest", 0.0),
+            ("time_since_command", 0.0),
+        ];
+        assert_eq!(wanted.map(|(name, _)| name).as_slice(), VARIABLES.iter().map(|v| v.name).collect::<Vec<_>>());
+        for (k, (name, value)) in wanted.into_iter().enumerate() {
+            let got = shape(13, k, [0.0; 7], 1.0, 0.0).spot(&bus, &[0.0; 3]);
+            assert!((got - value).abs() < 1.1e-3, "{name}: {got}");
+        }
+    }
+
+    #[test]
+    fn time_at_rest_is_told_to_ten_seconds_and_moving_takes_it_back() {
+        let rest = shape(13, TIME_AT_REST, [0.0; 7], 1.0, 0.0);
+        let (mut bus, mut own) = (bus_at_rest(), [0.0; 3]);
+        rest.start(&bus, &mut own);
+        let run = |bus: &Bus<f64, 2>, own: &mut [f64], seconds: usize| {
+            for _ in 0..200 * seconds {
+                rest.relax(bus, bus, 0.005, own);
+            }
+        };
+        run(&bus, &mut own, 3);
+        assert!((own[0] - 3.0).abs() < 1e-9, "{}", own[0]);
+        run(&bus, &mut own, 9);
+        assert!((own[0] - 10.0).abs() < 1e-12, "{}", own[0]);
+        // At 0.1 m/s half a centimetre takes 50 ms.
+        bus.lifts[1].v = -0.1;
+        run(&bus, &mut own, 1);
+        assert!((own[0] - 0.05).abs() < 3e-4, "{}", own[0]);
+    }
+
+    #[test]
+    fn time_since_the_command_moved_starts_again_with_each_move() {
+        let since = shape(13, TIME_AT_REST + 1, [0.0; 7], 1.0, 0.0);
+        let (mut bus, mut own) = (bus_at_rest(), [0.0; 3]);
+        since.start(&bus, &mut own);
+        for command in [0.6, 0.7, 0.5] {
+            bus.command[1] = command;
+            // The move itself takes a moment, until less than a hundredth of an ampere is left of it.
+            for k in 1..=400 {
+                since.relax(&bus, &bus, 0.005, &mut own);
+                let t = 0.005 * f64::from(k);
+                assert!(t < 0.045 || own[0] <= t + 1e-3, "{command}: {} after {t}", own[0]);
+            }
+            assert!(own[0] > 1.85, "{command}: {}", own[0]);
+            let mut rates = [0.0; 3];
+            since.rates(&bus, &own, &mut rates);
+            assert!(rates[0].abs() < 1.0 && (rates[2] - 0.1 * (1.0 - own[2])).abs() < 1e-9);
+        }
     }
 }

@@ -1,0 +1,118 @@
+"""Suspects without a name: a free shape where the mismatch is, over what it depends on; what rings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift import operation
+from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
+from forklift.diagnosis.region import Shape, shapes
+from forklift.diagnosis.suspect import Suspect
+from forklift.diagnosis.trial import Trial
+from forklift.effects import EFFECTS
+from forklift.estimation.unknowns import unknown
+from forklift.free_shape import COEFFICIENTS, FreeShape
+from forklift.free_shape import variables as shape_variables
+from forklift.names import Lift
+from forklift.suspects import acting, with_truck_unknowns
+from forklift.unknown_ports import equation, lift_of, ports, respond
+
+Floats = NDArray[np.float64]
+
+MOST_PORTS, MOST_VARIABLES, MOST = 2, 2, 3
+"""How many places are tried, over how many variables each, and how many shapes in all."""
+TELLING = 0.05
+"""An input of which a variable explains less than this share in recordings left out is no function of it."""
+RINGS = "hidden_resonance"
+
+
+@dataclass(frozen=True)
+class FreeSuspects:
+    """Offers the free shapes for what a fitted model leaves over.
+
+    Attributes
+    ----------
+    lifts
+        Those that are fitted.
+    known
+        Unknown inputs that were estimated already, by trial.
+    """
+
+    lifts: tuple[Lift, ...]
+    known: Mapping[Trial, Sequence[UnknownInput]]
+
+    def __call__(self, trial: Trial) -> list[Suspect]:
+        """The most promising shapes beside what the trial has; beside nothing also something that rings."""
+        inputs = self.known.get(trial) or unknown_inputs(
+            replace(trial.found.problem, substeps=4), trial.found.x, ports(self.lifts), respond
+        )
+        found = self._shapes(trial, [one for one in inputs if equation(one.port) != "sensor"])
+        if trial.suspects:
+            return found
+        lifts = [lift for lift in (lift_of(one.port) for one in inputs[:1]) if lift]
+        return [*found, *(_ringing(lift) for lift in lifts)]
+
+    def _shapes(self, trial: Trial, inputs: Sequence[UnknownInput]) -> list[Suspect]:
+        offered = []
+        for one in _places(trial, inputs):
+            lift = lift_of(one.port)
+            assert lift
+            seen = [
+                shape
+                for shape in over_variables(trial, one, lift)
+                if shape.explained >= TELLING and shape.variable in shape_variables()
+            ]
+            offered += [(shape.explained, one.port, lift, shape) for shape in seen[:MOST_VARIABLES]]
+        offered.sort(key=lambda found: -found[0])
+        return [_shaped(port.partition(".")[2], lift, shape) for _, port, lift, shape in offered[:MOST]]
+
+
+def over_variables(trial: Trial, found: UnknownInput, lift: Lift) -> list[Shape]:
+    """An unknown input as a function of each variable of operation, the best first."""
+    problem = trial.found.problem
+    runs = problem.linearise(trial.found.x)
+    given = [
+        operation.variables(sample, dict(run.model), lift, centres)
+        for sample, run, centres in zip(problem.samples, runs, found.centres, strict=True)
+    ]
+    return shapes(found, given)
+
+
+def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
+    """Where shapes are tried: at the named suspect's own equation, and where the evidence is greatest."""
+    own = [
+        one
+        for one in inputs
+        for suspect in trial.suspects
+        if equation(one.port) == suspect.equation and lift_of(one.port) == suspect.where
+    ]
+    return list(dict.fromkeys([*own[:1], *inputs]))[:MOST_PORTS]
+
+
+def _shaped(port: str, lift: Lift, shape: Shape) -> Suspect:
+    """A free shape at a port over one variable, quiet."""
+    law = FreeShape(lift, port, shape.variable, float(shape.at[0]), float(shape.at[-1]))
+    names = [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)]
+    meaning = operation.words(shape.variable, lift)[0]
+    return Suspect(
+        "unknown",
+        "unknown",
+        f"something acts on the {port.replace('_', ' ')} as a function of the {meaning}",
+        lift,
+        equation(f"{lift}.{port}"),
+        names[0],
+        lambda problem: with_truck_unknowns(
+            problem, law.parameters(), lambda truck: [unknown(truck, name) for name in names]
+        ),
+    )
+
+
+def _ringing(lift: Lift) -> Suspect:
+    effect = next(effect for effect in EFFECTS if effect.id == RINGS)
+    return Suspect(
+        "unknown", "unknown", effect.name, lift, effect.equation, f"{lift}.{RINGS}.mass", acting(RINGS, lift)
+    )

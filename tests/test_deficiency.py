@@ -1,0 +1,169 @@
+"""White noise passes every test at its level, what is planted is found, and shares of the misfit add up."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, kstest
+
+from forklift.diagnosis.deficiency import LEVEL, autoregression, deficiency, holm, quadratic
+from forklift.diagnosis.misfit import band_names, shares
+from forklift.estimation.judgement import Judged, ljung_box
+from forklift.phases import PHASES, of_recording, phases
+from forklift.regressors import regressors
+from test_diagnosis import diagnosed
+
+N, RATE = 400, 50.0
+FILES = tuple(f"r{k}" for k in range(5))
+
+
+def judged(left, channel="pressure", file="r0"):
+    rows = np.arange(len(left))
+    white = ljung_box(left)
+    return Judged(file, "validate", "free", channel, len(left), float(np.mean(left**2)), white, rows, left)
+
+
+def command(random):
+    """Steps of a random height, held for a while."""
+    return np.repeat(random.normal(size=N // 20), 20)[:, None]
+
+
+def known(random):
+    """What may matter: two commands, and a load that is constant in each recording."""
+    loads = np.linspace(-1.0, 1.0, len(FILES))
+    return {
+        file: {
+            "command": np.hstack([command(random), command(random)]),
+            "load": np.full((N, 1), load),
+        }
+        for file, load in zip(FILES, loads, strict=True)
+    }
+
+
+def test_white_noise_fails_any_test_no_more_often_than_the_level():
+    failed = 0
+    for seed in range(200):
+        random = np.random.default_rng(seed)
+        found = [judged(random.normal(size=N), channel, file) for channel in ("a", "b") for file in FILES]
+        failed += deficiency(found, known(random)).deficient
+    assert failed <= 6  # of 200 at 1 %: more come with a probability of 0.4 %
+
+
+def test_the_score_of_white_noise_is_chi_square_even_through_its_own_whitening():
+    random = np.random.default_rng(1)
+    p = []
+    for _ in range(300):
+        noise = random.normal(size=N)
+        coloured = np.convolve(noise, [1.0, 0.6, 0.2])[:N]
+        filtered = autoregression([coloured])
+        white = np.convolve(coloured, filtered)[:N]
+        columns = np.column_stack([np.convolve(command(random)[:, 0], filtered)[:N] for _ in range(3)])
+        q, degrees = quadratic(columns.T @ white, np.mean(white**2) * columns.T @ columns)
+        p.append(chi2.sf(q, degrees))
+    assert kstest(p, "uniform").pvalue > 0.01
+
+
+def test_the_filter_whitens_what_it_was_drawn_from_and_leaves_white_noise_alone():
+    random = np.random.default_rng(2)
+    series = [np.convolve(random.normal(size=2000), 0.8 ** np.arange(50))[:2000] for _ in range(3)]
+    filtered = autoregression(series)
+    assert filtered[1] == pytest.approx(-0.8, abs=0.1)
+    assert ljung_box(np.convolve(series[0], filtered)[:2000]) > 1e-3
+    assert len(autoregression([random.normal(size=2000)])) <= 4
+    assert autoregression([np.zeros(100)]).tolist() == [1.0]
+
+
+def test_what_is_planted_is_found_and_named():
+    random = np.random.default_rng(3)
+    columns = known(random)
+    for variable in ("command", "load"):
+        found = [
+            judged(random.normal(size=N) + 0.4 * columns[file][variable][:, 0], "a", file) for file in FILES
+        ]
+        result = deficiency(found, columns)
+        named = {test.against for test in result.failures if test.test == "correlation"}
+        assert named == {variable}
+        assert variable in result.sentence
+    loud = deficiency([judged(1.4 * random.normal(size=N), "a", file) for file in FILES], columns)
+    assert {test.test for test in loud.failures} == {"goodness of fit"}
+    slow = np.convolve(random.normal(size=N + 9), np.ones(10) / np.sqrt(10.0), "valid")
+    others = [judged(random.normal(size=N), "a", file) for file in FILES[1:]]
+    coloured = deficiency([judged(slow, "a"), *others], columns)
+    assert "whiteness" in {test.test for test in coloured.failures}
+    json.dumps(coloured.to_dict())
+
+
+def test_an_encoder_is_judged_by_its_size_only():
+    random = np.random.default_rng(4)
+    columns = known(random)
+    found = [judged(columns[file]["command"][:, 0], "a", file) for file in FILES]
+    assert {test.test for test in deficiency(found, columns, {"a"}).tests} <= {
+        "goodness of fit",
+        "whiteness",
+    }
+
+
+def test_holm_is_monotone_never_below_the_raw_values_and_right_in_a_worked_example():
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    random = np.random.default_rng(5)
+    for _ in range(50):
+        raw = random.random(12) ** 3
+        corrected = np.array(holm(raw))
+        assert np.all(corrected >= raw)
+        assert np.all(np.diff(corrected[np.argsort(raw)]) >= 0.0)
+        assert np.all(corrected <= 1.0)
+    assert holm([]) == []
+
+
+def checked(found, trial):
+    sensors = {seen.sensor.channel: seen.sensor for seen in trial.found.problem.samples[0].observed}
+    columns = regressors(found.campaign.recordings, trial.judged, sensors)
+    return deficiency(trial.judged, columns, {name for name, one in sensors.items() if one.count})
+
+
+def test_a_complete_truck_passes_and_a_truck_with_something_missing_fails():
+    found = diagnosed("thermfric")
+    assert not checked(found, found.final).deficient
+    before = checked(found, found.baseline)
+    assert before.deficient
+    assert {test.test for test in before.failures} == {"goodness of fit", "whiteness", "correlation"}
+    assert all(test.corrected < LEVEL for test in before.failures)
+    assert not checked(diagnosed("null"), diagnosed("null").baseline).deficient
+
+
+def test_shares_of_the_misfit_add_up_and_lie_where_they_were_put():
+    random = np.random.default_rng(6)
+    time = np.arange(1000) / RATE
+    quiet, loud = random.normal(size=1000), random.normal(size=1000)
+    steady = np.arange(1000) >= 500
+    loud[steady] += 3.0 * np.sin(2.0 * np.pi * 3.0 * time[steady])
+    phase = np.where(steady, PHASES.index("steady"), PHASES.index("hold"))
+    cells = shares(
+        [judged(quiet, "a"), judged(loud, "b")],
+        {"r0": RATE},
+        {"r0": {"a": phase, "b": phase}},
+        PHASES,
+    )
+    by = {kind: [one for one in cells if one.by == kind] for kind in ("recording", "signal", "phase", "band")}
+    for kind, rows in by.items():
+        assert sum(row.share for row in rows) == pytest.approx(1.0), kind
+        assert sum(row.samples for row in rows) == pytest.approx(2000.0)
+        assert sum(row.samples * row.mean_square for row in rows) == pytest.approx(
+            quiet @ quiet + loud @ loud
+        )
+    assert (by["signal"][0].name, by["phase"][0].name) == ("b", "steady")
+    assert by["band"][0].name == "2 to 5 Hz"
+    assert min(by[kind][0].share for kind in ("signal", "phase", "band")) > 0.9
+    assert set(band_names()) == {row.name for row in by["band"]}
+    none = shares([judged(quiet, "a")], {"r0": RATE}, {"r0": {"a": phase}}, PHASES)
+    assert {row.share for row in none} == {0.0}
+
+
+def test_every_channel_of_a_recording_has_the_phase_of_what_moves():
+    found = diagnosed("null")
+    recording = found.campaign.recordings[0]
+    told = of_recording(recording, found.start)
+    assert set(told) == set(recording.channels)
+    assert np.array_equal(told["pressure_main_pa"], told["pressure_free_pa"])  # the main lift is at rest
+    assert len(np.unique(told["fork_height_m"])) > 3
+    assert phases(recording.time_s, recording["current_free_a"], 10.0).max() == PHASES.index("hold")

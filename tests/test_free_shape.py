@@ -1,0 +1,125 @@
+"""A truck's free shapes: what they say, and that a simulation with one does what it says."""
+
+import numpy as np
+import pytest
+
+from forklift import ForkliftError, Truck, commands, simulate
+from forklift.estimation.unknowns import unknowns
+from forklift.free_shape import COEFFICIENTS, FreeShape, ports, variables
+from forklift.names import parameters
+
+THESIS = Truck.read("thesis")
+WARMTH = FreeShape("free", "viscous_friction", "oil_temperature", -10.0, 80.0)
+
+
+def lowered(truck, *, temperature=40.0, load_kg=800.0, lift="free"):
+    """A second at rest, three at one opening, one shut."""
+    command = commands.Command.of_samples(50.0, **{lift: np.repeat([0.0, 0.7, 0.0], [50, 150, 50])})
+    return simulate(truck, command, load_kg=load_kg, oil_temperature_degc=temperature, solver="fixed")
+
+
+def test_through_a_law_of_the_catalogue_it_imitates_that_effect():
+    rate = 0.02
+    celsius = np.linspace(-10.0, 80.0, 50)
+    imitation = WARMTH.through(celsius, np.exp(-rate * (celsius - 20.0)))
+    law = THESIS.with_values({"free.friction_temperature.rate": rate})
+    for temperature in (0.0, 37.0, 70.0):
+        runs = [
+            lowered(truck, temperature=temperature)["pressure_free_pa"]
+            for truck in (THESIS, law, THESIS.with_values(imitation.parameters()))
+        ]
+        assert np.abs(runs[2] - runs[1]).max() < 1e-4 * np.abs(runs[0] - runs[1]).max()
+
+
+def test_a_force_over_the_position_stands_in_the_pressure():
+    at = np.linspace(0.5, 1.0, 30)
+    bump = FreeShape("free", "force", "position", 0.5, 1.0).through(
+        at, 800.0 * np.exp(-(((at - 0.75) / 0.1) ** 2))
+    )
+    plain, other = (lowered(truck) for truck in (THESIS, THESIS.with_values(bump.parameters())))
+    change = (plain["pressure_free_pa"] - other["pressure_free_pa"])[70:190]
+    force = bump.at(0.5 * other["position_free_m"][70:190])
+    error = change * THESIS.values["free.cylinder.area"] - force
+    assert np.abs(error).mean() < 0.05 * np.abs(force).max()
+
+
+def test_a_shape_after_the_command_moved_is_gone_when_its_time_is_over():
+    late = FreeShape("main", "opening", "time_since_command", 0.0, 1.5)
+    late = late.through(np.linspace(0.0, 1.5, 30), 0.8 + 0.2 * np.linspace(0.0, 1.0, 30))
+    plain, other = (lowered(truck, lift="main") for truck in (THESIS, THESIS.with_values(late.parameters())))
+    speeds = [run["velocity_main_m_s"] for run in (plain, other)]
+    assert abs(speeds[1][75]) < 0.95 * abs(speeds[0][75])
+    assert speeds[1][180] == pytest.approx(speeds[0][180], rel=5e-3)
+
+
+def test_a_lag_holds_a_shape_back():
+    force = FreeShape("free", "force", "command", 0.0, 0.7, 0.0, (-0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0))
+    slow = FreeShape("free", "force", "command", 0.0, 0.7, 0.5, force.coefficients)
+    runs = [lowered(THESIS.with_values(shape.parameters())) for shape in (force, slow)]
+    spots = [run["free.free_shape.spot"] for run in runs]
+    opened = np.flatnonzero(spots[0] > 0.5)[0]
+    assert spots[0][opened + 1] == pytest.approx(1.0)
+    assert spots[1][opened + 24] == pytest.approx(1.0 - np.exp(-25 * 0.02 / 0.5), abs=0.02)
+
+
+def test_a_truck_tells_the_shape_it_has():
+    shape = FreeShape("main", "force", "velocity", -0.4, 0.0, 0.1, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7))
+    truck = THESIS.with_values(shape.parameters())
+    assert FreeShape.of(truck, "main") == shape
+    assert FreeShape.of(truck, "free") is None
+    at, values = shape.curve()
+    assert (at[0], at[-1]) == (-0.4, 0.0)
+    # Even coefficients are a straight line: 0.2 to 0.6 of the 2 kN that are typical.
+    np.testing.assert_allclose(values, np.linspace(400.0, 1200.0, 101))
+    assert shape.unit == "N"
+    assert shape.sentence == (
+        "On the main lift something adds to the force 400 N where the velocity of the cylinder is -400 mm/s "
+        "and 1.2 kN where it is 0 m/s, with a lag of 100 ms."
+    )
+    assert shape.formula.startswith("force(velocity) = f [N], f = 200 B0 + 400 B1 + ")
+
+
+def test_beyond_its_range_a_shape_is_what_it_is_at_the_end():
+    shape = FreeShape("free", "friction", "position", 0.0, 1.0, 0.0, (0.0, 0.3, -0.2, 0.5, 0.1, 0.4, 1.0))
+    np.testing.assert_allclose(shape.at([-1.0, 2.0]), shape.at([0.0, 1.0]))
+    assert shape.unit == "1"
+
+
+def test_what_is_known_of_no_point_goes_on_evenly():
+    at = np.linspace(20.0, 30.0, 20)
+    shape = WARMTH.through(at, np.full(20, 1.3))
+    np.testing.assert_allclose(shape.curve()[1], 1.3, rtol=1e-3)
+
+
+def test_a_fit_moves_the_curve_and_its_lag_and_leaves_the_choices():
+    truck = THESIS.with_values(WARMTH.parameters())
+    moved = {found.name for found in unknowns(truck, ["free"]) if "free_shape" in found.name}
+    shape = {f"free.free_shape.shape_{k}" for k in range(COEFFICIENTS)}
+    assert moved == {*shape, "free.free_shape.lag"}
+
+
+def test_every_port_and_variable_can_be_chosen():
+    for port in ports():
+        for variable in variables():
+            shape = FreeShape("free", port, variable, 0.0, 1.0)
+            truck = THESIS.with_values(shape.parameters())
+            assert FreeShape.of(truck, "free") == shape
+    spec = parameters()
+    assert spec["free.free_shape.port"]["upper"] == len(ports()) - 1
+    assert spec["free.free_shape.variable"]["upper"] == len(variables()) - 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"port": "weather"}, "there is no port weather"),
+        ({"variable": "mood"}, "there is no variable mood"),
+        ({"lower": 1.0}, "the range from 1 to 1 is none"),
+        ({"coefficients": (1.0,)}, "a shape has 7, not 1"),
+    ],
+)
+def test_what_is_no_shape_is_refused(changes, message):
+    given = {"lift": "free", "port": "force", "variable": "position", "lower": 0.0, "upper": 1.0} | changes
+    with pytest.raises(ForkliftError, match=message) as caught:
+        FreeShape(**given)
+    assert caught.value.code == "argument-invalid"
