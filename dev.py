@@ -93,6 +93,18 @@ def starts(*arguments):
     return run(PYTHON, "proofs/starts.py", *arguments)
 
 
+def variations(*arguments):
+    """what diagnoses say of trucks with something concealed; further arguments go to proofs/variations.py"""
+    install()
+    return run(PYTHON, "proofs/variations.py", *arguments)
+
+
+def separability(*arguments):
+    """what recordings cannot part, from the second plant; further arguments go to proofs/separability.py"""
+    install()
+    return run(PYTHON, "proofs/separability.py", *arguments)
+
+
 def install(*extras):
     """Put forklift with these extras into the environment, unless what is there is still the same."""
     if not shutil.which("cargo"):
@@ -150,8 +162,8 @@ def run(*command, cwd=ROOT):
     return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
 
 
-TASKS = (demo, test, lint, docs, bench, bench_fit, coverage, starts)
-PASSED_ON = ("test", "bench", "bench-fit", "coverage", "starts")
+TASKS = (demo, test, lint, docs, bench, bench_fit, coverage, starts, variations, separability)
+PASSED_ON = ("test", "bench", "bench-fit", "coverage", "starts", "variations", "separability")
 """Tasks that take further arguments."""
 
 

@@ -1,0 +1,314 @@
+"""What recordings like the campaigns' cannot part: fixed beforehand, from the second plant alone.
+
+    python proofs/separability.py [free|main|both ...] [--scratch separability]
+
+Asks of each law at each amplitude: how well do the truck's own parameters imitate it, alone and with one
+other suspect? README.md beside this file says how. Writes `separable.json` beside this file.
+"""
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from cases import BETWEEN_LIFTS, POINTS, ROUGH, amplitude_of, at_cost, cost_curve, most, plausible
+from reference.plant import campaign, effects, others, run
+from reference.plant.sensors import COUNT_M, HEIGHT_NOISE_M, PRESSURE_NOISE_PA, PRESSURE_STEP_PA
+from reference.plant.truck import ESTIMATED, LIFTS, THESIS
+from variations import write
+
+ROOT = Path(__file__).resolve().parents[1]
+LIMIT = 20.0
+"""Two laws are one to these recordings if a chi-square over all samples tells them apart by less than this.
+
+Half of it, 10, is the mean logarithm of the likelihood ratio of truth to imitation: below, no
+judgement that must also allow for sensors not quite as noisy as told is reliable.
+"""
+NOISE = {
+    "position_free_m": COUNT_M / 12**0.5,
+    "position_main_m": COUNT_M / 12**0.5,
+    "pressure_free_pa": np.hypot(PRESSURE_NOISE_PA, PRESSURE_STEP_PA / 12**0.5),
+    "pressure_main_pa": np.hypot(PRESSURE_NOISE_PA, PRESSURE_STEP_PA / 12**0.5),
+    "fork_height_m": HEIGHT_NOISE_M,
+}
+# Prior standard deviations: of the truck's parameters and of what each recording has of its own
+STEP, PARAMETER, AREA, CURRENT_A = 0.02, 0.3, 0.15, 0.02
+TOGETHER = 16  # variants of the truck simulated at once
+TEMPERATURE_K, START_M, LOAD_KG, TEMPERATURE_OFF_K = 0.15, 0.001, 100.0, 3.0
+
+
+def signals(trajectory):
+    """All channels, (channels, n), in units of their noise."""
+    x, p = trajectory.x, trajectory.p_A
+    true = [2.0 * x[0], x[1], p[0], p[1], trajectory.fork_height]
+    return np.array([signal / noise for signal, noise in zip(true, NOISE.values(), strict=True)])
+
+
+def changes(lift, planned, made, plain):
+    """How much each recording differs from the plain one, (recordings, channels, ticks), padded by zeros."""
+    ticks = max(plan.command.shape[1] for plan in planned)
+    out = np.zeros((len(planned), len(NOISE), ticks))
+    for k, (one, other) in enumerate(zip(made, plain, strict=True)):
+        n = len(other.time_s)
+        out[k, :, :n] = signals(one) - signals(other)
+    return out
+
+
+def kept(planned, made):
+    """Which samples there are before either lift comes near the end of its stroke, (recordings, ticks)."""
+    ticks = max(plan.command.shape[1] for plan in planned)
+    pairs = zip(planned, made, strict=True)
+    lengths = [len(campaign.cut(one, plan.lift, campaign.END_M).time_s) for plan, one in pairs]
+    return np.arange(ticks) < np.array(lengths)[:, None]
+
+
+def nudged(lift, name, knot=None):
+    """The thesis's truck with one parameter moved by a step; the step in units of its prior's deviation."""
+    place = LIFTS.index(lift)
+    own = dict(THESIS[place])
+    if knot is None:
+        own[name] = own[name] * np.exp(STEP)
+        scale = STEP / PARAMETER
+    else:
+        moved = own[name].copy()
+        if name == "area":
+            moved[knot] *= 1.0 + STEP
+            scale = STEP / AREA
+        else:
+            moved[knot] += 0.002
+            scale = 0.002 / CURRENT_A
+        own[name] = moved
+    return tuple(own if n == place else THESIS[n] for n in range(2)), scale
+
+
+def parameters(lift):
+    """(lift, name, knot) of everything that a fit moves."""
+    for one in LIFTS if lift == "both" else [lift]:
+        yield from ((one, name, None) for name in ESTIMATED)
+        table = THESIS[LIFTS.index(one)]["area"]
+        yield from ((one, "area", k) for k in np.flatnonzero(table))
+        yield from ((one, "current", k) for k in range(1, len(table) - 1))
+
+
+class Bench:
+    """The thesis's truck in one campaign: how its channels answer to everything that may be."""
+
+    def __init__(self, lift):
+        self.lift = lift
+        self.planned = [plan for plan in campaign.plans(lift) if lift != "both" or plan.role == "estimate"]
+        self.case = campaign.Case("", lift)
+        self.given = [
+            run.Condition(plan.command, plan.load_kg, plan.temperature_degc) for plan in self.planned
+        ]
+        self.plain = run.simulate(THESIS, (), self.given, ROUGH)
+        self.kept = kept(self.planned, self.plain)
+        self.shared = self._shared()
+        self.own, self.loads = self._own()
+
+    def change(self, made):
+        return changes(self.lift, self.planned, made, self.plain)
+
+    def _shared(self):
+        """Answers to each parameter of the truck, per standard deviation of its prior."""
+        trucks = [nudged(*one) for one in parameters(self.lift)]
+        columns, count = [], len(self.given)
+        for first in range(0, len(trucks), TOGETHER):
+            some = trucks[first : first + TOGETHER]
+            made = run.simulate(
+                THESIS, (), [replace(one, trucks=truck) for truck, _ in some for one in self.given], ROUGH
+            )
+            for k, (_, scale) in enumerate(some):
+                columns.append(self.change(made[k * count : (k + 1) * count]) / scale)
+        return np.array(columns)
+
+    def _own(self):
+        """Answers to a kelvin and to 10 kg in each recording."""
+        warmer = [replace(one, temperature_degc=one.temperature_degc + 1.0) for one in self.given]
+        heavier = [replace(one, load_kg=one.load_kg + 10.0) for one in self.given]
+        made = run.simulate(THESIS, (), warmer + heavier, ROUGH)
+        count = len(self.given)
+        return self.change(made[:count]), self.change(made[count:]) / 10.0
+
+
+def law_at(name, lift, amplitude, share=0.5):
+    """The law with its other parameters at this share of the plausible."""
+    if name.partition("__")[0] not in BETWEEN_LIFTS:
+        amplitude = run.on(lift, amplitude)
+    if "__" in name:
+        own = {"centre": 0.6 if lift == "free" else 1.5} if name.endswith("asymmetric") else {}
+        return others.law(name, amplitude, **own)
+    drawn = {}
+    for parameter, (lower, upper, scale) in list(plausible(name).items())[1:]:
+        drawn[parameter] = (
+            lower * (upper / lower) ** share if scale == "log" else lower + share * (upper - lower)
+        )
+    if name == "friction_position":
+        drawn["centre"] = (0.45 if lift == "free" else 1.3) + 0.3 * share
+    if name == "valve_current_limit":
+        drawn["limit"] = 0.55 + 0.15 * share
+    if name == "end_cushion":
+        drawn["length"] = 0.1
+    return effects.law(name, amplitude, **drawn)
+
+
+SHARES = (0.25, 0.5, 0.75)
+
+
+def by_chi(one):
+    return one[1]
+
+
+def answers(bench, name, scratch):
+    """How the campaign answers to a law: at the three amplitudes, and at the least with other parameters."""
+    path = scratch / f"{bench.lift}-{name}.npz"
+    if path.exists():
+        return dict(np.load(path))
+    found = {}
+    curve = cost_curve(law_at(name, bench.lift, 1.0), most(name), bench.case, THESIS)
+    amplitudes = [at_cost(points, *curve)[0] for points in POINTS]
+    for share in SHARES if "__" not in name and len(plausible(name)) > 1 else [0.5]:
+        law = law_at(name, bench.lift, 1.0, share)
+        key, unit = amplitude_of(law)
+        asked = amplitudes if share == 0.5 else amplitudes[:1]
+        conditions = [
+            run.Condition(one.command, one.load_kg, one.temperature_degc, values={key: unit * amplitude})
+            for amplitude in asked
+            for one in bench.given
+        ]
+        made = run.simulate(THESIS, (law,), conditions, ROUGH)
+        count = len(bench.given)
+        for k, points in enumerate(POINTS[: len(asked)]):
+            part = made[k * count : (k + 1) * count]
+            found[f"{share:g}@{points:g}"] = bench.change(part).astype(np.float32)
+            found[f"kept {share:g}@{points:g}"] = kept(bench.planned, part)
+    found["amplitudes"] = np.array(amplitudes)
+    np.savez(path, **found)
+    return found
+
+
+def dull(bench):
+    """Answers to the dull suspects, by the word for each: lists of alternatives, each several columns."""
+    n = bench.kept.shape[1]
+    zero = np.zeros((len(bench.planned), len(NOISE), n))
+    true = zero.copy()
+    for k, one in enumerate(bench.plain):
+        true[k, :, : len(one.time_s)] = signals(one)
+    slope = np.gradient(true, axis=2) / run.TICK_S * 0.01
+    found = {word: [] for word in ("pressure_gain", "pressure_offset", "position_scale", "sensor_lag")}
+    for c, channel in enumerate(NOISE):
+
+        def only(signal, c=c):
+            column = zero.copy()
+            column[:, c] = signal
+            return [column]
+
+        if channel.startswith("pressure"):
+            found["pressure_gain"].append(only(0.05 * true[:, c]))
+            found["pressure_offset"].append(only(np.ones_like(true[:, c])))
+        else:
+            found["position_scale"].append(only(true[:, c] - true[:, c, :1]))
+        found["sensor_lag"].append(only(slope[:, c]))
+    found["load_entered"] = [each(bench.loads * LOAD_KG)]
+    found["temperature_offset"] = [each(bench.own * TEMPERATURE_OFF_K)]
+    return found
+
+
+def each(answer):
+    """One column for each recording."""
+    columns = []
+    for k in range(len(answer)):
+        column = np.zeros_like(answer)
+        column[k] = answer[k]
+        columns.append(column)
+    return columns
+
+
+class Imitation:
+    """What the truck's parameters, and what recordings have of their own, can imitate at these samples."""
+
+    def __init__(self, bench, samples):
+        self.samples = np.broadcast_to(samples[:, None], bench.own.shape)
+        columns = [*bench.shared, *each(bench.own * TEMPERATURE_K)]
+        for channels, noise in (((0, 4), 1.0), ((1, 4), 1.0)):
+            start = np.zeros_like(bench.own)
+            for channel in channels:
+                start[:, channel] = START_M / list(NOISE.values())[channel] * noise
+            columns += each(start)
+        A = np.array([column[self.samples] for column in columns]).T
+        # Each column's prior is one: chi-square counts it like a sample.
+        self.q, _ = np.linalg.qr(np.concatenate([A, np.eye(A.shape[1])]))
+
+    def rows(self, column):
+        """The column's samples without what parameters imitate."""
+        b = np.zeros(len(self.q))
+        chosen = column[self.samples]
+        b[: len(chosen)] = chosen
+        return b - self.q @ (self.q.T @ b)
+
+    def left(self, target, columns=(), free=False):
+        """The least chi-square of the projected target, imitated by projected columns too."""
+        if not len(columns):
+            return float(target @ target)
+        B = np.array(columns).T
+        ridge = np.zeros((B.shape[1],) * 2) if free else np.eye(B.shape[1])
+        coefficients = np.linalg.solve(B.T @ B + ridge + 1e-9 * np.eye(B.shape[1]), B.T @ target)
+        rest = target - B @ coefficients
+        return float(rest @ rest + coefficients @ ridge @ coefficients)
+
+
+def groups(lift, scratch):
+    """Of each law at each amplitude: chi-square left by the truck alone, and with each other suspect."""
+    bench = Bench(lift)
+    names = [
+        name
+        for name in (*effects.CATALOGUE, *others.OTHERS)
+        if lift != "both" or name.partition("__")[0] in BETWEEN_LIFTS
+    ]
+    laws = {name: answers(bench, name, scratch) for name in names}
+    rivals = dull(bench)
+    told = {}
+    for name, answer in laws.items():
+        for points, amplitude in zip(POINTS, answer["amplitudes"], strict=True):
+            samples = bench.kept & answer[f"kept 0.5@{points:g}"]
+            fit = Imitation(bench, samples)
+            target = fit.rows(answer[f"0.5@{points:g}"].astype(float))
+            alone, by = fit.left(target), {}
+            for other, found in laws.items():
+                if other != name and "__" not in other:
+                    ways = [key for key in found if "@" in key and not key.startswith("kept")]
+                    by[other] = min(
+                        fit.left(target, [fit.rows(found[key].astype(float))], free=True) for key in ways
+                    )
+            for word, ways in rivals.items():
+                several = word in ("load_entered", "temperature_offset")
+                by[word] = min(
+                    fit.left(target, [fit.rows(column) for column in way], free=not several) for way in ways
+                )
+            told[f"{lift}/{name}/{points:g}"] = {
+                "amplitude": float(amplitude),
+                "by_truck": round(alone, 1),
+                "hidden": alone < LIMIT,
+                "alike": sorted(other for other, chi in by.items() if chi < LIMIT),
+                "next": dict(sorted(((other, round(chi, 1)) for other, chi in by.items()), key=by_chi)[:4]),
+            }
+            print(f"{lift}/{name}/{points:g}: {told[f'{lift}/{name}/{points:g}']}", flush=True)
+    return told
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("lifts", nargs="*", default=["free", "main", "both"])
+    parser.add_argument("--scratch", type=Path, default=ROOT / "separability")
+    given = parser.parse_args()
+    given.scratch.mkdir(parents=True, exist_ok=True)
+    path = Path(__file__).with_name("separable.json")
+    for lift in given.lifts:
+        found = groups(lift, given.scratch)
+        laws = json.loads(path.read_text(encoding="utf-8"))["laws"] if path.exists() else {}
+        write(path, json.dumps({"limit": LIMIT, "laws": laws | found}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,152 @@
+"""Trucks under commands: conditions in, trajectories out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from reference.plant import model, solver
+from reference.plant.truck import LIFTS
+
+TICK_S = 0.02
+TOLERANCE = 1e-6  # of a step, in typical sizes
+SHORTEST_S = 1e-9
+START_M = (0.98, 1.96)
+ZERO_DEGC_K = 273.0  # as the thesis has it
+
+
+@dataclass
+class Condition:
+    """One recording: the command [A] of both lifts at each tick, (2, n), held until the next."""
+
+    command: np.ndarray
+    load_kg: float
+    temperature_degc: float
+    warming_k: float = 0.0  # by how much the oil warms up until the end
+    start_m: tuple[float, float] = START_M
+    trucks: tuple[dict, dict] | None = None  # other lifts than the rest's
+    values: dict = field(default_factory=dict)  # other values of laws than the rest's
+
+
+@dataclass
+class Trajectory:
+    """What a truck did at each tick: (2, n) for both lifts, (n,) for the truck."""
+
+    time_s: np.ndarray
+    x: np.ndarray
+    v: np.ndarray
+    p_A: np.ndarray
+    fork_height: np.ndarray
+    temperature_degc: np.ndarray
+
+
+def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition], tolerance=TOLERANCE):
+    """The trajectory under each of the conditions, which need not be equally long."""
+    k = parameters(trucks, laws, conditions)
+    last = np.array([one.command.shape[1] for one in conditions]) - 1
+    command = np.stack([_longer(one.command, last.max() + 1) for one in conditions], axis=-1)
+    late = np.broadcast_to(dead_times(k, laws), (2, len(conditions)))
+    warm = np.array([one.temperature_degc for one in conditions]) + ZERO_DEGC_K
+    rise = np.array([one.warming_k for one in conditions]) / np.maximum(last, 1)
+    start = np.array([one.start_m for one in conditions]).T[:, None]
+    y, scale = model.at_rest(laws, k, start), model.scales(laws)
+    apart = 1 if any(law.joins for law in laws) else 2
+    kept = np.empty((last.max() + 1, *y[:, 0].shape))
+    kept[0] = y[:, 0]
+    column, tick, since = (
+        np.arange(len(conditions)),
+        np.zeros(len(conditions), int),
+        np.zeros(len(conditions)),
+    )
+    h = np.full(len(conditions), TICK_S)
+    while len(column):
+        # Each recording takes a step of its own length, not beyond the next tick or change of its command.
+        u, until = held(command, tick, since, late[:, column], column)
+        u, T = u[:, None], (warm[column] + rise[column] * tick)[None, None]
+        left = np.minimum(TICK_S - since, until)
+        ends = h >= left * (1.0 - 1e-9)
+        tried = np.where(ends, left, h)
+        after, error = solver.step(
+            lambda y, u=u, T=T, k=k: model.rates(y, u, T, k, laws), y, tried, scale, apart
+        )
+        good = error <= tolerance
+        if (tried[~good] < SHORTEST_S).any():
+            raise FloatingPointError(f"a step of less than {SHORTEST_S} s is needed")
+        y = np.where(good, after, y)
+        wanted = solver.next_step(tried, error, tolerance)
+        # A step cut short by a tick says that a longer one is possible, not which.
+        h = np.where(good & ends, np.maximum(h, wanted), wanted)
+        since = np.where(good, since + tried, since)
+        met = since > TICK_S * (1.0 - 1e-9)
+        since[met] = 0.0
+        tick = tick + met
+        kept[tick[met], :, column[met]] = y[:, 0, met].T
+        running = tick < last[column]
+        if not running.all():
+            y, h, since, tick, column = (
+                y[..., running], h[running], since[running], tick[running], column[running],
+            )  # fmt: skip
+            k = {name: value[..., running] if value.ndim else value for name, value in k.items()}
+    return [_trajectory(kept[: one.command.shape[1], :, n], laws, one) for n, one in enumerate(conditions)]
+
+
+def dead_times(k, laws):
+    """By how much each lift's command is late [s], (2, recordings) or what broadcasts to that."""
+    return sum((k[f"{law.name}.{law.dead_time}"][:, 0] for law in laws if law.dead_time), np.zeros((2, 1)))
+
+
+def held(command, tick, since, late, column):
+    """The command that was held `late` [s] ago, (2, columns), and for how long it will still be [s].
+
+    Now is `since` [s] after a tick; before its first sample a command is that.
+    """
+    ago = np.ceil((late - since) / TICK_S - 1e-9).astype(
+        int
+    )  # ticks back to the last change that has arrived
+    at = np.maximum(tick - np.maximum(ago, 0), 0)
+    until = late - (ago - 1) * TICK_S - since
+    return np.take_along_axis(command[:, :, column], at[:, None], axis=1)[:, 0], until.min(axis=0)
+
+
+def parameters(trucks, laws, conditions) -> dict:
+    """All parameters as arrays over (lift, 1, recording), or what broadcasts to that."""
+    each = [one.trucks or trucks for one in conditions]
+    k = {}
+    for name in trucks[0]:
+        values = np.array([[lifts[n][name] for lifts in each] for n in range(2)])
+        k[name] = np.moveaxis(values, 2, 0)[:, :, None] if values.ndim == 3 else values[:, None]
+    load = np.array([one.load_kg for one in conditions])
+    k["load"], k["m"] = load[None, None], k["m"] + load
+    current, area = k.pop("current"), k.pop("area")
+    k["knot"], k["knot_width"], k["first_area"] = current[:-1], np.diff(current, axis=0), area[0]
+    k["knot_slope"] = np.diff(area, axis=0) / k["knot_width"]
+    for law in laws:
+        for name in law.values:
+            key = f"{law.name}.{name}"
+            k[key] = np.stack([_pair(one.values.get(key, law.values[name])) for one in conditions], axis=-1)
+            k[key] = k[key][:, None]
+    return k
+
+
+def _pair(value):
+    """A value of both lifts; of one, it is (value, 0) or (0, value)."""
+    return np.broadcast_to(np.asarray(value, float), 2)
+
+
+def _longer(command, ticks):
+    return np.pad(command, ((0, 0), (0, ticks - command.shape[1])), mode="edge")
+
+
+def _trajectory(y, laws, condition):
+    s = model.split(np.moveaxis(y, 1, 0), laws)
+    n = len(y)
+    height = 2.0 * s.x[0] + 2.0 * s.x[1] + sum(getattr(s, state) for law in laws for state in law.shown)
+    warm = condition.temperature_degc + condition.warming_k * np.arange(n) / max(1, n - 1)
+    return Trajectory(np.arange(n) * TICK_S, s.x, s.v, s.p_A, height, warm)
+
+
+def on(lift: str, value: float):
+    """The value at one lift, nothing at the other."""
+    return tuple(value if name == lift else 0.0 for name in LIFTS)

@@ -1,0 +1,165 @@
+"""The proof by variations judges as it says: right answers, wrong ones, and those fixed as inseparable."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from forklift import _core
+from forklift.effects import EFFECTS
+
+PROOFS = Path(__file__).parents[1] / "proofs"
+sys.path.insert(0, str(PROOFS))
+
+import cases  # noqa: E402
+import judging  # noqa: E402
+import separability  # noqa: E402
+
+
+def cause(name, where="free", form="complete"):
+    return {"id": name, "where": where, "form": form, "parameters": []}
+
+
+def result(case="effects-leakage-2", *, answer, **truth):
+    given = {
+        "verdicts": ["missing-physics"],
+        "causes": ["leakage"],
+        "lift": "free",
+        "equations": ["cylinder-pressure"],
+        "form": "complete",
+        "refused": [],
+    }
+    concealed = [{"law": "leakage", "asked": 2.0, "points": 2.0, "values": {"coefficient": 1e-12}}]
+    return {
+        "case": case,
+        "lift": "free",
+        "truth": given | truth,
+        "concealed": concealed,
+        "answer": {"verdict": "missing-physics", "causes": [], "said": "", **answer},
+        "seconds": 1.0,
+    }
+
+
+def at(equation="cylinder-pressure", lift="free"):
+    return {"equation": equation, "lift": lift}
+
+
+RIGHT = {"location": at(), "causes": [cause("leakage")]}
+
+
+def test_equations_are_the_catalogues():
+    for effect in EFFECTS:
+        if not effect.general:
+            assert cases.EQUATIONS[effect.id] == effect.equation
+
+
+def test_every_effect_comes_at_three_amplitudes_and_names_do_not_repeat():
+    made = cases.variations(["effects", "others", "traps", "null", "pairs", "complete", "warming"])
+    names = [one.name for one in made]
+    assert len(set(names)) == len(names)
+    known = [effect.id for effect in EFFECTS if not effect.general]
+    for name in known:
+        assert sum(one.concealed[:1] == ((name, points),) for one in made for points in cases.POINTS) >= 3
+    assert len([one for one in made if one.name.startswith("complete")]) == 50
+    assert {one.case.lift for one in made} == {"free", "main", "both"}
+    assert len({one.case.seed for one in made if one.name.startswith(("complete", "warming", "null"))}) == 76
+
+
+def test_the_right_answer_is_right_and_a_rival_or_another_besides_is_not():
+    assert judging.judge(result(answer=RIGHT), {})["right"]
+    wrong = judging.judge(result(answer=RIGHT | {"causes": [cause("position_scale")]}), {})
+    assert not wrong["cause"]
+    assert not wrong["right"]
+    more = judging.judge(result(answer=RIGHT | {"causes": [cause("leakage"), cause("valve_lag")]}), {})
+    assert more["cause"]
+    assert not more["alone"]
+    assert not more["right"]
+    uncertain = judging.judge(result(answer=RIGHT | {"causes": [cause("leakage", form="uncertain")]}), {})
+    assert not uncertain["form"]
+    other_lift = judging.judge(
+        result(answer={"location": at(lift="main"), "causes": [cause("leakage", "main")]}), {}
+    )
+    assert not other_lift["lift"]
+    assert not judging.judge(result(answer={"verdict": "no-mismatch", "location": None}), {})["right"]
+
+
+def test_what_was_fixed_as_inseparable_or_hidden_counts():
+    alike = {"laws": {"free/leakage/2": {"hidden": False, "alike": ["position_scale"]}}}
+    answer = {
+        "verdict": "sensor-fault",
+        "location": at("sensor"),
+        "causes": [cause("position_scale", "position_free_m")],
+    }
+    assert judging.judge(result(answer=answer), alike)["right"]
+    assert not judging.judge(result(answer=answer), {})["right"]
+    hidden = {"laws": {"free/leakage/2": {"hidden": True, "alike": []}}}
+    nothing = result(answer={"verdict": "no-mismatch", "location": None})
+    assert judging.judge(nothing, hidden)["right"]
+    assert not judging.judge(result(answer=RIGHT), hidden)["right"]
+
+
+def test_another_shape_is_uncertain_or_unknown_at_the_right_place():
+    other = dict(form="uncertain", verdicts=["missing-physics", "unknown-effect"])
+    named = {"location": at(), "causes": [cause("leakage", form="uncertain")]}
+    assert judging.judge(result(answer=named, **other), {})["right"]
+    assert not judging.judge(result(answer=RIGHT, **other), {})["right"]
+    unknown = {"verdict": "unknown-effect", "location": at()}
+    assert judging.judge(result(answer=unknown, **other), {})["right"]
+    elsewhere = {"verdict": "unknown-effect", "location": at("friction")}
+    assert not judging.judge(result(answer=elsewhere, **other), {})["right"]
+
+
+def test_complete_trucks_and_refusals():
+    truth = dict(verdicts=["no-mismatch"], causes=[], lift="", equations=[], form="")
+    assert judging.judge(result(answer={"verdict": "no-mismatch", "location": None}, **truth), {})["right"]
+    assert not judging.judge(result(answer=RIGHT, **truth), {})["right"]
+    refused = {"verdict": "refused", "said": "command-shifted: ..."}
+    assert not judging.judge(result(answer=refused), {})["right"]
+    assert judging.judge(result(answer=refused, refused=["command-shifted"]), {})["right"]
+
+
+def test_the_table_has_a_line_for_each_case_and_totals():
+    text = judging.table([result(answer=RIGHT), result(answer=RIGHT | {"causes": []})], {})
+    assert text.count("effects-leakage-2") == 2
+    assert "| effects | 2 | 2 | 2 | 2 | 1 | 1 | 0 |" in text
+
+
+def test_an_amplitude_costs_what_is_asked():
+    law, amplitude = "valve_lag", None
+    case = cases.campaign.Case("", "free", 5)
+    amplitude, points = cases.amplitude_for(2.0, law, case)
+    assert points == 2.0
+    planned = [p for p in cases.campaign.plans("free") if p.file.startswith("free_prms1_0kg_20c")]
+    given = cases.campaign.conditions(case, planned)
+    trucks = cases.scattered(case.seed)
+    one = cases.run.simulate(trucks, (cases.law_of(law, "free", 5, amplitude),), given, cases.ROUGH)
+    other = cases.run.simulate(trucks, (), given, cases.ROUGH)
+    assert 0.7 < cases.lost(planned[0], other[0], one[0], case.end_m) < 5.0
+    assert cases.at_cost(9.0, np.array([1.0, 2.0]), np.array([1.0, 4.0])) == (2.0, 4.0)
+    assert cases.at_cost(2.0, np.array([1.0, 4.0]), np.array([1.0, 4.0]))[0] == pytest.approx(2.0)
+
+
+def test_an_imitation_leaves_what_is_orthogonal_and_pays_for_priors():
+    class Bench:
+        own = np.zeros((1, 5, 4))
+        shared = np.array([np.eye(20)[0].reshape(1, 5, 4) * 10.0])
+
+    Bench.planned = [None]
+    fit = separability.Imitation(Bench, np.ones((1, 4), bool))
+    along = np.zeros((1, 5, 4))
+    along[0, 0, 0] = 10.0
+    assert fit.left(fit.rows(along)) == pytest.approx(1.0, rel=0.02)  # one standard deviation
+    across = np.zeros((1, 5, 4))
+    across[0, 1, 3] = 3.0
+    target = fit.rows(across)
+    assert 5.0 < fit.left(target) <= 9.0  # a start position takes a share
+    assert fit.left(target, [fit.rows(2.0 * across)], free=True) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_amplitudes_end_where_the_catalogue_says():
+    for spec in _core.effect_table():
+        if spec["id"] in cases.EQUATIONS:
+            assert cases.most(spec["id"]) == spec["parameters"][0]["plausible_upper"]
