@@ -387,20 +387,26 @@ def demo(
     ] = Path("demo"),
     as_json: Json = False,
 ) -> None:
-    """Make a small campaign of a truck a little unlike the thesis's, and compare it with the thesis's."""
+    """Record a truck that conceals something, and find it: locate, name, model, improve."""
     from forklift.demo import RECORDINGS
     from forklift.demo import demo as verb
 
-    with _progress("Recording and replaying", 2 * len(RECORDINGS)) as step:
-        result = verb(out, progress=step)
+    with _progress("Recording and replaying", 2 * len(RECORDINGS)) as step, _telling() as told:
+        found = verb(out, progress=step, say=told)
     if as_json:
-        _print_json(result.to_dict())
+        _print_json(found.to_dict())
         return
-    for sentence in result.verdict:
-        typer.echo(sentence)
-    page, campaign = out / "compare" / "compare.html", out / "campaign"
-    typer.echo(f"Look at {page} in a browser; the recordings are in {campaign}.")
-    typer.echo(f"The same again: forklift compare {campaign} --truck thesis --out {page.parent}")
+    campaign, page = out / "campaign", out / "compare" / "compare.html"
+    truth = out / "truth.toml"
+    typer.echo(f"{campaign} holds {len(RECORDINGS)} recordings of a simulated truck, {truth}.")
+    typer.echo(f"How far the thesis's truck is from them: look at {page} in a browser.")
+    typer.echo("")
+    typer.echo(str(found))
+    typer.echo("")
+    typer.echo(
+        f"All of it is in {out / 'found'}; {out / 'found' / 'truck.toml'} is the truck with what was found."
+    )
+    typer.echo(f"The same again: forklift diagnose {campaign} --truck thesis --out {out / 'found'}")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""A demonstration without a forklift: record a simulated truck, then compare it with the thesis's."""
+"""A demonstration without a forklift: record a truck that conceals something, and find it."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from forklift import _core, output
+from forklift import _core, diagnosis_files, output
 from forklift.campaign import FILE, Campaign
 from forklift.commands import SAMPLE_RATE_HZ, generate
-from forklift.compare import Comparison, compare, result_files
+from forklift.compare import compare, result_files
+from forklift.diagnose import Diagnosis, diagnose
 from forklift.names import Lift, parameters
 from forklift.simulate import Simulation, simulate
 from forklift.truck import Truck
@@ -20,6 +21,9 @@ from forklift.truck import Truck
 SEED = 1
 SCATTER = 0.12
 """Standard deviation of the logarithm of what the thesis estimated: a truck of the same make."""
+
+CONCEALED = {"main.leakage.coefficient": 1e-12}
+"""What the recorded truck has and the thesis's has not [m³/(s Pa)]: its main lift sinks at rest."""
 
 MARK = "truth.toml"
 
@@ -56,15 +60,23 @@ RESULT = frozenset(
     {MARK, f"campaign/{FILE}"}
     | {f"campaign/{plan.file}" for plan in RECORDINGS}
     | {f"compare/{file}" for file in result_files([plan.file for plan in RECORDINGS])}
+    | {f"found/{file}" for file in diagnosis_files.files([plan.file for plan in RECORDINGS])}
 )
 """The files of a demonstration."""
 
 
-def demo(out: str | Path, *, seed: int = SEED, progress: Callable[[], None] = lambda: None) -> Comparison:
-    """Make ``OUT/campaign``, compare it with the thesis's truck, and write that to ``OUT/compare``.
+def demo(
+    out: str | Path,
+    *,
+    seed: int = SEED,
+    progress: Callable[[], None] = lambda: None,
+    say: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Make ``OUT/campaign``, compare it with the thesis's truck, and find what that truck lacks.
 
-    ``OUT/truth.toml`` is the truck that was recorded: the thesis's with its estimated parameters scattered.
-    The folder appears whole or not at all; only an earlier demonstration is replaced.
+    ``OUT/truth.toml`` is the truck that was recorded: the thesis's with its estimated parameters scattered,
+    and with `CONCEALED`. ``OUT/compare`` holds the comparison, ``OUT/found`` the diagnosis, which knows the
+    recordings alone. The folder appears whole or not at all; only an earlier demonstration is replaced.
 
     Parameters
     ----------
@@ -72,6 +84,8 @@ def demo(out: str | Path, *, seed: int = SEED, progress: Callable[[], None] = la
         Of the truck and of the sensors' noise.
     progress
         Called twice for each of `RECORDINGS`.
+    say
+        Told what the diagnosis is doing.
 
     Raises
     ------
@@ -79,7 +93,7 @@ def demo(out: str | Path, *, seed: int = SEED, progress: Callable[[], None] = la
         ``"output-exists"``, ``"not-writable"``.
     """
     thesis = Truck.read("thesis")
-    truth = scattered(thesis, seed)
+    truth = concealing(scattered(thesis, seed))
     with output.folder(out, RESULT, MARK) as temporary:
         truth.write(temporary / MARK)
         folder = temporary / "campaign"
@@ -94,9 +108,17 @@ def demo(out: str | Path, *, seed: int = SEED, progress: Callable[[], None] = la
             measured(simulation, seed, stream).write_csv(folder / plan.file)
             progress()
         (folder / FILE).write_text(_campaign_toml(), encoding="utf-8", newline="\n")
-        result = compare(Campaign.read(folder), thesis, progress=lambda _: progress())
-        result.write(temporary / "compare")
-    return result
+        campaign = Campaign.read(folder)
+        compare(campaign, thesis, progress=lambda _: progress()).write(temporary / "compare")
+        found = diagnose(campaign, thesis, progress=say)
+        found.write(temporary / "found")
+    return found
+
+
+def concealing(truck: Truck) -> Truck:
+    """The truck with what the demonstration conceals."""
+    made = truck.with_values(CONCEALED, source="concealed by the demonstration")
+    return Truck(truck.name, made.values, made.sources)
 
 
 def scattered(truck: Truck, seed: int) -> Truck:

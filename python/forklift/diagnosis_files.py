@@ -302,9 +302,10 @@ def write(found: Diagnosis, out: str | Path) -> Path:
 
 def earlier(out: str | Path) -> frozenset[str]:
     """The files of the earlier diagnosis that stands in `out`; none if there is none."""
-    return earlier_files(out, MARK, _files, "campaign_facts")
+    return earlier_files(out, MARK, files, "campaign_facts")
 
 
-def _files(recordings: Sequence[str]) -> frozenset[str]:
+def files(recordings: Sequence[str]) -> frozenset[str]:
+    """What a diagnosis of these recordings may hold."""
     before, after = prediction_files(recordings), prediction_files(recordings, "final")
     return frozenset({MARK, TRUCK, COMMAND, *before, *after})

@@ -67,6 +67,12 @@ class Screening:
     pairs: tuple[Screened, ...]
     untestable: tuple[Suspect, ...]
     """Suspects whose first step moves nothing that is measured."""
+    ranked: tuple[Screened, ...] = ()
+    """Each alone, with all that share a label."""
+
+    def variants(self, suspect: Suspect) -> tuple[Suspect, ...]:
+        """All under the suspect's label, the most promising first."""
+        return tuple(found.suspects[0] for found in self.ranked if found.suspects[0].label == suspect.label)
 
 
 @dataclass
@@ -113,7 +119,7 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
     pairs.sort(key=lambda found: -found.gain)
     told = {found.suspects[0].label for found in singles}
     untold = {suspect.label: suspect for suspect in untestable if suspect.label not in told}
-    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untold.values()))
+    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untold.values()), tuple(ranked))
 
 
 def _weighted(problem: Problem) -> Problem:

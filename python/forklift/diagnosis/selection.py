@@ -15,6 +15,7 @@ import numpy as np
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
+from forklift.estimation.search import Found
 
 FIRST, FURTHER = 3, 7
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
@@ -24,8 +25,11 @@ CONFUSED = 0.3
 """What is easily confused with a complete explanation is tried beside it from this share of its gain on."""
 PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
-BEHIND = 1.3
-"""A suspect leaves the race if its misfit after the tempered stages is this many times the best one's."""
+VARIANTS = 3
+"""From how many places of its further parameters the search for one suspect starts."""
+ALIKE, LEAST_ROUGH = 0.5, 2.0
+"""A suspect stays in the race if, after the tempered stages, −ln posterior has fallen by this share of what
+it has with the best one, and by no less than this."""
 LEAST_GAIN, LEAST_LATER = 0.1, 0.5
 """Shares of what is left over that the first and every later explanation must remove."""
 CLEARLY = 30.0
@@ -89,13 +93,13 @@ def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say) -> 
     share = LEAST_LATER if best.suspects else LEAST_GAIN
     ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
-    trials = _race(bench, best, [*ranked[:FIRST], *pairs], [], say)
+    trials = _race(bench, best, [*ranked[:FIRST], *pairs], screening, [], say)
     accepted = _choice(trials, best, share)
     if accepted is None or not accepted.complete:
-        trials = _race(bench, best, ranked[FIRST : FIRST + FURTHER], trials, say)
+        trials = _race(bench, best, ranked[FIRST : FIRST + FURTHER], screening, trials, say)
         accepted = _choice(trials, best, share)
     if accepted is not None and accepted.complete:
-        trials = _race(bench, best, _confused(accepted, trials, screening), trials, say)
+        trials = _race(bench, best, _confused(accepted, trials, screening), screening, trials, say)
         accepted = _choice(trials, best, share)
     return Step(screening, tuple(sorted(trials, key=_rank)), accepted)
 
@@ -178,23 +182,38 @@ def _needed(bench: Bench, best: Trial, say: Say) -> Trial:
 
 
 def _race(
-    bench: Bench, best: Trial, entered: Sequence[Screened], ended: Sequence[Trial], say: Say
+    bench: Bench,
+    best: Trial,
+    entered: Sequence[Screened],
+    screening: Screening,
+    ended: Sequence[Trial],
+    say: Say,
 ) -> list[Trial]:
     """Those entered, fitted cold; who falls behind, also behind those that ended before, is stopped."""
     rough = []
     for screened in entered:
-        suspects = (*best.suspects, *screened.suspects)
         say(f"trying {' and '.join(suspect.label for suspect in screened.suspects)}")
-        rough.append((suspects, *bench.rough(suspects)))
-    costs = [*(cost for _, _, cost in rough), *(trial.rough for trial in ended)]
+        rough.append(_roughly(bench, best, screened, screening))
+    least = min([*(cost for _, _, cost in rough), *(trial.rough for trial in ended)], default=0.0)
     trials = list(ended)
     for suspects, found, cost in rough:
-        if cost <= BEHIND * min(costs):
+        if best.rough - cost >= max(ALIKE * (best.rough - least), LEAST_ROUGH):
             say(f"fitting {' and '.join(suspect.label for suspect in suspects)}")
             trials.append(bench.finish(suspects, found, cost))
         else:
             trials.append(bench.stop(suspects, found, cost))
     return trials
+
+
+def _roughly(
+    bench: Bench, best: Trial, screened: Screened, screening: Screening
+) -> tuple[tuple[Suspect, ...], Found, float]:
+    """The tempered stages with what entered; of one that may start from several places, the best of some."""
+    several = [screened.suspects]
+    if len(screened.suspects) == 1:
+        several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
+    tried = [((*best.suspects, *more), *bench.rough((*best.suspects, *more))) for more in several]
+    return min(tried, key=lambda found: found[2])
 
 
 def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> list[float]:
