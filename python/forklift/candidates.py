@@ -166,7 +166,7 @@ def before_the_end(
     for truck in trucks:
         rest = simulate(truck, command, time=command.time_s[:1], load_kg=0.0, oil_temperature_degc=20.0)
         starts = [float(rest[f"{which}.position"][0]) for which in LIFTS]
-        own = np.array([[load, 0.0, *starts] for _ in temperatures_degc for load in loads_kg])
+        own = np.array([[load, 0.0, 0.0, *starts] for _ in temperatures_degc for load in loads_kg])
         runs = truck.core.differentiate(cases, own, [], substeps=SUBSTEPS)
         for which in commanded(lift):
             column = list(outputs()).index(f"position_{which}_m")

@@ -2,6 +2,9 @@
 
 use super::Inputs;
 
+/// Jumps this close together [s] are one.
+const SAME_S: f64 = 1e-9;
+
 /// Commands and oil temperatures, held from each time until the next.
 pub(super) struct Late {
     time: Vec<f64>,
@@ -14,11 +17,17 @@ impl Late {
     /// `inputs` with free and main command later by `delays` [s]: until then the first one holds.
     pub fn new(inputs: &Inputs, delays: [f64; 2]) -> Self {
         let start = inputs.time[0];
+        // A delayed jump that falls on the clock is at the clock's own time, to the bit.
+        let on_clock = |t: f64| {
+            let k = inputs.time.partition_point(|&from| from < t - SAME_S);
+            inputs.time.get(k).copied().filter(|from| (from - t).abs() < SAME_S).unwrap_or(t)
+        };
         let later = |delay: f64| inputs.time.iter().map(move |t| t + delay);
-        let mut time: Vec<f64> = later(0.0).chain(later(delays[0])).chain(later(delays[1])).collect();
+        let mut time: Vec<f64> = later(0.0).chain(later(delays[0])).chain(later(delays[1])).map(on_clock).collect();
         time.sort_by(f64::total_cmp);
-        time.dedup();
-        let held = |t: f64, delay: f64| inputs.time.partition_point(|&from| from + delay <= t).max(1) - 1;
+        // Nearer ones are the same jump, rounded.
+        time.dedup_by(|later, earlier| *later - *earlier < SAME_S);
+        let held = |t: f64, delay: f64| inputs.time.partition_point(|&from| from + delay < t + SAME_S).max(1) - 1;
         Late {
             command: time.iter().map(|&t| [0, 1].map(|k| inputs.command[held(t, delays[k])][k])).collect(),
             oil_temperature_degc: time.iter().map(|&t| inputs.oil_temperature_degc[held(t.max(start), 0.0)]).collect(),
