@@ -35,7 +35,8 @@ NOISE = {
 }
 # Prior standard deviations: of the truck's parameters and of what each recording has of its own
 STEP, PARAMETER, AREA, CURRENT_A = 0.07, 0.3, 0.15, 0.02  # the step is in prior deviations
-ITERATIONS, MOST = 3, 4.0  # of the best imitation, and prior deviations that it may use
+ITERATIONS, MOST = 6, 4.0  # of the best imitation, and prior deviations that it may use
+FAR = 2e4  # a chi-square that no mending of a linear imitation brings down to the noise
 TOGETHER = 16  # variants of the truck simulated at once
 TEMPERATURE_K, START_M, LOAD_KG, TEMPERATURE_OFF_K = 0.15, 0.001, 100.0, 3.0
 
@@ -252,9 +253,15 @@ class Imitation:
         """The column's samples without what parameters imitate from `theta` on."""
         return self._rest(self._stacked(column, theta))
 
-    def step(self, column, theta):
+    def step(self, column, theta, damping):
         """By how much the parameters should move on from `theta`, where the column is still left."""
-        return np.linalg.solve(self.r, self.q.T @ self._stacked(column, theta))
+        normal = self.r.T @ self.r + damping * np.eye(self.r.shape[1])
+        return np.linalg.solve(normal, self.r.T @ (self.q.T @ self._stacked(column, theta)))
+
+    def cost(self, column, theta):
+        """Chi-square of the column and of the priors."""
+        b = self._stacked(column, theta)
+        return b @ b
 
     def conditions(self, theta):
         """The plain recordings with the truck and the oil so moved."""
@@ -293,30 +300,41 @@ class Imitation:
 
 
 def imitated(bench, cases, changed):
-    """What is left of each law's change where the truck imitates it best, by Gauss and Newton.
+    """What each law's change leaves where the truck imitates it, two ways: linear, and by simulated trucks.
 
-    The Jacobian stays that of the thesis's truck. A truck that was simulated counts where it leaves less than
-    linear answers say; where it leaves more, the next goes half as far.
+    The second goes by Levenberg and Marquardt, with the Jacobian of the thesis's truck; of what linear answers
+    leave far above the noise it is not asked.
     """
     changed = {case: change.astype(float) for case, change in changed.items()}
-    thetas = {case: fit.step(changed[case], None) for case, fit in cases.items()}
-    best = {case: fit.rows(changed[case]) for case, fit in cases.items()}
+    linear = {case: fit.rows(changed[case]) for case, fit in cases.items()}
+    near = [case for case in cases if linear[case] @ linear[case] < FAR]
+    theta = {case: np.zeros(cases[case].r.shape[1]) for case in near}
+    left, damping = {case: changed[case] for case in near}, dict.fromkeys(near, 1.0)
+    cost = {case: cases[case].cost(left[case], theta[case]) for case in near}
     count = len(bench.given)
     for _ in range(ITERATIONS):
-        tried = {case: np.clip(theta, -MOST, MOST) for case, theta in thetas.items()}
-        conditions = [one for case, fit in cases.items() for one in fit.conditions(tried[case])]
+        tried = {
+            case: theta[case] + cases[case].step(left[case], theta[case], damping[case]) for case in near
+        }
+        conditions = [
+            one for case in near for one in cases[case].conditions(np.clip(tried[case], -MOST, MOST))
+        ]
         made = []
         for first in range(0, len(conditions), TOGETHER * count):
             made += run.simulate(THESIS, (), conditions[first : first + TOGETHER * count], ROUGH)
-        for k, (case, fit) in enumerate(cases.items()):
-            theta = tried[case]
-            answer = bench.change(made[k * count : (k + 1) * count]) + fit.offsets(theta)
-            left = changed[case] - answer
-            rows = fit.rows(left, theta)
-            better = rows @ rows < best[case] @ best[case]
-            best[case] = rows if better else best[case]
-            thetas[case] = theta + fit.step(left, theta) if better else theta / 2.0
-    return best
+        for k, case in enumerate(near):
+            to = np.clip(tried[case], -MOST, MOST)
+            answer = bench.change(made[k * count : (k + 1) * count]) + cases[case].offsets(to)
+            rest = changed[case] - answer
+            if cases[case].cost(rest, to) < cost[case]:
+                theta[case], left[case], cost[case] = to, rest, cases[case].cost(rest, to)
+                damping[case] /= 10.0
+            else:
+                damping[case] *= 10.0
+    return {
+        case: [linear[case], *([fit.rows(left[case], theta[case])] if case in theta else [])]
+        for case, fit in cases.items()
+    }
 
 
 def groups(lift, scratch):
@@ -339,18 +357,22 @@ def groups(lift, scratch):
     told = {}
     for name, answer in laws.items():
         for points, amplitude in zip(POINTS, answer["amplitudes"], strict=True):
-            fit, target = cases[name, points], targets[name, points]
-            alone, by = fit.left(target), {}
+            fit, left = cases[name, points], targets[name, points]
+            alone, by = min(map(fit.left, left)), {}
             for other, found in laws.items():
                 if other != name and "__" not in other:
                     ways = [key for key in found if "@" in key and not key.startswith("kept")]
                     by[other] = min(
-                        fit.left(target, [fit.rows(found[key].astype(float))], free=True) for key in ways
+                        fit.left(target, [fit.rows(found[key].astype(float))], free=True)
+                        for key in ways
+                        for target in left
                     )
             for word, ways in rivals.items():
                 several = word in ("load_entered", "temperature_offset")
                 by[word] = min(
-                    fit.left(target, [fit.rows(column) for column in way], free=not several) for way in ways
+                    fit.left(target, [fit.rows(column) for column in way], free=not several)
+                    for way in ways
+                    for target in left
                 )
             told[f"{lift}/{name}/{points:g}"] = {
                 "amplitude": float(amplitude),
