@@ -302,8 +302,8 @@ class Imitation:
 def imitated(bench, cases, changed):
     """What each law's change leaves where the truck imitates it, two ways: linear, and by simulated trucks.
 
-    The second goes by Levenberg and Marquardt, with the Jacobian of the thesis's truck; of what linear answers
-    leave far above the noise it is not asked.
+    The second goes by Levenberg and Marquardt, with the Jacobian of the thesis's truck; where linear answers
+    leave far more than the noise it is not tried.
     """
     changed = {case: change.astype(float) for case, change in changed.items()}
     linear = {case: fit.rows(changed[case]) for case, fit in cases.items()}
