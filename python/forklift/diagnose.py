@@ -34,7 +34,7 @@ from forklift.estimation.unknowns import unknowns
 from forklift.free_suspects import FreeSuspects, over_variables
 from forklift.names import LIFTS, Lift, commanded
 from forklift.phases import PHASES, of_recording
-from forklift.proposals import propose
+from forklift.proposals import CONDITIONS, propose
 from forklift.regressors import regressors
 from forklift.splits import splits
 from forklift.stuck_sensors import Stuck, unstuck
@@ -82,6 +82,8 @@ class Diagnosis:
     shapes: tuple[Shape, ...]
     """The most credible one as a function of what an operator knows, the best first."""
     selection: Selection
+    untold: tuple[Suspect, ...]
+    """Suspects that were not asked, for want of a second oil temperature."""
     screening: Screening
     """All suspects at the fitted truck."""
     cautions: tuple[Caution, ...]
@@ -117,7 +119,7 @@ class Diagnosis:
         loose = [
             found.suspects[0] for found in self.screening.singles if self.unexcited or not found.testable
         ]
-        return (*self.screening.untestable, *loose)
+        return (*self.untold, *self.screening.untestable, *loose)
 
     @property
     def gap_closed(self) -> float:
@@ -228,7 +230,10 @@ def diagnose(
             inputs = unknown_inputs(baseline.early.problem, baseline.early.x, places, unknown_ports.respond)
             lift = unknown_ports.lift_of(inputs[0].port) or "main"
             seen = over_variables(baseline, inputs[0], lift)
-    asked = suspects(lifts, list(every), _travelled(samples))
+    everybody = suspects(lifts, list(every), _travelled(samples))
+    alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
+    asked = tuple(one for one in everybody if not alike & set(one.told_by))
+    untold = tuple({one.label: one for one in everybody if one not in asked}.values())
     if nothing:
         selection = Selection(baseline, (), baseline)
     else:
@@ -263,6 +268,7 @@ def diagnose(
         tuple(inputs),
         tuple(seen),
         selection,
+        untold,
         screening,
         cautions,
         stuck,

@@ -87,6 +87,7 @@ def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, floa
                     _names(effect.id, lift)[0],
                     acting(effect.id, lift, starts),
                     effect.confused_with,
+                    effect.told_by,
                 )
 
 
@@ -180,5 +181,5 @@ def _conditions() -> Iterator[Suspect]:
     yield Suspect(
         "temperature_offset", "parameter", "the oil's temperature is off", "", "operating-point", None,
         lambda problem: widened(problem, "oil_temperature", TEMPERATURE_WIDTH_K),
-        ("oil_temperature_at_valve",),
+        ("oil_temperature_at_valve",), ("oil_temperature_degc",),
     )  # fmt: skip

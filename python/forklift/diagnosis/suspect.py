@@ -44,6 +44,8 @@ class Suspect:
     amplitude: str | None
     add: Callable[[Problem], Problem]
     confused_with: tuple[str, ...] = ()
+    told_by: tuple[str, ...] = ()
+    """Conditions of which there must be two values at least."""
     unlikely: bool = False
     """Whether it yields to what explains the same as well."""
 
