@@ -119,7 +119,7 @@ def _unnamed(
         for suspect in general(trial):
             say(f"trying {suspect.label} at the {suspect.equation}")
             suspects = (*trial.suspects, suspect)
-            trials.append(bench.finish(suspects, *bench.rough(suspects)))
+            trials.append(bench.finish(suspects, *bench.best_start(suspects, trial)))
     return tuple(sorted(trials, key=_rank))
 
 
@@ -208,11 +208,14 @@ def _race(
 def _roughly(
     bench: Bench, best: Trial, screened: Screened, screening: Screening
 ) -> tuple[tuple[Suspect, ...], Found, float]:
-    """The tempered stages with what entered; of one that may start from several places, the best of some."""
+    """The tempered stages with what entered, from where the best stands and from the start truck; of one that
+    may start from several places, the best of some."""
     several = [screened.suspects]
     if len(screened.suspects) == 1:
         several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
-    tried = [((*best.suspects, *more), *bench.rough((*best.suspects, *more))) for more in several]
+    every = [(*best.suspects, *more) for more in several]
+    tried = [(suspects, *bench.rough(suspects, best)) for suspects in every]
+    tried.append((every[0], *bench.rough(every[0])))
     return min(tried, key=lambda found: found[2])
 
 

@@ -102,12 +102,21 @@ class Bench:
     def problem(self, suspects: Sequence[Suspect]) -> Problem:
         return _with(self.start, suspects)
 
-    def rough(self, suspects: Sequence[Suspect]) -> tuple[Found, float]:
-        """The tempered stages, cold from the start truck, and the cost they end at."""
+    def rough(self, suspects: Sequence[Suspect], after: Trial | None = None) -> tuple[Found, float]:
+        """The tempered stages, cold from the start truck or from where another trial left them, and the cost
+        they end at.
+
+        Either start can end astray where the other does not.
+        """
         problem = self.problem(suspects)
-        found = search(problem, np.zeros(problem.starts[-1]), self.sensors, ROUGH, self.progress)
+        x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
+        found = search(problem, x, self.sensors, ROUGH, self.progress)
         with one_thread():
             return found, geodesic.cost(found.problem, found.x)
+
+    def best_start(self, suspects: Sequence[Suspect], after: Trial) -> tuple[Found, float]:
+        """The better of both starts."""
+        return min(self.rough(suspects), self.rough(suspects, after), key=lambda end: end[1])
 
     def baseline(self) -> Trial:
         """The truck without any suspect: to the end only if nothing may be missing."""
