@@ -95,7 +95,7 @@ def test_the_same_seed_gives_the_same_lowering(capfd):
 
 
 def test_demo_makes_a_campaign_that_compare_and_info_read(capfd, demo, tmp_path):
-    assert {path.name for path in demo.iterdir()} == {"campaign", "compare", "truth.toml"}
+    assert {path.name for path in demo.iterdir()} == {"campaign", "compare", "found", "truth.toml"}
     status, out, _ = called(
         capfd, "compare", demo / "campaign", "--truck", "thesis", "--out", tmp_path / "out"
     )

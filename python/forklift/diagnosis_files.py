@@ -29,6 +29,8 @@ LEVEL = 0.99
 """Of the intervals of what was found missing."""
 DRAWS = 2000
 """Of resampled sets of recordings, for the interval of the gain."""
+FLAT = 0.3
+"""A curve that varies by no more than this share of its largest absolute value is a constant."""
 TELLING = 0.2
 """A variable is worth naming if the input is this much a function of it."""
 
@@ -76,6 +78,9 @@ def region(seen: Sequence[Shape], lift: Lift) -> str:
     telling = [shape for shape in seen if shape.explained >= TELLING][:2]
     if not telling:
         return "no more than a small share is a function of anything that was measured"
+    first = telling[0]
+    if np.ptp(first.curve) <= FLAT * np.abs(first.curve).max():
+        return f"{100.0 * first.explained:.0f} % of it is about {first.curve.mean():+.3g} throughout"
     return "; ".join(
         f"{100.0 * shape.explained:.0f} % of it is a function of {_where(shape, lift)}" for shape in telling
     )

@@ -27,6 +27,8 @@ MOST_PORTS, MOST_VARIABLES, MOST = 2, 2, 3
 """How many places are tried, over how many variables each, and how many shapes in all."""
 TELLING = 0.05
 """An input of which a variable explains less than this share in recordings left out is no function of it."""
+SMALL = 0.2
+"""Share of a curve's largest absolute value below which it counts as nothing."""
 RINGS = "hidden_resonance"
 
 
@@ -95,7 +97,7 @@ def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
 
 def _shaped(port: str, lift: Lift, shape: Shape) -> Suspect:
     """A free shape at a port over one variable, quiet."""
-    law = FreeShape(lift, port, shape.variable, float(shape.at[0]), float(shape.at[-1]))
+    law = FreeShape(lift, port, shape.variable, *_range(shape))
     names = [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)]
     meaning = operation.words(shape.variable, lift)[0]
     return Suspect(
@@ -109,6 +111,13 @@ def _shaped(port: str, lift: Lift, shape: Shape) -> Suspect:
             problem, law.parameters(), lambda truck: [unknown(truck, name) for name in names]
         ),
     )
+
+
+def _range(shape: Shape) -> tuple[float, float]:
+    """Where the curve is not small, and a knot on either side: splines resolve a narrow place the better."""
+    strong = np.flatnonzero(np.abs(shape.curve) >= SMALL * np.abs(shape.curve).max())
+    first, last = max(strong[0] - 1, 0), min(strong[-1] + 1, len(shape.at) - 1)
+    return float(shape.at[first]), float(shape.at[last])
 
 
 def _ringing(lift: Lift) -> Suspect:

@@ -17,7 +17,7 @@ from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.estimation.search import Found
 
-FIRST, FURTHER = 3, 7
+FIRST, FURTHER = 3, 4
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
 WORTH = 0.1
 """A suspect enters the race if it promises this share of the best one's gain."""
@@ -214,8 +214,8 @@ def _roughly(
     if len(screened.suspects) == 1:
         several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
     every = [(*best.suspects, *more) for more in several]
-    tried = [(suspects, *bench.rough(suspects, best)) for suspects in every]
-    tried.append((every[0], *bench.rough(every[0])))
+    tried = [(suspects, *bench.rough(suspects)) for suspects in every]
+    tried.append((every[0], *bench.rough(every[0], best)))
     return min(tried, key=lambda found: found[2])
 
 
