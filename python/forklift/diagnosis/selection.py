@@ -27,6 +27,8 @@ PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
 """From how many places of its further parameters the search for one suspect starts."""
+MUCH = 0.2
+"""Share of what the best leaves over that one start may leave without another being tried."""
 ALIKE, LEAST_ROUGH = 0.5, 2.0
 """A suspect stays in the race if, after the tempered stages, −ln posterior has fallen by this share of what
 it has with the best one, and by no less than this."""
@@ -93,14 +95,18 @@ def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say) -> 
     share = LEAST_LATER if best.suspects else LEAST_GAIN
     ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
-    trials = _race(bench, best, [*ranked[:FIRST], *pairs], screening, [], say)
+    trials = _race(bench, best, ranked[:1], screening, [], say)
     accepted = _choice(trials, best, share)
-    if accepted is None or not accepted.complete:
-        trials = _race(bench, best, ranked[FIRST : FIRST + FURTHER], screening, trials, say)
-        accepted = _choice(trials, best, share)
     if accepted is not None and accepted.complete:
-        trials = _race(bench, best, _confused(accepted, trials, screening), screening, trials, say)
+        rivals = [*ranked[1:FIRST], *_confused(accepted, trials, screening)]
+        rivals = list({found.suspects[0].label: found for found in rivals}.values())
+        trials = _race(bench, best, rivals, screening, trials, say, quick=True)
+    else:
+        trials = _race(bench, best, [*ranked[1:FIRST], *pairs], screening, trials, say)
         accepted = _choice(trials, best, share)
+        if accepted is None or not accepted.complete:
+            trials = _race(bench, best, ranked[FIRST : FIRST + FURTHER], screening, trials, say)
+    accepted = _choice(trials, best, share)
     return Step(screening, tuple(sorted(trials, key=_rank)), accepted)
 
 
@@ -188,12 +194,17 @@ def _race(
     screening: Screening,
     ended: Sequence[Trial],
     say: Say,
+    *,
+    quick: bool = False,
 ) -> list[Trial]:
-    """Those entered, fitted cold; who falls behind, also behind those that ended before, is stopped."""
+    """Those entered, fitted; who falls behind, also behind those that ended before, is stopped.
+
+    Beside what explains everything already, one start is enough: `quick`.
+    """
     rough = []
     for screened in entered:
         say(f"trying {' and '.join(suspect.label for suspect in screened.suspects)}")
-        rough.append(_roughly(bench, best, screened, screening))
+        rough.append(_roughly(bench, best, screened, screening, quick=quick))
     least = min([*(cost for _, _, cost in rough), *(trial.rough for trial in ended)], default=0.0)
     trials = list(ended)
     for suspects, found, cost in rough:
@@ -206,16 +217,17 @@ def _race(
 
 
 def _roughly(
-    bench: Bench, best: Trial, screened: Screened, screening: Screening
+    bench: Bench, best: Trial, screened: Screened, screening: Screening, *, quick: bool
 ) -> tuple[tuple[Suspect, ...], Found, float]:
-    """The tempered stages with what entered, from where the best stands and from the start truck; of one that
-    may start from several places, the best of some."""
+    """The tempered stages with what entered, from where the best stands; if that leaves much over, from the
+    start truck too, and of what may start from several places, from some."""
     several = [screened.suspects]
     if len(screened.suspects) == 1:
         several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
     every = [(*best.suspects, *more) for more in several]
-    tried = [(suspects, *bench.rough(suspects)) for suspects in every]
-    tried.append((every[0], *bench.rough(every[0], best)))
+    tried = [(every[0], *bench.rough(every[0], best))]
+    if not quick and bench.stop(*tried[0]).excess > MUCH * best.excess:
+        tried += [(suspects, *bench.rough(suspects)) for suspects in every]
     return min(tried, key=lambda found: found[2])
 
 
