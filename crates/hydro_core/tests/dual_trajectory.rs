@@ -83,10 +83,11 @@ fn from_stop_to_stop() -> Scene {
     Scene { name: "from stop to stop", truck, start: [1.2, 2.0], command: [vec![0.0; 5], vec![0.9; 45]].concat() }
 }
 
-/// Every effect of the catalogue at once; the joint inertia makes both lifts run together.
+/// Every effect of the catalogue at once; the joint inertia makes both lifts run together. Dead time is of the
+/// run that looks the command up, and has its own test.
 fn with_effects() -> Scene {
     let mut changes = Vec::new();
-    for instance in Instance::all() {
+    for instance in Instance::all().filter(|instance| instance.kind.spec().id != "valve_delay") {
         let spec = instance.kind.spec();
         for (k, p) in spec.parameters.iter().enumerate() {
             let soft = spec.quiet + 0.2 * (spec.plausible[0][1] - spec.quiet);
@@ -413,4 +414,27 @@ fn the_outputs_beside_the_derivatives_are_those_of_the_plain_run_to_the_bit() {
             }
         }
     });
+}
+
+#[test]
+fn the_derivative_along_a_dead_time_is_the_difference_quotient() {
+    let late = |delay: f64| {
+        let scene = Scene { truck: truck_with(&[("free.valve_delay.delay", delay)]), ..regulating() };
+        with_case(&scene, |case| {
+            let names = scene.truck.names();
+            let k = names.iter().position(|name| name == "free.valve_delay.delay").unwrap();
+            differentiate(&scene.truck, case, SUBSTEPS, &[Direction::Parameter(k)], &|| false).unwrap()
+        })
+    };
+    // Not a whole number of substeps, where the share of a jump changes its slope.
+    let (at, by) = (0.0467, 1e-5);
+    let (here, less, more) = (late(at), late(at - by), late(at + by));
+    let quotient: Vec<f64> = more.outputs.iter().zip(&less.outputs).map(|(a, b)| (a - b) / (2.0 * by)).collect();
+    for j in 0..OUTPUTS.len() {
+        let column = |all: &[f64]| all.iter().skip(j).step_by(OUTPUTS.len()).copied().collect::<Vec<_>>();
+        let (exact, quotient) = (column(&here.derivatives), column(&quotient));
+        let size = quotient.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let apart = exact.iter().zip(&quotient).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+        assert!(apart <= 0.02 * size, "{}: {apart:e} of {size:e}", OUTPUTS[j].name);
+    }
 }
