@@ -182,6 +182,8 @@ def one(number):
 
 def summary(trucks):
     """Markdown, and whether the criterion is met."""
+    from forklift.diagnosis.deficiency import holm
+
     counts = {}
     for truck in trucks:
         for found in truck["parameters"]:
@@ -218,17 +220,6 @@ def summary(trucks):
         )
     lines += ["", f"The criterion is {'met' if met else 'not met'}.", ""]
     return "\n".join(lines), met
-
-
-def holm(values):
-    """Holm's corrected p-values."""
-    order = np.argsort(values)
-    corrected = np.empty(len(values))
-    least = 0.0
-    for rank, place in enumerate(order):
-        least = max(least, min(1.0, (len(values) - rank) * values[place]))
-        corrected[place] = least
-    return corrected.tolist()
 
 
 def write(path, text):

@@ -50,12 +50,6 @@ def trucks(count: int, *, told: float = 1.0, biased: str = "", seed: int = 1) ->
     return made
 
 
-def test_holms_correction_of_a_worked_example():
-    # in order 0.005, 0.01, 0.03, 0.04, times 4, 3, 2, 1, and never falling
-    assert coverage.holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
-    assert coverage.holm([0.6, 0.7]) == [1.0, 1.0]
-
-
 def test_right_intervals_meet_the_criterion():
     for seed in range(5):
         text, met = coverage.summary(trucks(50, seed=seed))

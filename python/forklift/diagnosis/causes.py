@@ -79,8 +79,7 @@ def _shaped(named: Suspect, final: Trial) -> bool:
 
 def _unnamed(suspect: Suspect, selection: Selection) -> Cause:
     """What has no name has no form of its own: nobody knows its law."""
-    steps = [step for step in selection.steps[:1]]
-    trials = [selection.final, *(trial for step in steps for trial in step.trials)]
+    trials = [selection.final, *selection.steps[0].trials]
     trials += [trial for trial in selection.unnamed if trial is not selection.final]
     shares = credibility(trials)
     rivals = tuple(

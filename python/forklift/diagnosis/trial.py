@@ -32,7 +32,7 @@ CLEAR = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One set of suspects, fitted from the start truck and judged."""
+    """One set of suspects, fitted with everything else and judged."""
 
     suspects: tuple[Suspect, ...]
     found: Found

@@ -175,13 +175,9 @@ class Problem:
         ForkliftError
             As `linearise`.
         """
-        runs = self._simulate(x, derivatives=False)
         return [
-            {
-                seen.sensor.channel: self.misfit(seen, values[seen.rows, seen.column])[0]
-                for seen in sample.observed
-            }
-            for sample, (values, _) in zip(self.samples, runs, strict=True)
+            {seen.sensor.channel: self.misfit(seen, said[seen.sensor.channel])[0] for seen in sample.observed}
+            for sample, said in zip(self.samples, self.values(x), strict=True)
         ]
 
     def values(self, x: Floats) -> list[dict[str, Floats]]:
