@@ -122,10 +122,13 @@ def _unnamed(
     beside = named[:1] if best.complete else [baseline, *named[:1]]
     trials = []
     for trial in beside:
+        rough = []
         for suspect in general(trial):
             say(f"trying {suspect.label} at the {suspect.equation}")
             suspects = (*trial.suspects, suspect)
-            trials.append(bench.finish(suspects, *bench.best_start(suspects, trial)))
+            ends = ((suspects, *bench.rough(suspects, trial)), bench.cold([suspects]))
+            rough.append(min(ends, key=lambda end: end[2]))
+        trials += _finished(bench, trial, rough, [], say)
     return tuple(sorted(trials, key=_rank))
 
 
@@ -205,6 +208,17 @@ def _race(
     for screened in entered:
         say(f"trying {' and '.join(suspect.label for suspect in screened.suspects)}")
         rough.append(_roughly(bench, best, screened, screening, quick=quick))
+    return _finished(bench, best, rough, ended, say)
+
+
+def _finished(
+    bench: Bench,
+    best: Trial,
+    rough: Sequence[tuple[tuple[Suspect, ...], Found, float]],
+    ended: Sequence[Trial],
+    say: Say,
+) -> list[Trial]:
+    """Those who keep up with the best, fitted to the end; the others as they stand."""
     least = min([*(cost for _, _, cost in rough), *(trial.rough for trial in ended)], default=0.0)
     trials = list(ended)
     for suspects, found, cost in rough:
@@ -221,13 +235,13 @@ def _roughly(
 ) -> tuple[tuple[Suspect, ...], Found, float]:
     """The tempered stages with what entered, from where the best stands; if that leaves much over, from the
     start truck too, and of what may start from several places, from some."""
-    several = [screened.suspects]
+    several: list[tuple[Suspect, ...]] = [screened.suspects]
     if len(screened.suspects) == 1:
         several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
     every = [(*best.suspects, *more) for more in several]
     tried = [(every[0], *bench.rough(every[0], best))]
     if not quick and bench.stop(*tried[0]).excess > MUCH * best.excess:
-        tried += [(suspects, *bench.rough(suspects)) for suspects in every]
+        tried.append(bench.cold(every))
     return min(tried, key=lambda found: found[2])
 
 

@@ -15,7 +15,7 @@ from forklift.estimation.algebra import one_thread
 from forklift.estimation.judgement import Judged, judge
 from forklift.estimation.knowledge import Knowledge, knowledge
 from forklift.estimation.problem import Problem
-from forklift.estimation.search import STAGES, Found, Progress, search
+from forklift.estimation.search import STAGES, Found, Progress, Stage, search
 from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
@@ -102,7 +102,9 @@ class Bench:
     def problem(self, suspects: Sequence[Suspect]) -> Problem:
         return _with(self.start, suspects)
 
-    def rough(self, suspects: Sequence[Suspect], after: Trial | None = None) -> tuple[Found, float]:
+    def rough(
+        self, suspects: Sequence[Suspect], after: Trial | None = None, stages: tuple[Stage, ...] = ROUGH
+    ) -> tuple[Found, float]:
         """The tempered stages, cold from the start truck or from where another trial left them, and the cost
         they end at.
 
@@ -110,26 +112,29 @@ class Bench:
         """
         problem = self.problem(suspects)
         x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
-        found = search(problem, x, self.sensors, ROUGH, self.progress)
+        return self._searched(problem, x, stages)
+
+    def cold(self, several: Sequence[tuple[Suspect, ...]]) -> tuple[tuple[Suspect, ...], Found, float]:
+        """Of several sets of suspects the one that is ahead after the first tempered stage from the start
+        truck, and where the second leads it."""
+        ends = [(suspects, *self.rough(suspects, stages=ROUGH[:1])) for suspects in several]
+        suspects, first, _ = min(ends, key=lambda end: end[2])
+        found, cost = self._searched(first.problem, first.x, ROUGH[1:])
+        return suspects, replace(found, evaluations=found.evaluations + first.evaluations), cost
+
+    def _searched(self, problem: Problem, x: Floats, stages: tuple[Stage, ...]) -> tuple[Found, float]:
+        found = search(problem, x, self.sensors, stages, self.progress)
         with one_thread():
             return found, geodesic.cost(found.problem, found.x)
 
-    def best_start(self, suspects: Sequence[Suspect], after: Trial) -> tuple[Found, float]:
-        """The better of both starts."""
-        return min(self.rough(suspects), self.rough(suspects, after), key=lambda end: end[1])
-
     def baseline(self) -> Trial:
-        """The truck without any suspect: to the end only if nothing may be missing."""
-        found, rough = self.rough(())
-        early = self.stop((), found, rough)
-        if early.worst.mean_square < MISFIT:
-            return self.finish((), found, rough)
-        settled = search(found.problem, found.x, self.sensors, SETTLING, self.progress)
-        return self._judged((), settled, rough, early=found, finished=True)
+        """The truck without any suspect."""
+        return self.finish((), *self.rough(()))
 
     def finish(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
-        """The last stages, and the judgement."""
-        fine = search(found.problem, found.x, self.sensors, FINE, self.progress)
+        """The last stages, all of them only if nothing may be missing any more; and the judgement."""
+        clearly = self.stop(suspects, found, rough).worst.mean_square >= MISFIT
+        fine = search(found.problem, found.x, self.sensors, SETTLING if clearly else FINE, self.progress)
         evaluations = found.evaluations + fine.evaluations
         done = replace(fine, evaluations=evaluations)
         return self._judged(suspects, done, rough, early=found, finished=True)
