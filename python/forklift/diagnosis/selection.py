@@ -85,7 +85,11 @@ def select(
     named = [step.accepted for step in steps if step.accepted]
     unnamed = _unnamed(bench, baseline, named, best, say, general)
     chosen = _choice([trial for trial in unnamed if _replaces(trial, best)], best, LEAST_LATER)
-    return Selection(baseline, tuple(steps), chosen or best, unnamed)
+    final = chosen or best
+    if not final.finished:
+        say("fitting the final model")
+        final = bench.finish(final.suspects, final.early, final.rough)
+    return Selection(baseline, tuple(steps), final, unnamed)
 
 
 def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say) -> Step:

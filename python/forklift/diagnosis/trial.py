@@ -38,7 +38,7 @@ class Trial:
     found: Found
     knowledge: Knowledge
     judged: tuple[Judged, ...]
-    """On every recording, held out or not."""
+    """On every recording if it is finished, else on those held out."""
     rough: float
     """−ln posterior after the tempered stages, with their weights: trials compare by it."""
     finished: bool
@@ -159,6 +159,9 @@ class Bench:
         everyone = replace(
             _with(self.everyone, suspects), sigma=found.problem.sigma, substeps=found.problem.substeps
         )
+        if not finished:  # where it stands, only those held out tell
+            held = tuple(one for one in everyone.samples if one.recording.role == "validate")
+            everyone = replace(everyone, samples=held or everyone.samples)
         with one_thread():
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]
