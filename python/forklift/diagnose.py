@@ -23,7 +23,7 @@ from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.region import Shape
 from forklift.diagnosis.screening import Screening, screen
-from forklift.diagnosis.selection import Selection, select
+from forklift.diagnosis.selection import Selection, alarming, select
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.errors import ForkliftError
@@ -221,7 +221,14 @@ def diagnose(
     bench = Bench(replace(everyone, samples=fitted), everyone, every)
     with clock.stage("fitting the truck"):
         baseline = bench.baseline()
-    nothing = baseline.complete or bool(unexcited)
+    everybody = suspects(lifts, list(every), _travelled(samples))
+    alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
+    asked = tuple(one for one in everybody if not alike & set(one.told_by))
+    untold = tuple({one.label: one for one in everybody if one not in asked}.values())
+    with clock.stage("screening the suspects"):
+        at = baseline.found if baseline.complete else baseline.early
+        screening = screen(at.problem, at.x, asked)
+    nothing = bool(unexcited) or (baseline.complete and not alarming(screening))
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
     if not nothing:
@@ -230,22 +237,13 @@ def diagnose(
             inputs = unknown_inputs(baseline.early.problem, baseline.early.x, places, unknown_ports.respond)
             lift = unknown_ports.lift_of(inputs[0].port) or "main"
             seen = over_variables(baseline, inputs[0], lift)
-    everybody = suspects(lifts, list(every), _travelled(samples))
-    alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
-    asked = tuple(one for one in everybody if not alike & set(one.told_by))
-    untold = tuple({one.label: one for one in everybody if one not in asked}.values())
     if nothing:
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("trying the suspects"):
             general = FreeSuspects(lifts, {baseline: inputs})
-            selection = select(bench, baseline, asked, clock.say, general)
+            selection = select(bench, baseline, screening, asked, clock.say, general)
     final = selection.final
-    if selection.steps:
-        screening = selection.steps[0].screening
-    else:
-        with clock.stage("screening the suspects"):
-            screening = screen(baseline.found.problem, baseline.found.x, asked)
     tested, left, agreement = _evidence(campaign, truck, selection, every, clock)
     found = (*causes(selection), *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
     verdict = _verdict(selection, found, unexcited)
