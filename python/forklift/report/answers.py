@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from forklift import operation
+from forklift.diagnosis_files import TELLING
 from forklift.estimation.judgement import AT_NOISE
 from forklift.report import words
 from forklift.report.blocks import Fact
@@ -47,14 +49,14 @@ def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 
 def _what(cause: Cause, row: Mapping[str, Any], several: bool) -> Fact:
     sizes = [
-        f"{words.amount(one['value'], one['unit'])} ({100 * one['level']:g} % interval "
-        f"{words.amount(one['lower'], '1')} to {words.amount(one['upper'], one['unit'])})"
+        f"{words.amount(one['value'], one['unit'], 4)} ({100 * one['level']:g} % interval "
+        f"{words.interval(one['lower'], one['upper'], one['unit'])})"
         for one in row["parameters"][:1]
     ]
     name = words.suspect(cause.suspect)
     return Fact(
         f"What is wrong{', and how much' if sizes else ''}?",
-        f"{name[:1].upper()}{name[1:]}",
+        words.capital(name),
         [
             *([words.sentence(cause.suspect, row["parameters"])] if row["parameters"] else []),
             *(f"Size: {size}." for size in sizes),
@@ -65,14 +67,14 @@ def _what(cause: Cause, row: Mapping[str, Any], several: bool) -> Fact:
 def _where(told: Mapping[str, Any]) -> Fact:
     location = told["location"]
     where = words.EQUATIONS[location["equation"]]
-    return Fact(
-        "Where?",
-        f"{words.lifts(location['lift'])[:1].upper()}{words.lifts(location['lift'])[1:]}: {where}",
-        [
-            f"It shows most in the {words.signal(location['signal'])}.",
-            f"Without knowing any cause, {location['region']}.",
-        ],
-    )
+    details = [f"It shows most in the {words.signal(location['signal'])}."]
+    telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
+    details += [
+        f"{100 * one['explained']:.0f} % of what would have to act unseen for the truck to follow the recordings "
+        f"is a function of the {operation.words(one['variable'], 'main')[0]}."
+        for one in telling
+    ]
+    return Fact("Where?", f"{words.capital(words.lifts(location['lift']))}: {where}", details)
 
 
 def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
@@ -101,12 +103,10 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         fit = f"The velocity fits to {gain['nrmse_before']:.1f} % (NRMSE) on recordings held out." if gain else ""
         return Fact("How much better does the model get?", answer, [fit] if fit else [])
     details = [
-        f"What is left over falls from {words.number(left['before'])} to {words.number(left['after'])} "
-        f"{words.NOISE}; in the worst signal from {words.number(left['worst_before'])} to "
-        f"{words.number(left['worst_after'])}."
+        f"What is left over falls in the worst signal from {words.number(left['worst_before'])} to "
+        f"{words.number(left['worst_after'])} {words.NOISE}, and on average from "
+        f"{words.number(left['before'])} to {words.number(left['after'])}."
     ]
-    if left["gap_closed"] is not None:
-        details.append(f"{100.0 * left['gap_closed']:.1f} % of the avoidable error is gone.")
     if not gain:
         return Fact("How much better does the model get?", "See what is left over.", details)
     return Fact(
@@ -156,15 +156,14 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 def _next(told: Mapping[str, Any]) -> Fact:
     proposed, why = told["next_recording"], told["next_recording_why"]
     if proposed is None:
-        return Fact("What to record next?", "Nothing more is needed.", [f"{why[:1].upper()}{why[1:]}."])
+        return Fact("What to record next?", "Nothing more is needed.", [f"{words.capital(why)}."])
     return Fact(
         "What to record next?",
-        f"{words.lifts(proposed['lift'])[:1].upper()}{words.lifts(proposed['lift'])[1:]}, "
+        f"{words.capital(words.lifts(proposed['lift']))}, "
         f"{proposed['load_kg']:g} kg, oil at {proposed['oil_temperature_degc']:.0f} °C",
-        [f"{why[:1].upper()}{why[1:]}.", f"The command is in {proposed['command']}, beside this page."],
+        [f"{words.capital(why)}.", f"The command is in {proposed['command']}, beside this page."],
     )
 
 
 def _listed(names: Sequence[str]) -> str:
-    text = " or ".join(names)
-    return f"{text[:1].upper()}{text[1:]}"
+    return words.capital(" or ".join(names))

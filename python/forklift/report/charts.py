@@ -11,7 +11,7 @@ from forklift import operation, unknown_ports
 from forklift.estimation.knowledge import QUANTILE
 from forklift.report.blocks import Figure, Panel
 from forklift.report.traces import numbers
-from forklift.report.words import NOISE, place, printed
+from forklift.report.words import NOISE, capital, drawn, place, printed
 
 if TYPE_CHECKING:
     from forklift.candidates import NextRecording
@@ -23,28 +23,34 @@ ROW_PX = 17
 BAR_PX = 34
 
 
-def law(port: str, found: Sequence[Against]) -> Figure:
-    """The unknown input against each variable, with its band and what the final model has there."""
-    where, unit = place(port)
+def law(port: str, found: Sequence[Against], own: bool) -> Figure:
+    """The unknown input against each variable, with its band and what the final model has there.
+
+    `own`: whether the place is that of the cause that was named.
+    """
+    where, unit, scale = place(port)
     lift = unknown_ports.lift_of(port) or "main"
     return Figure(
         f"What the recordings ask for: {where}",
         "Dots: what has to act there, moment by moment, for the fitted truck to follow the recordings, without "
         "knowing any cause. Dotted line and band: the same as a function of one variable, with its 95 % "
         "interval. Solid line: what the final model has there. Where the lines lie on each other, the cause "
-        "that was named has the right law.",
-        [_against(one, unit, *operation.words(one.variable, lift)) for one in found],
+        "that was named has the right law."
+        + ("" if own else " No single place stands for that cause; of those there are, this explains most."),
+        [_against(one, unit, scale, *operation.words(one.variable, lift)) for one in found],
         height=400,
         choose="Against",
     )
 
 
-def _against(one: Against, unit: str, variable: str, its_unit: str) -> Panel:
-    at = numbers(one.at)
+def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str) -> Panel:
+    its_unit, its_scale = drawn(its_unit)
+    at = numbers(its_scale * one.at)
+    curve = scale * one.curve
     data: list[dict[str, Any]] = [
         {
             "type": "scatter", "mode": "markers", "name": "asked for, moment by moment",
-            "x": numbers(one.values), "y": numbers(one.found), "hoverinfo": "skip",
+            "x": numbers(its_scale * one.values), "y": numbers(scale * one.found), "hoverinfo": "skip",
             "marker": {"size": 4, "color": "@measured", "opacity": 0.35},
         }
     ]  # fmt: skip
@@ -52,17 +58,17 @@ def _against(one: Against, unit: str, variable: str, its_unit: str) -> Panel:
         data.append(
             {
                 "type": "scatter", "mode": "lines", "name": "95 % of the curve", "x": at + at[::-1],
-                "y": numbers(one.curve + one.band) + numbers((one.curve - one.band)[::-1]),
+                "y": numbers(curve + scale * one.band) + numbers((curve - scale * one.band)[::-1]),
                 "fill": "toself", "fillcolor": "@band", "line": {"width": 0}, "hoverinfo": "skip",
             }
         )  # fmt: skip
-    data.append(_line("asked for, as a function", at, numbers(one.curve), "@before", "dot"))
+    data.append(_line("asked for, as a function", at, numbers(curve), "@before", "dot"))
     if one.law is not None:
-        data.append(_line("what the final model has there", at, numbers(one.law), "@after", "solid"))
-    axis = f"{variable[:1].upper()}{variable[1:]}" + (f" [{printed(its_unit)}]" if printed(its_unit) else "")
+        data.append(_line("what the final model has there", at, numbers(scale * one.law), "@after", "solid"))
+    axis = f"{capital(variable)} [{its_unit}]" if its_unit else capital(variable)
     layout = {
         "xaxis": {"title": {"text": axis}},
-        "yaxis": {"title": {"text": unit}, "exponentformat": "power", "range": _range(one)},
+        "yaxis": {"title": {"text": unit}, "exponentformat": "power", "range": [scale * end for end in _range(one)]},
         "showlegend": True,
     }
     return Panel(f"{variable} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
@@ -99,11 +105,13 @@ def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Figure:
             "pattern": {"shape": [shapes[kind] for *_, kind in rows], "solidity": 0.25, "size": 6},
         },
     }  # fmt: skip
-    most = max([*values, 2.0])
+    least, most = min([*values, 1.0]), max([*values, 2.0])
+    ticks = [mantissa * 10.0**power for power in range(-1, 7) for mantissa in (1, 2, 5)]
     layout = {
         "xaxis": {
             "type": "log", "title": {"text": f"Left over on recordings held out, {NOISE}"},
-            "range": [float(np.log10(0.8)), float(np.log10(1.5 * most))], "dtick": "D2" if most < 50 else 1,
+            "range": [float(np.log10(0.6 * least)), float(np.log10(1.5 * most))], "tickvals": ticks,
+            "ticktext": [f"{tick:g}" for tick in ticks],
         },
         "yaxis": {
             "range": [len(rows) - 0.45, -0.5], "showticklabels": False, "showgrid": False, "zeroline": False,
@@ -118,7 +126,7 @@ def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Figure:
         "annotations": [
             {
                 "text": f"<b>{value:.3g}</b>  {name}", "x": 0, "xref": "paper", "y": row - 0.2, "yref": "y",
-                "xanchor": "left", "showarrow": False, "font": {"size": 12}, "align": "left",
+                "xanchor": "left", "showarrow": False, "font": {"size": 12}, "align": "left", "bgcolor": "@paper", "borderpad": 1,
             }
             for row, (name, value, _) in enumerate(rows)
         ],

@@ -32,7 +32,7 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
 
 def _alike(found: Diagnosis) -> list[str]:
     said = [
-        f"{words.suspect(cause.suspect)[:1].upper()}{words.suspect(cause.suspect)[1:]} cannot be told from "
+        f"{words.capital(words.suspect(cause.suspect))} cannot be told from "
         f"{' or '.join(map(words.suspect, cause.not_separable_from))}: they explain the recordings held out as "
         "well."
         for cause in found.causes
@@ -47,7 +47,7 @@ def _alike(found: Diagnosis) -> list[str]:
 
 def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        name = f"{words.suspect(cause.suspect)[:1].upper()}{words.suspect(cause.suspect)[1:]}"
+        name = words.capital(words.suspect(cause.suspect))
         if row["form"] == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
         else:
@@ -91,7 +91,7 @@ def _untestable(found: Diagnosis) -> list[str]:
     if not places:
         return ["Every suspect of the catalogue could be tested."]
     return [
-        f"{name[:1].upper()}{name[1:]}{f' ({where})' if (where := ', '.join(filter(None, wheres))) else ''}: "
+        f"{words.capital(name)}{f' ({where})' if (where := ', '.join(filter(None, wheres))) else ''}: "
         "whether it is there makes no difference to these recordings, or needs a condition that they lack."
         for name, wheres in places.items()
     ]

@@ -108,7 +108,8 @@ def _law(found: Diagnosis) -> list[Figure]:
     one = law.place_of(found)
     drawn = law.against(found, one) if one else []
     telling = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
-    return [charts.law(one.port, telling)] if one and telling else []
+    own = not found.causes or (one is not None and law.is_at(one.port, found.causes[0].suspect))
+    return [charts.law(one.port, telling, own)] if one and telling else []
 
 
 def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:

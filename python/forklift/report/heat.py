@@ -22,7 +22,7 @@ STRONGEST = 100.0
 """Mean square of the strongest colour."""
 STILL = 0.1
 """Mean square below which a signal stands still, so that it has no noise either."""
-COLUMN_PX, ROW_PX, LABELS_PX = 34, 24, 210
+COLUMN_PX, ROW_PX, LETTER_PX = 34, 24, 6.2
 SCALE = [[0.0, "@cold"], [0.5, "@warm"], [1.0, "@hot"]]
 
 Cells = Mapping[tuple[str, str, str], tuple[float, int]]
@@ -42,8 +42,8 @@ def heat(campaign: Campaign, truck: Truck, models: Mapping[str, Sequence[Judged]
         "Where the difference lies",
         note,
         [_panel(label, known, files, role, columns) for label, known in cells.items()],
-        height=150 + ROW_PX * len(files),
-        least_px=LABELS_PX + COLUMN_PX * len(columns),
+        height=160 + ROW_PX * len(files),
+        least_px=_labels_px(files) + COLUMN_PX * len(columns),
         choose="Model",
     )
 
@@ -73,7 +73,7 @@ def _panel(
     trace = {
         "type": "heatmap",
         "x": places,
-        "y": [f"{file}{'' if role[file] == 'validate' else ' (fitted on)'}" for file in files],
+        "y": list(files),
         "z": [[None if ms is None else round(_strength(ms), 3) for ms in row] for row in squares],
         "text": [["" if ms is None else brief(ms) for ms in row] for row in squares],
         "texttemplate": "%{text}",
@@ -94,21 +94,28 @@ def _panel(
         "ygap": 1,
         "colorscale": SCALE,
         "colorbar": {
-            "orientation": "h", "thickness": 10, "len": 0.4, "x": 1, "xanchor": "right", "y": -0.02,
-            "yanchor": "top", "ypad": 60, "outlinewidth": 0,
+            "orientation": "h", "thickness": 10, "len": 0.4, "x": 1, "xanchor": "right", "y": 0,
+            "yref": "container", "yanchor": "bottom", "ypad": 4, "outlinewidth": 0,
             "tickvals": [_strength(ms) for ms in (1.0, 3.0, 10.0, 30.0, 100.0)],
             "ticktext": ["1 (noise)", "3", "10", "30", "100"],
         },
     }  # fmt: skip
-    return Panel(label, [trace], _layout(columns))
+    return Panel(label, [trace], _layout(columns, files, role))
 
 
-def _layout(columns: Sequence[tuple[str, str]]) -> dict[str, Any]:
+def _labels_px(files: Sequence[str]) -> int:
+    return 20 + round(LETTER_PX * max(map(len, files), default=0))
+
+
+def _layout(
+    columns: Sequence[tuple[str, str]], files: Sequence[str], role: Mapping[str, str]
+) -> dict[str, Any]:
+    held = sum(role[file] == "validate" for file in files)
     channels = list(dict.fromkeys(channel for channel, _ in columns))
     first = [next(k for k, column in enumerate(columns) if column[0] == channel) for channel in channels]
     ends = [*first[1:], len(columns)]
     return {
-        "margin": {"l": LABELS_PX, "r": 6, "t": 30, "b": 110},
+        "margin": {"l": _labels_px(files), "r": 22, "t": 30, "b": 120},
         "dragmode": False,
         "hovermode": "closest",
         "xaxis": {
@@ -126,6 +133,14 @@ def _layout(columns: Sequence[tuple[str, str]]) -> dict[str, Any]:
                 "font": {"size": 10, "color": "@soft"},
             }
             for channel, start, end in zip(channels, first, ends, strict=True)
+        ]
+        + [
+            {
+                "text": text, "x": 1, "xref": "paper", "xanchor": "left", "y": 0.5 * (start + end - 1),
+                "yref": "y", "textangle": 90, "showarrow": False, "font": {"size": 10, "color": "@soft"},
+            }
+            for text, start, end in (("held out", 0, held), ("fitted on", held, len(files)))
+            if end - start > 1
         ],
         "shapes": [
             {
@@ -133,7 +148,13 @@ def _layout(columns: Sequence[tuple[str, str]]) -> dict[str, Any]:
                 "y1": 1, "line": {"color": "@ink", "width": 1},
             }
             for start in first[1:]
-        ],
+        ]
+        + [
+            {
+                "type": "line", "xref": "paper", "yref": "y", "x0": 0, "x1": 1, "y0": held - 0.5,
+                "y1": held - 0.5, "line": {"color": "@ink", "width": 1},
+            }
+        ] * (0 < held < len(files)),
     }  # fmt: skip
 
 

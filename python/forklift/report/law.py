@@ -1,7 +1,7 @@
 """The unknown input that the recordings ask for, against its variable, beside what the final model has there.
 
 Both are smoothed alike: first from what the recordings say beyond the fitted truck, then from what the final
-model says beyond it, put in the recordings' place. Where the final model has the right law the two curves
+model says beyond it, read by the same sensors with their noise and put in the recordings' place. Where the final model has the right law the two curves
 lie on each other, whatever other parameters have taken up of it.
 """
 
@@ -21,11 +21,15 @@ from forklift.estimation.knowledge import QUANTILE
 
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.suspect import Suspect
     from forklift.estimation.problem import Problem
+    from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
 
 MOST_VARIABLES = 3
+SEED = 1
+"""Of the noise with which the final model is read."""
 TOLD = 0.7
 """A moment is drawn if the recordings narrow the input there to this share of what it may be anyway."""
 
@@ -52,19 +56,21 @@ class Against:
 
 
 def place_of(found: Diagnosis) -> UnknownInput | None:
-    """The input to look at: the most credible at the first cause's own equation and lift; without one, that
-    of the whole machine that is no sensor's; and if no cause was found, the most credible of all."""
-    if not found.inputs or not found.causes:
+    """The input to look at: at the first cause's own equation and lift, if an unknown input can act there;
+    else the most credible of all."""
+    if not found.causes:
         return next(iter(found.inputs), None)
     first = found.causes[0].suspect
-    if first.kind == "sensor":
-        return next((one for one in found.inputs if one.port == first.where), found.inputs[0])
+    own = (one for one in found.inputs if is_at(one.port, first))
+    return next(own, next(iter(found.inputs), None))
 
-    def near(one: UnknownInput) -> tuple[bool, bool, float]:
-        equation, lift = unknown_ports.equation(one.port), unknown_ports.lift_of(one.port)
-        return equation == first.equation and lift == first.where, equation != "sensor", one.evidence
 
-    return max(found.inputs, key=near)
+def is_at(port: str, suspect: Suspect) -> bool:
+    """Whether the port stands in the equation that the suspect changes, where it acts."""
+    if suspect.kind == "sensor":
+        return port == suspect.where
+    equation, lift = unknown_ports.equation(port), unknown_ports.lift_of(port)
+    return equation == suspect.equation and lift == suspect.where
 
 
 def against(found: Diagnosis, best: UnknownInput) -> list[Against]:
@@ -73,8 +79,8 @@ def against(found: Diagnosis, best: UnknownInput) -> list[Against]:
     problem, x = trial.early.problem, trial.early.x
     lift = unknown_ports.lift_of(best.port) or "main"
     given = [
-        operation.variables(sample, dict(run.model), lift, centres)
-        for sample, run, centres in zip(problem.samples, problem.linearise(x), best.centres, strict=True)
+        operation.variables(sample, said, lift, centres)
+        for sample, said, centres in zip(problem.samples, problem.values(x), best.centres, strict=True)
     ]
     seen = found.shapes if best is found.inputs[0] else shapes(best, given)
     fitted = _fitted(found, problem, x, best.port)
@@ -82,22 +88,30 @@ def against(found: Diagnosis, best: UnknownInput) -> list[Against]:
 
 
 def _fitted(found: Diagnosis, problem: Problem, x: Floats, port: str) -> UnknownInput | None:
-    """The same input, had the recordings been what the final model says."""
+    """The same input, had the recordings been what the final model says and the sensors read of it."""
     if not found.final.suspects:
         return None
     last = found.final.found
+    random = np.random.default_rng(SEED)
     said = [
         replace(
             sample,
             observed=tuple(
-                replace(seen, values=run.model[seen.sensor.channel] - 0.5 * seen.sensor.count)
+                replace(seen, values=_read(run[seen.sensor.channel], seen.sensor, random))
                 for seen in sample.observed
             ),
         )
-        for sample, run in zip(problem.samples, last.problem.linearise(last.x), strict=True)
+        for sample, run in zip(problem.samples, last.problem.values(last.x), strict=True)
     ]
     instead = replace(problem, samples=tuple(said))
     return next(iter(unknown_inputs(instead, x, [port], unknown_ports.respond)), None)
+
+
+def _read(values: Floats, sensor: Sensor, random: np.random.Generator) -> Floats:
+    """What a sensor would have read: whole counts of an encoder, else with noise."""
+    if sensor.count:
+        return np.floor(values / sensor.count) * sensor.count
+    return values + sensor.noise * random.standard_normal(len(values))
 
 
 def _against(

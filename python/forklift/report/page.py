@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,7 +44,7 @@ def _is_drawn(block: Block) -> bool:
 
 def _data(drawn: list[Block]) -> str:
     """What the script draws, by place, such that nothing in it ends the script."""
-    text = json.dumps([asdict(block) for block in drawn], separators=(",", ":"), allow_nan=False)
+    text = json.dumps([*drawn], default=vars, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c")
 
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.names import commanded, outputs
+from forklift.names import channels, commanded, outputs
 from forklift.report.blocks import Replay, Signal
-from forklift.report.words import SHOWN, lifts, signal
+from forklift.report.words import SHOWN, capital, lifts, signal
 
 if TYPE_CHECKING:
     from forklift.compare import Comparison, Prediction
@@ -77,14 +77,11 @@ def _signal(
     drawn = {
         name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)
     }
-    title = signal(channel)
-    return Signal(title[:1].upper() + title[1:], unit, note, {"x": numbers(thin)} | drawn)
+    return Signal(capital(signal(channel)), unit, note, {"x": numbers(thin)} | drawn)
 
 
 def shown(channel: str) -> tuple[str, float]:
     """The unit that a channel is drawn in, and how many of it one of its own is."""
-    from forklift.names import channels
-
     _, unit, scale = SHOWN[(outputs() | channels())[channel]["unit"]]
     return unit, scale
 
@@ -96,15 +93,16 @@ def decimate(most: int, time: Floats, *curves: Floats) -> tuple[Floats, ...]:
     """
     if len(time) <= most:
         return (time, *curves)
-    stretches = np.array_split(np.arange(len(time)), max(1, most // (2 * len(curves))))
-    keep = {0, len(time) - 1}
-    for stretch in stretches:
-        for curve in curves:
-            part = curve[stretch]
-            if np.isfinite(part).any():
-                keep |= {int(stretch[np.nanargmin(part)]), int(stretch[np.nanargmax(part)])}
-            else:
-                keep.add(int(stretch[0]))
+    stretches = max(1, most // (2 * len(curves)))
+    width = -(-len(time) // stretches)
+    keep = {0, len(time) - 1, *range(0, len(time), width)}
+    for curve in curves:
+        rows = np.full(-(-len(curve) // width) * width, np.nan)
+        rows[: len(curve)] = curve
+        rows = rows.reshape(-1, width)
+        begin = width * np.flatnonzero(np.isfinite(rows).any(axis=1))
+        known = rows[begin // width]
+        keep |= {*(begin + np.nanargmin(known, axis=1)).tolist(), *(begin + np.nanargmax(known, axis=1)).tolist()}
     at = np.array(sorted(keep))
     return (time[at], *(curve[at] for curve in curves))
 

@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from forklift.effects import EFFECTS, Equation
 from forklift.free_shape import ports
 from forklift.names import LIFTS, channels, outputs
@@ -25,6 +27,7 @@ SHOWN: Mapping[str, tuple[str, str, float]] = {
 }
 """By unit: what the quantity is called, and the unit and scale it is drawn in."""
 
+HIGH = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 RAISED = str.maketrans("23456", "²³⁴⁵⁶")
 
 EQUATIONS: Mapping[Equation, str] = {
@@ -46,18 +49,46 @@ EQUATIONS: Mapping[Equation, str] = {
 }
 """Where in the model something may be wrong."""
 
-NOISE = "times the sensors' noise (1 is noise alone)"
+NOISE = "times the sensors' noise power (1 is noise alone)"
 """The unit of what is left over, in words."""
 
 
-def number(value: float | None) -> str:
-    """Three digits; a dash for what is not defined."""
-    return "—" if value is None else f"{value:.3g}"
+DRAWN: Mapping[str, tuple[str, float]] = {
+    "Pa": ("MPa", 1e-6), "m3/s": ("l/min", 6e4), "N": ("kN", 1e-3), "degC": ("°C", 1.0),
+}  # fmt: skip
+"""By unit: the one that figures have instead, and how many of it one is."""
 
 
-def amount(value: float, unit: str) -> str:
+def number(value: float | None, digits: int = 3) -> str:
+    """A few digits, as print has them; a dash for what is not defined."""
+    if value is None:
+        return "—"
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e6:
+        decimals = 0 if rounded == 0.0 else max(0, digits - 1 - int(np.floor(np.log10(abs(rounded)))))
+        said = f"{rounded:.{decimals}f}"
+        said = said.rstrip("0").rstrip(".") if "." in said else said
+        return said.replace("-", "−")
+    said, _, power = f"{rounded:.{digits - 1}e}".partition("e")
+    said = said.rstrip("0").rstrip(".") if "." in said else said
+    return f"{said.replace('-', '−')} × 10{str(int(power)).translate(HIGH)}"
+
+
+def amount(value: float, unit: str, digits: int = 3) -> str:
     """A value in its own unit."""
-    return f"{value:.3g} {printed(unit)}".rstrip()
+    return f"{number(value, digits)} {printed(unit)}".rstrip()
+
+
+def interval(lower: float, upper: float, unit: str) -> str:
+    """From where to where, with as many digits as tell the ends apart."""
+    width = abs(upper - lower)
+    digits = 3 if not width else int(np.clip(np.ceil(np.log10(max(abs(lower), abs(upper)) / width)) + 2, 3, 6))
+    return f"{number(lower, digits)} to {amount(upper, unit, digits)}"
+
+
+def drawn(unit: str) -> tuple[str, float]:
+    """The unit that figures have instead of this one, and how many of it one is."""
+    return DRAWN.get(unit, (printed(unit), 1.0))
 
 
 def printed(unit: str) -> str:
@@ -76,21 +107,28 @@ def signal(channel: str) -> str:
     return f"{SHOWN[known['unit']][0]} of the {lift} lift"
 
 
-def place(port: str) -> tuple[str, str]:
-    """A port of a lift, or a channel's sensor, in words, and what an unknown input there is measured in."""
+def place(port: str) -> tuple[str, str, float]:
+    """A port of a lift, or a channel's sensor, in words; what an unknown input there is drawn in, and how many
+    of that one of its own unit is."""
     lift, _, name = port.partition(".")
     spec = ports().get(name)
     if spec is None:
         unit = (outputs() | channels())[port]["unit"] if port in outputs() | channels() else ""
-        return f"sensor of the {signal(port)}", printed(unit)
+        return f"sensor of the {signal(port)}", *drawn(unit)
     meaning = spec["meaning"].partition(",")[0].partition(" (3")[0].rstrip(".")
     meaning = meaning[:1].lower() + meaning[1:]
-    return f"{meaning}, {lift} lift", "relative change" if spec["join"] == "factor" else printed(spec["unit"])
+    unit, scale = ("relative change", 1.0) if spec["join"] == "factor" else drawn(spec["unit"])
+    return f"{meaning}, {lift} lift", unit, scale
 
 
 def lifts(lift: str) -> str:
     """``"the main lift"`` or ``"both lifts"``."""
     return "both lifts" if lift == "both" else f"the {lift} lift"
+
+
+def capital(text: str) -> str:
+    """With a capital first."""
+    return text[:1].upper() + text[1:]
 
 
 def suspect(one: Suspect) -> str:
@@ -105,8 +143,8 @@ def sentence(one: Suspect, rows: Sequence[Mapping[str, Any]]) -> str:
     effect = next((effect for effect in EFFECTS if effect.id == one.id), None)
     said = {row["name"].rpartition(".")[2]: amount(row["value"], row["unit"]) for row in rows}
     if effect is None:
-        return f"{suspect(one)[:1].upper()}{suspect(one)[1:]}."
+        return f"{capital(suspect(one))}."
     try:
         return effect.sentence.format(lift=one.where, **said)
     except KeyError:  # a parameter that was not estimated
-        return f"{suspect(one)[:1].upper()}{suspect(one)[1:]}."
+        return f"{capital(suspect(one))}."

@@ -65,8 +65,8 @@ function drawRecording(place, block) {
   const title = text => ({ text, font: { size: 11 } });
   const layout = framed({
     xaxis: { title: title("Time [s]"), anchor: "y3", ...(place.range ? { range: place.range } : {}) },
-    yaxis: { title: title(signal.unit), domain: [0.46, 1], nticks: 7 },
-    yaxis2: { title: title("difference"), domain: [0.2, 0.42], nticks: 4 },
+    yaxis: { title: title(`${signal.title.split(" ")[0]} [${signal.unit}]`), domain: [0.46, 1], nticks: 7 },
+    yaxis2: { title: title(`difference`), domain: [0.2, 0.42], nticks: 4 },
     yaxis3: { title: title("A"), domain: [0, 0.16], nticks: 3 },
     hoversubplots: "axis",
   });
