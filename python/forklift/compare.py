@@ -297,9 +297,7 @@ def command_line(verb: str, campaign: Campaign, truck: Truck, options: Sequence[
     if campaign.folder is None or truck.origin == "Python":
         return None
     name = truck.name if truck.origin == "shipped" else truck.origin
-    return shlex.join(
-        ["forklift", verb, str(campaign.folder), "--truck", name, *options, "--out", "result"]
-    )
+    return shlex.join(["forklift", verb, str(campaign.folder), "--truck", name, *options, "--out", "result"])
 
 
 def temperature_option(comparison: Comparison) -> list[str]:

@@ -133,7 +133,7 @@ class Diagnosis:
         return diagnosis_files.sentence(self)
 
     def write(self, out: str | Path) -> Path:
-        """Write ``report.html``, ``diagnosis.json``, ``truck.toml`` and both models' predictions into a folder.
+        """Write ``report.html``, ``diagnosis.json``, ``truck.toml`` and predictions of both models.
 
         The folder appears whole or not at all; an earlier diagnosis there is replaced.
 

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     """What is wrong, where, how sure, how much, what it improves, what else it could be, what to do next."""
-    what = [_nothing(found, told)] if not found.causes else []
+    what = [] if found.causes else [_nothing(found, told), _tested(told)]
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        what += [_what(cause, row, len(found.causes) > 1), _sure(cause, row)]
+        what += [_what(cause, row), _sure(cause, row)]
     where = [_where(told)] if told["location"] else []
     return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(told)]
 
@@ -36,8 +36,8 @@ def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             "Nothing that these recordings show.",
             [
                 f"With its parameters fitted, the truck explains all {judged} recordings that it was not "
-                f"fitted on. At worst one signal is left with {words.number(worst)} {words.NOISE}; up to about "
-                f"{AT_NOISE:g} counts as explained."
+                f"fitted on. At worst one signal is left with {words.number(worst)} {words.NOISE}; up to "
+                f"about {AT_NOISE:g} counts as explained."
             ],
         )
     return Fact(
@@ -47,12 +47,35 @@ def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     )
 
 
-def _what(cause: Cause, row: Mapping[str, Any], several: bool) -> Fact:
-    sizes = [
-        f"{words.amount(one['value'], one['unit'], 4)} ({100 * one['level']:g} % interval "
-        f"{words.interval(one['lower'], one['upper'], one['unit'])})"
-        for one in row["parameters"][:1]
-    ]
+def _tested(told: Mapping[str, Any]) -> Fact:
+    """How sure one may be that nothing is amiss, or that something is."""
+    tests = told["deficient"]["after"]["tests"]
+    failed = sum(test["failed"] for test in tests)
+    if not failed:
+        return Fact(
+            "How sure is that?",
+            f"All {len(tests)} tests pass",
+            [
+                "What is left over has the size of the sensors' noise, is as random, and depends on nothing "
+                "that was measured. A complete model passes all of them 99 times in 100."
+            ],
+        )
+    return Fact(
+        "How sure is that?",
+        f"{failed} of {len(tests)} tests fail",
+        ["They ask whether what is left over is noise alone: see Doubts. A complete model passes all of them "
+         "99 times in 100."],
+    )  # fmt: skip
+
+
+def _what(cause: Cause, row: Mapping[str, Any]) -> Fact:
+    sizes = []
+    for one in row["parameters"][:1]:
+        value, lower, upper = words.size(one["value"], one["lower"], one["upper"])
+        unit = words.printed(one["unit"])
+        sizes.append(
+            f"{value} {unit} ({100 * one['level']:g} % interval {lower} to {upper})".replace("  ", " ")
+        )
     name = words.suspect(cause.suspect)
     return Fact(
         f"What is wrong{', and how much' if sizes else ''}?",
@@ -70,8 +93,8 @@ def _where(told: Mapping[str, Any]) -> Fact:
     details = [f"It shows most in the {words.signal(location['signal'])}."]
     telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
     details += [
-        f"{100 * one['explained']:.0f} % of what would have to act unseen for the truck to follow the recordings "
-        f"is a function of the {operation.words(one['variable'], 'main')[0]}."
+        f"{100 * one['explained']:.0f} % of what would have to act unseen for the truck to follow the "
+        f"recordings is a function of the {operation.words(one['variable'], 'main')[0]}."
         for one in telling
     ]
     return Fact("Where?", f"{words.capital(words.lifts(location['lift']))}: {where}", details)
@@ -84,14 +107,14 @@ def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
         f"How sure is “{cause.suspect.name}”?",
         f"Credibility {row['credibility']:.2f} of 1",
         [
-            f"The recordings held out were drawn anew at random many times; in {share:.0f} % of the draws this "
-            "explains them better than everything else that was tried."
+            f"The recordings held out were drawn anew at random many times; in {share:.0f} % of the draws "
+            "this explains them better than everything else that was tried."
             if cause.rivals or not complete
             else "No rival came near enough to be tried.",
-            "Nothing but the sensors' noise is left over, so its law is right as far as these recordings tell."
+            "Nothing but the sensors' noise is left over: its law is right, as far as these recordings tell."
             if complete
-            else "Its law is uncertain: the place is right, but something is left over, or only a curve without "
-            "a name explains it.",
+            else "Its law is uncertain: the place is right, but something is left over, or only a curve "
+            "without a name explains it.",
         ],
     )
 
@@ -100,7 +123,11 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     left, gain = told["left_over"], told["fit_summary"].get("validate")
     if told["verdict"] == "no-mismatch" or not found.causes:
         answer = "There is nothing to gain." if told["verdict"] == "no-mismatch" else "Nothing was added."
-        fit = f"The velocity fits to {gain['nrmse_before']:.1f} % (NRMSE) on recordings held out." if gain else ""
+        fit = (
+            f"The velocity fits to {gain['nrmse_before']:.1f} % (NRMSE) on recordings held out."
+            if gain
+            else ""
+        )
         return Fact("How much better does the model get?", answer, [fit] if fit else [])
     details = [
         f"What is left over falls in the worst signal from {words.number(left['worst_before'])} to "
@@ -135,7 +162,9 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     )
     untestable = len(told["untestable"])
     open_ = (
-        [f"Of {untestable} other suspects these recordings can tell nothing: see Doubts."] if untestable else []
+        [f"Of {untestable} other suspects these recordings can tell nothing: see Doubts."]
+        if untestable
+        else []
     )
     if not rivals:
         none = "Nothing else was needed." if told["verdict"] == "no-mismatch" else "Nothing else was tried."

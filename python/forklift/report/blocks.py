@@ -63,6 +63,20 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Bars:
+    """Lengths to compare, each below its label, with a mark that all are held against."""
+
+    kind: ClassVar = "bars"
+    title: str
+    note: str
+    rows: Sequence[tuple[str, str, float, str]]
+    """Label, number, length in per cent, and ``before``, ``after`` or ``rival``."""
+    mark: float
+    """Where the mark stands, in per cent."""
+    mark_label: str
+
+
+@dataclass(frozen=True)
 class Panel:
     """One drawing, as plotly takes it; colours are names of the page's, with an ``@`` before them."""
 
@@ -124,7 +138,7 @@ class Explorer:
     """Recording and signal that are seen first."""
 
 
-Block = Text | Points | Code | Table | Figure | Explorer
+Block = Text | Points | Code | Table | Bars | Figure | Explorer
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import numpy as np
 
 from forklift import operation, unknown_ports
 from forklift.estimation.knowledge import QUANTILE
-from forklift.report.blocks import Figure, Panel
+from forklift.report.blocks import Bars, Figure, Panel
 from forklift.report.traces import numbers
-from forklift.report.words import NOISE, capital, drawn, place, printed
+from forklift.report.words import capital, drawn, number, place, printed
 
 if TYPE_CHECKING:
     from forklift.candidates import NextRecording
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 ROW_PX = 17
 """Height of a row of the correlations."""
-BAR_PX = 34
 
 
 def law(port: str, found: Sequence[Against], own: bool) -> Figure:
@@ -32,10 +31,10 @@ def law(port: str, found: Sequence[Against], own: bool) -> Figure:
     lift = unknown_ports.lift_of(port) or "main"
     return Figure(
         f"What the recordings ask for: {where}",
-        "Dots: what has to act there, moment by moment, for the fitted truck to follow the recordings, without "
-        "knowing any cause. Dotted line and band: the same as a function of one variable, with its 95 % "
-        "interval. Solid line: what the final model has there. Where the lines lie on each other, the cause "
-        "that was named has the right law."
+        "Dots: what has to act there, moment by moment, for the fitted truck to follow the recordings, "
+        "without knowing any cause. Dotted line and band: the same as a function of one variable, with its "
+        "95 % interval. Solid line: what the final model has there. Where the lines lie on each other, the "
+        "cause that was named has the right law."
         + ("" if own else " No single place stands for that cause; of those there are, this explains most."),
         [_against(one, unit, scale, *operation.words(one.variable, lift)) for one in found],
         height=400,
@@ -68,7 +67,11 @@ def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str
     axis = f"{capital(variable)} [{its_unit}]" if its_unit else capital(variable)
     layout = {
         "xaxis": {"title": {"text": axis}},
-        "yaxis": {"title": {"text": unit}, "exponentformat": "power", "range": [scale * end for end in _range(one)]},
+        "yaxis": {
+            "title": {"text": unit},
+            "exponentformat": "power",
+            "range": [scale * end for end in _range(one)],
+        },
         "showlegend": True,
     }
     return Panel(f"{variable} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
@@ -91,50 +94,21 @@ def _line(name: str, x: Sequence[Any], y: Sequence[Any], colour: str, dash: str)
     }  # fmt: skip
 
 
-def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Figure:
-    """Bars of what explanations leave over: name, mean square, and ``before``, ``after`` or ``rival``."""
-    colours = {"before": "@before", "after": "@after", "rival": "@measured"}
-    shapes = {"before": "/", "after": "", "rival": "."}
-    values = [square for _, square, _ in rows]
-    trace = {
-        "type": "bar", "orientation": "h", "x": [float(f"{v:.4g}") for v in values],
-        "y": list(range(len(rows))), "customdata": [name for name, _, _ in rows],
-        "hovertemplate": "%{customdata}: %{x:.3g}<extra></extra>", "width": 0.34, "offset": 0.02,
-        "marker": {
-            "color": [colours[kind] for *_, kind in rows],
-            "pattern": {"shape": [shapes[kind] for *_, kind in rows], "solidity": 0.25, "size": 6},
-        },
-    }  # fmt: skip
-    least, most = min([*values, 1.0]), max([*values, 2.0])
-    ticks = [mantissa * 10.0**power for power in range(-1, 7) for mantissa in (1, 2, 5)]
-    layout = {
-        "xaxis": {
-            "type": "log", "title": {"text": f"Left over on recordings held out, {NOISE}"},
-            "range": [float(np.log10(0.6 * least)), float(np.log10(1.5 * most))], "tickvals": ticks,
-            "ticktext": [f"{tick:g}" for tick in ticks],
-        },
-        "yaxis": {
-            "range": [len(rows) - 0.45, -0.5], "showticklabels": False, "showgrid": False, "zeroline": False,
-            "fixedrange": True,
-        },
-        "shapes": [
-            {
-                "type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper",
-                "line": {"color": "@ink", "width": 1, "dash": "dash"},
-            }
-        ],
-        "annotations": [
-            {
-                "text": f"<b>{value:.3g}</b>  {name}", "x": 0, "xref": "paper", "y": row - 0.2, "yref": "y",
-                "xanchor": "left", "showarrow": False, "font": {"size": 12}, "align": "left", "bgcolor": "@paper", "borderpad": 1,
-            }
-            for row, (name, value, _) in enumerate(rows)
-        ],
-        "margin": {"l": 8},
-        "hovermode": "closest",
-    }  # fmt: skip
-    return Figure("What each explanation leaves over", note, [Panel("", [trace], layout)],
-                  height=90 + 46 * len(rows))  # fmt: skip
+def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
+    """What explanations leave over: name, mean square, and ``before``, ``after`` or ``rival``."""
+    ends = [*(max(value, 1e-3) for _, value, _ in rows), 1.0]
+    low, high = np.log(0.5 * min(ends)), np.log(max(*ends, 2.0))
+
+    def at(value: float) -> float:
+        return round(float(100.0 * (np.log(max(value, 1e-3)) - low) / (high - low)), 1)
+
+    return Bars(
+        "What each explanation leaves over",
+        note,
+        [(name, number(value), at(value), kind) for name, value, kind in rows],
+        at(1.0),
+        "noise alone",
+    )
 
 
 def command(proposed: NextRecording) -> Figure:
@@ -212,8 +186,8 @@ def correlations(names: Sequence[str], known: Knowledge) -> Figure:
         "yaxis": plain | {"autorange": "reversed", "dtick": 1, "tickfont": {"size": 10}},
     }
     note = (
-        "Of the estimates' errors. Near 1 or −1, two parameters are known together only: as a difference or a "
-        "sum, a ratio or a product. Columns carry the rows' numbers."
+        "Of the estimates' errors. Near 1 or −1, two parameters are known together only: as a difference or "
+        "a sum, a ratio or a product. Columns carry the rows' numbers."
     )
     return Figure("Correlations", note, [Panel("", [trace], layout)], 60 + ROW_PX * len(names),
                   260 + 12 * len(names))  # fmt: skip

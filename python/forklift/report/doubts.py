@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from forklift.names import LIFTS
 from forklift.report import words
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.words import number, printed
@@ -17,7 +18,7 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks against the verdict, or limits it."""
     blocks: list[Block] = [
         Points(_alike(found), "Not separable"),
-        Points(_form(found, told), "Is the law right?"),
+        Points(list(_form(found, told)), "Is the law right?"),
         Points(_regimes(told), "Does it hold everywhere?"),
         Points(_untestable(found), "What these recordings cannot tell"),
         Points([told["deficient"]["after"]["sentence"]], "Is anything left over?"),
@@ -27,14 +28,16 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     if told["regimes"]:
         blocks.append(_regime_table(told))
     blocks.append(_tests(told))
-    return Section("doubts", "Doubts", "What could be wrong with this verdict, and what it leaves open.", blocks)
+    return Section(
+        "doubts", "Doubts", "What could be wrong with this verdict, and what it leaves open.", blocks
+    )
 
 
 def _alike(found: Diagnosis) -> list[str]:
     said = [
         f"{words.capital(words.suspect(cause.suspect))} cannot be told from "
-        f"{' or '.join(map(words.suspect, cause.not_separable_from))}: they explain the recordings held out as "
-        "well."
+        f"{' or '.join(map(words.suspect, cause.not_separable_from))}: they explain the recordings held out "
+        "as well."
         for cause in found.causes
         if cause.not_separable_from
     ]
@@ -53,8 +56,8 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         else:
             yield (
                 f"{name}: uncertain. The place is supported, but the final model leaves up to "
-                f"{number(told['left_over']['worst_after'])} {words.NOISE} in a signal, or needed a curve without a "
-                "name beside it; the law may be another."
+                f"{number(told['left_over']['worst_after'])} {words.NOISE} in a signal, or needed a curve "
+                "without a name beside it; the law may be another."
             )
     if not found.causes:
         yield "No law was added."
@@ -87,7 +90,8 @@ def _untestable(found: Diagnosis) -> list[str]:
     """One line per suspect, wherever it acts."""
     places: dict[str, list[str]] = {}
     for one in found.untestable:
-        places.setdefault(one.name, []).append(one.where)
+        where = one.where if not one.where or one.where in LIFTS else words.signal(one.where)
+        places.setdefault(one.name, []).append(f"{where} lift" if where in LIFTS else where)
     if not places:
         return ["Every suspect of the catalogue could be tested."]
     return [
@@ -128,7 +132,7 @@ def _tests(told: Mapping[str, Any]) -> Table:
             for when, test in rows
         ],
         [False, False, False, False, True, True, True, False],
-        note="Of a complete model all pass, but for one time in a hundred. The p-values are corrected for the "
-        "number of tests (Holm 1979).",
+        note="Of a complete model all pass, but for one time in a hundred. The p-values are corrected for "
+        "the number of tests (Holm 1979).",
         folded=True,
     )  # fmt: skip

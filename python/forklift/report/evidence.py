@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.report import charts, heat, law, parameters, words
 from forklift.report.blocks import Block, Explorer, Figure, Section, Table
-from forklift.report.gains import every_fit, gains
-from forklift.report.traces import replays
+from forklift.report.gains import every_fit, gains, validation
+from forklift.report.traces import HOW_TO_READ, place, replays
 from forklift.tables import mean_square, percent, share
 
 if TYPE_CHECKING:
@@ -28,9 +28,9 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         *_law(found),
         *_rivals(found, told),
         *_places(told),
-        *gains(found.before, found.after),
+        *(gains(found.before, found.after) if changed else validation(found.after)),
         _shares(told),
-        every_fit(told["fit"], ["_before", "_after"]),
+        every_fit(told["fit"], ["_before", "_after"] if changed else ["_after"]),
         *parameters.diagnosed(found, told["parameters"]),
     ]
     lead = (
@@ -38,8 +38,8 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         "same with what was found, fitted anew. Both were fitted on some of the recordings only; what counts "
         "are the others, held out."
         if changed
-        else "The truck with its parameters fitted to some of the recordings; what counts are the others, held "
-        "out. Nothing was added to it."
+        else "The truck with its parameters fitted to some of the recordings; what counts are the others, "
+        "held out. Nothing was added to it."
     )
     return Section("evidence", "Evidence", lead, blocks)
 
@@ -67,11 +67,10 @@ def explorer(found: Diagnosis, changed: bool) -> Explorer:
     recordings = replays(sides, note)
     return Explorer(
         "Measured, before and after" if changed else "Measured and simulated",
-        "Above: measured and simulated; in the middle: simulated less measured; below: the command. Drag over "
-        "a stretch to zoom, double-click to see all again, or use the buttons.",
+        HOW_TO_READ,
         list(sides),
         recordings,
-        _first(found, [(one.title, [s.title for s in one.signals]) for one in recordings]),
+        place(recordings, found.baseline.worst.file, found.baseline.worst.channel),
     )
 
 
@@ -82,23 +81,12 @@ def _fits(found: Diagnosis) -> Iterator[dict[str, Any]]:
         yield {"file": key[0], "channel": key[1], "before": row["nrmse_percent"], "after": after[key]}
 
 
-def _first(found: Diagnosis, shown: list[tuple[str, list[str]]]) -> tuple[int, int]:
-    """The recording held out and the signal in which the fitted truck leaves most over."""
-    worst = found.baseline.worst
-    title = words.signal(worst.channel)
-    for place, (file, signals) in enumerate(shown):
-        if file == worst.file:
-            at = [name.lower() for name in signals]
-            return place, at.index(title.lower()) if title.lower() in at else 0
-    return 0, 0
-
-
 def _heat(found: Diagnosis, changed: bool) -> Figure:
     models = {"before": found.baseline.judged, "after": found.final.judged}
     return heat.heat(
         found.campaign,
         found.start,
-        models if changed else {"fitted": found.final.judged},
+        models if changed else {"": found.final.judged},
         heat.note_on_noise(),
     )
 
@@ -133,8 +121,8 @@ def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
         ]
         yield charts.left_over(
             bars,
-            "The dashed line is noise alone: nothing can do better. Rivals that fell far behind on the way "
-            "were stopped early, so that theirs may be a little too much.",
+            f"On recordings held out, {words.NOISE}; on a logarithmic scale. Rivals that fell far behind on "
+            "the way were stopped early, so that theirs may be a little too much.",
         )
 
 
@@ -150,16 +138,21 @@ def _places(told: Mapping[str, Any]) -> list[Table]:
                 for one in told["unknown_inputs"]
             ],
             [False, True, True],
-            note="Without knowing any cause: an influence that may vary freely in time is put at each place in "
-            "turn. The greater the evidence, the better the recordings are explained; a difference of 5 is "
-            "strong. Left over: mean square in units of the sensors' noise.",
+            note="Without knowing any cause: an influence that may vary freely in time is put at each place "
+            "in turn. The greater the evidence, the better the recordings are explained; a difference of 5 "
+            "is strong. Left over: mean square in units of the sensors' noise.",
             folded=True,
         )
     ]
 
 
 def _shares(told: Mapping[str, Any]) -> Table:
-    kinds = {"recording": "recording", "signal": "signal", "phase": "phase of the motion", "band": "frequency"}
+    kinds = {
+        "recording": "recording",
+        "signal": "signal",
+        "phase": "phase of the motion",
+        "band": "frequency",
+    }
     return Table(
         "What the fitted truck leaves over, shared out",
         ["By", "Name", "Mean square", "Share of misfit [%]"],
@@ -172,4 +165,3 @@ def _shares(told: Mapping[str, Any]) -> Table:
         "than chance.",
         folded=True,
     )
-

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from forklift.compare import Comparison
 
 FITS = (
-    "100 % is perfect; 0 % is no better than the measured velocity's mean. NMSE and NRMSE are (3.39) and (3.40) "
-    "of the thesis."
+    "100 % is perfect; 0 % is no better than the measured velocity's mean. NMSE and NRMSE are (3.39) and "
+    "(3.40) of the thesis."
 )
 
 
@@ -70,7 +70,7 @@ def _judged(table: pl.DataFrame) -> str:
 
 def every_fit(rows: Sequence[dict[str, Any]], sides: Sequence[str]) -> Table:
     """Every recording and signal; `sides` are the endings of the columns, ``""`` where there is one."""
-    heads = {"": "", "_before": " before", "_after": " after"}
+    heads = {side: side.replace("_", " ") if len(sides) > 1 else "" for side in sides}
     return Table(
         "Every recording and signal",
         [

@@ -80,7 +80,7 @@ def _panel(
         "textfont": {"size": 10},
         "customdata": [
             [
-                [signal(channel), phase, "" if cell is None else brief(cell[0]), 0 if cell is None else cell[1]]
+                None if cell is None else [signal(channel), phase, brief(cell[0]), cell[1]]
                 for (channel, phase), cell in zip(columns, row, strict=True)
             ]
             for row in known
@@ -170,7 +170,8 @@ def brief(mean_square: float) -> str:
 def note_on_noise() -> str:
     """What the numbers are."""
     return (
-        "Each cell is the mean square of measured less simulated, in units of the sensor's own noise: 1 is "
-        f"noise alone, up to about {AT_NOISE:g} counts as explained. Empty: the signal stands still there, or "
-        "the phase does not occur."
+        "Each cell is the mean square of measured less simulated, in units of the noise of that sensor: 1 is "
+        f"noise alone, up to about {AT_NOISE:g} counts as explained. Phases: the valve has just opened "
+        "(start), its command has just moved (step change), neither (steady), it has just shut (stop), it "
+        "stays shut (hold). Empty: the signal stands still there, or the phase does not occur."
     )

@@ -1,8 +1,8 @@
 """The unknown input that the recordings ask for, against its variable, beside what the final model has there.
 
 Both are smoothed alike: first from what the recordings say beyond the fitted truck, then from what the final
-model says beyond it, read by the same sensors with their noise and put in the recordings' place. Where the final model has the right law the two curves
-lie on each other, whatever other parameters have taken up of it.
+model says beyond it, read by the same sensors with their noise and put in the recordings' place. Where the
+final model has the right law the two curves lie on each other, whatever other parameters have taken up of it.
 """
 
 from __future__ import annotations
@@ -152,5 +152,5 @@ def _band(best: UnknownInput, name: str, columns: Sequence[Floats], at: Floats) 
     if len(curves) < 2:
         return np.full(len(at), np.nan)
     n = len(curves)
-    variance = (n - 1) / n * np.sum((np.array(curves) - np.mean(curves, axis=0)) ** 2, axis=0)
-    return QUANTILE * np.sqrt(variance)
+    variance: Floats = (n - 1) / n * np.sum((np.array(curves) - np.mean(curves, axis=0)) ** 2, axis=0)
+    return np.asarray(QUANTILE * np.sqrt(variance))

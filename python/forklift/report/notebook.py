@@ -24,12 +24,10 @@ def of_diagnosis(found: Diagnosis) -> str:
     rows = []
     for cause, row in zip(found.causes, told["causes"], strict=True):
         first = next(iter(row["parameters"]), None)
-        size = (
-            "—"
-            if first is None
-            else f"{words.amount(first['value'], first['unit'])} "
-            f"({words.number(first['lower'])} to {words.number(first['upper'])})"
-        )
+        size = "—"
+        if first:
+            value, lower, upper = words.size(first["value"], first["lower"], first["upper"])
+            size = f"{value} {words.printed(first['unit'])} ({lower} to {upper})"
         rows.append(
             [words.suspect(cause.suspect), size, f"{row['credibility']:.2f}", row["form"],
              ", ".join(words.suspect(one) for one in cause.not_separable_from) or "—"]

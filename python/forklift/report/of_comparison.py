@@ -10,7 +10,7 @@ from forklift.report import page
 from forklift.report.blocks import Explorer, Fact, Figure, Page, Panel, Section, Table
 from forklift.report.gains import every_fit, validation
 from forklift.report.provenance import provenance
-from forklift.report.traces import replays
+from forklift.report.traces import HOW_TO_READ, place, replays
 from forklift.report.words import SHOWN
 from forklift.tables import percent, share
 
@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 
 def comparison_page(comparison: Comparison) -> str:
     """The page of a comparison."""
-    said = comparison.verdict
+    said, campaign, truck = comparison.verdict, comparison.campaign, comparison.truck
+    again = command_line("compare", campaign, truck, temperature_option(comparison))
     lifts = [lift for lift in LIFTS if len(comparison.validation(lift))]
     return page.html(
         Page(
-            f"{comparison.campaign.name} compared with {comparison.truck.name}",
-            f"Campaign {comparison.campaign.name} compared with truck {comparison.truck.name}",
+            f"{campaign.name} compared with {truck.name}",
+            f"Campaign {campaign.name} compared with truck {truck.name}",
             said[0] if said else "No recording commands a lift.",
             said[1:],
             [_fact(comparison, lift) for lift in lifts],
@@ -50,7 +51,7 @@ def comparison_page(comparison: Comparison) -> str:
                         ),
                     ],
                 ),
-                provenance(comparison.campaign, {"Truck": comparison.truck}, command_line("compare", comparison.campaign, comparison.truck, temperature_option(comparison))),
+                provenance(campaign, {"Truck": truck}, again),
             ],
         )
     )  # fmt: skip
@@ -70,13 +71,25 @@ def explorer(comparison: Comparison) -> Explorer:
             f"RMSE {row['rmse'] * scale:.3g} {unit}"
         )
 
+    recordings = replays({"simulated": comparison}, note)
     return Explorer(
         "Every recording",
-        "Above: measured and simulated; in the middle: simulated less measured; below: the command. Drag over "
-        "a stretch to zoom, double-click to see all again, or use the buttons.",
+        HOW_TO_READ,
         ["simulated"],
-        replays({"simulated": comparison}, note),
+        recordings,
+        place(recordings, *_worst(comparison)),
     )
+
+
+def _worst(comparison: Comparison) -> tuple[str, str]:
+    """The file and channel of the velocity that fits worst, among those that are judged."""
+    judged = [
+        (row["nrmse_percent"], row["file"], f"velocity_{lift}_m_s")
+        for lift in LIFTS
+        for row in comparison.validation(lift).iter_rows(named=True)
+        if row["nrmse_percent"] is not None
+    ]
+    return min(judged)[1:] if judged else ("", "")
 
 
 def _fact(comparison: Comparison, lift: Lift) -> Fact:
@@ -101,7 +114,12 @@ def _where(comparison: Comparison, lift: Lift) -> Table:
         f"Where the misfit of the {lift} lift's velocity lies",
         ["Phase", "Seconds", "Share of time [%]", "Share of misfit [%]"],
         [
-            [row["phase"], f"{row['seconds']:.1f}", share(row["share_of_time"]), share(row["share_of_misfit"])]
+            [
+                row["phase"],
+                f"{row['seconds']:.1f}",
+                share(row["share_of_time"]),
+                share(row["share_of_misfit"]),
+            ]
             for row in comparison.where(lift).iter_rows(named=True)
         ],
         [False, True, True, True],
@@ -121,7 +139,9 @@ def _phases(comparison: Comparison, lift: Lift) -> Figure | None:
         (row["file"], row["phase"]): (row["squared_error"] / (row["seconds"] * rate[row["file"]])) ** 0.5
         for row in own.iter_rows(named=True)
     }
-    z = [[None if (v := cells.get((file, name))) is None else round(v, 5) for name in names] for file in files]
+    z = [
+        [None if (v := cells.get((file, name))) is None else round(v, 5) for name in names] for file in files
+    ]
     trace = {
         "type": "heatmap", "x": names, "y": files, "z": z, "texttemplate": "%{z:.2g}",
         "textfont": {"size": 10}, "xgap": 1, "ygap": 1, "hoverongaps": False, "zmin": 0,

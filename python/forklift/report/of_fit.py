@@ -13,7 +13,7 @@ from forklift.report import charts, heat, page, parameters
 from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, Section, Table
 from forklift.report.gains import every_fit, gains
 from forklift.report.provenance import provenance
-from forklift.report.traces import replays
+from forklift.report.traces import HOW_TO_READ, place, replays
 from forklift.report.words import NOISE, number, signal
 from forklift.tables import mean_square, percent
 
@@ -102,7 +102,7 @@ def _evidence(fit: Fit) -> Section:
     ]  # fmt: skip
     blocks: list[Block] = [
         _explorer(fit),
-        heat.heat(fit.campaign, fit.start, {"after": fit.judged}, heat.note_on_noise()),
+        heat.heat(fit.campaign, fit.start, {"": fit.judged}, heat.note_on_noise()),
         *gains(fit.before, fit.after),
         _mean_squares(fit),
         every_fit(rows, ["_before", "_after"]),
@@ -128,12 +128,14 @@ def _explorer(fit: Fit) -> Explorer:
             said.append(f"left over {mean_square(left[file, channel])} times the noise")
         return "; ".join(said)
 
+    recordings = replays({"before": fit.before, "after": fit.after}, note)
+    worst = max(fit.held_out, key=lambda one: one.mean_square)
     return Explorer(
         "Measured, before and after",
-        "Above: measured and simulated; in the middle: simulated less measured; below: the command. Drag over "
-        "a stretch to zoom, double-click to see all again, or use the buttons.",
+        HOW_TO_READ,
         ["before", "after"],
-        replays({"before": fit.before, "after": fit.after}, note),
+        recordings,
+        place(recordings, worst.file, worst.channel),
     )
 
 
@@ -162,7 +164,9 @@ def _doubts(fit: Fit) -> Section:
     blocks: list[Block] = [Points(fit.verdict[1:])] if fit.verdict[1:] else []
     blocks += [*_profiles(fit), charts.correlations([one.name for one in fit.unknowns], fit.knowledge)]
     blocks += [_sensors(fit), *_starts(fit)]
-    return Section("doubts", "Doubts", "What these recordings do not tell, and what the fit leaves open.", blocks)
+    return Section(
+        "doubts", "Doubts", "What these recordings do not tell, and what the fit leaves open.", blocks
+    )
 
 
 def _profiles(fit: Fit) -> Iterator[Figure]:

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from forklift.fit import Fit
 
 
+BEFORE, AFTER = ["Before", "95 % before"], (["Fitted", "95 % interval"], ["After", "95 % after"])
+"""Heads of columns; of what was fitted without a cause, and with one."""
+
+
 def fitted(fit: Fit) -> list[Table]:
     """One table per lift: what was known before the fit, and what is after it."""
     bars = dict(zip(fit.parameters["name"], _bars(fit), strict=True))
@@ -62,7 +66,7 @@ def _bars(fit: Fit) -> list[Bar]:
 
 def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table]:
     """One table per lift: the fitted truck's parameters, and the final one's; `rows` as the JSON has them."""
-    bars = _changes(found)
+    bars, changed = _changes(found), bool(found.final.suspects)
     groups = dict.fromkeys(row["name"].partition(".")[0] for row in rows)
     order = [*(lift for lift in LIFTS if lift in groups), *(name for name in groups if name not in LIFTS)]
     tables = []
@@ -71,28 +75,30 @@ def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table
         tables.append(
             Table(
                 f"Parameters of the {group} lift" if group in LIFTS else f"Further: {group}",
-                ["Parameter", "Start", "Before", "95 % before", "After", "95 % after", "Unit", ""],
-                [[*_cells(row), bars[row["name"]]] for row in own],
-                [False, True, True, True, True, True, False, False],
-                note="Before: fitted without what was found; after: with it. Intervals hold if the model is "
-                "right, so those before do not if something was missing. Bars: thin, 95 % before; thick, 95 % "
-                "after; upright, the start.",
+                ["Parameter", "Start", *BEFORE[: 2 * changed], *AFTER[changed], "Unit", ""],
+                [[*_cells(row, changed), bars[row["name"]]] for row in own],
+                [False, True, *[True] * (4 if changed else 2), False, False],
+                note="Intervals of 95 %. Upright: the start."
+                if not changed
+                else "Before: fitted without what was found; after: with it. Intervals hold if the model is "
+                "right, so those before do not if something was missing. Bars: thin, 95 % before; thick, 95 "
+                "% after; upright, the start.",
                 folded=True,
             )
         )
     return tables
 
 
-def _cells(row: Mapping[str, Any]) -> list[str]:
-    before, after = row["before"], row["after"]
-    return [
-        row["name"], f"{row['start']:.5g}",
-        "—" if before is None else f"{before['value']:.5g}",
-        "—" if before is None else f"{before['lower']:.4g} to {before['upper']:.4g}",
-        "—" if after is None else f"{after['value']:.5g}",
-        "—" if after is None else f"{after['lower']:.4g} to {after['upper']:.4g}",
-        printed(row["unit"]),
-    ]  # fmt: skip
+def _cells(row: Mapping[str, Any], changed: bool) -> list[str]:
+    cells = [row["name"], f"{row['start']:.5g}"]
+    for when in ("before", "after") if changed else ("after",):
+        known = row[when]
+        cells += (
+            ["—", "—"]
+            if known is None
+            else [f"{known['value']:.5g}", f"{known['lower']:.4g} to {known['upper']:.4g}"]
+        )
+    return [*cells, printed(row["unit"])]
 
 
 def _changes(found: Diagnosis) -> dict[str, Bar]:
@@ -103,6 +109,8 @@ def _changes(found: Diagnosis) -> dict[str, Bar]:
             half = QUANTILE * estimate.deviation
             side[estimate.name] = theta - half, theta + half
     before, after = sides
+    if not found.final.suspects:
+        before = {}
     return {
         name: _bar(before.get(name), after.get(name, before.get(name, (0.0, 0.0))), "")
         for name in {**before, **after}

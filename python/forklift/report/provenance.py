@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 PACKAGES = ("numpy", "scipy", "polars", "plotly")
 FREE_RUN = (
-    "Simulations run free from the start of each recording: no state is corrected by a measurement. Velocities "
-    "are the derivative of the fork height, or of the lift's own encoder, through a Savitzky–Golay filter of 11 "
-    "samples and second order, measured and simulated alike."
+    "Simulations run free from the start of each recording: no state is corrected by a measurement. "
+    "Velocities are the derivative of the fork height, or of the lift's own encoder, through a "
+    "Savitzky–Golay filter of 11 samples and second order, measured and simulated alike."
 )
 
 

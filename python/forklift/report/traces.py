@@ -24,6 +24,11 @@ BUDGET = 320_000
 DIGITS = 5
 """Of a point: finer than a pixel."""
 
+HOW_TO_READ = (
+    "Above: measured and simulated; in the middle: simulated less measured; below: the command. Drag over a "
+    "stretch to zoom, double-click to see all again, or use the buttons."
+)
+
 Note = Callable[[str, str], str]
 """What is said of a file's channel."""
 
@@ -37,6 +42,16 @@ def replays(sides: Mapping[str, Comparison], note: Note) -> list[Replay]:
     curves = sum(len(told[0].signals) for told in together) * (2 + len(sides))
     most = int(np.clip(BUDGET / max(curves, 1), 100, MOST_POINTS))
     return [_replay(list(sides), told, note, most) for told in together]
+
+
+def place(recordings: Sequence[Replay], file: str, channel: str) -> tuple[int, int]:
+    """Where a file's channel is among them; the first if it is not."""
+    title = capital(signal(channel))
+    for k, one in enumerate(recordings):
+        if one.title == file:
+            names = [shown.title for shown in one.signals]
+            return k, names.index(title) if title in names else 0
+    return 0, 0
 
 
 def conditions(prediction: Prediction) -> str:
@@ -74,9 +89,7 @@ def _signal(
     curves = {"measured": measured, **simulated}
     off = [values - measured for values in simulated.values()]  # their peaks are drawn, too
     thin, *kept = decimate(most, time, *curves.values(), *off)
-    drawn = {
-        name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)
-    }
+    drawn = {name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)}
     return Signal(capital(signal(channel)), unit, note, {"x": numbers(thin)} | drawn)
 
 
@@ -95,14 +108,18 @@ def decimate(most: int, time: Floats, *curves: Floats) -> tuple[Floats, ...]:
         return (time, *curves)
     stretches = max(1, most // (2 * len(curves)))
     width = -(-len(time) // stretches)
-    keep = {0, len(time) - 1, *range(0, len(time), width)}
+    keep = {0, len(time) - 1}
     for curve in curves:
-        rows = np.full(-(-len(curve) // width) * width, np.nan)
-        rows[: len(curve)] = curve
-        rows = rows.reshape(-1, width)
-        begin = width * np.flatnonzero(np.isfinite(rows).any(axis=1))
-        known = rows[begin // width]
-        keep |= {*(begin + np.nanargmin(known, axis=1)).tolist(), *(begin + np.nanargmax(known, axis=1)).tolist()}
+        padded = np.full(-(-len(curve) // width) * width, np.nan)
+        padded[: len(curve)] = curve
+        rows = padded.reshape(-1, width)
+        some = np.isfinite(rows).any(axis=1)
+        begin, known = width * np.flatnonzero(some), rows[some]
+        keep |= set((width * np.flatnonzero(~some)).tolist())
+        keep |= {
+            *(begin + np.nanargmin(known, axis=1)).tolist(),
+            *(begin + np.nanargmax(known, axis=1)).tolist(),
+        }
     at = np.array(sorted(keep))
     return (time[at], *(curve[at] for curve in curves))
 

@@ -79,11 +79,12 @@ def amount(value: float, unit: str, digits: int = 3) -> str:
     return f"{number(value, digits)} {printed(unit)}".rstrip()
 
 
-def interval(lower: float, upper: float, unit: str) -> str:
-    """From where to where, with as many digits as tell the ends apart."""
+def size(value: float, lower: float, upper: float) -> tuple[str, str, str]:
+    """A value and the ends of its interval, with as many digits as tell the ends apart."""
     width = abs(upper - lower)
-    digits = 3 if not width else int(np.clip(np.ceil(np.log10(max(abs(lower), abs(upper)) / width)) + 2, 3, 6))
-    return f"{number(lower, digits)} to {amount(upper, unit, digits)}"
+    largest = max(abs(lower), abs(upper))
+    digits = 3 if not width else int(np.clip(np.ceil(np.log10(largest / width)) + 1, 3, 6))
+    return number(value, digits), number(lower, digits), number(upper, digits)
 
 
 def drawn(unit: str) -> tuple[str, float]:
@@ -108,8 +109,10 @@ def signal(channel: str) -> str:
 
 
 def place(port: str) -> tuple[str, str, float]:
-    """A port of a lift, or a channel's sensor, in words; what an unknown input there is drawn in, and how many
-    of that one of its own unit is."""
+    """A port of a lift, or a channel's sensor, in words; what an unknown input there is drawn in.
+
+    And how many of that unit one of its own is.
+    """
     lift, _, name = port.partition(".")
     spec = ports().get(name)
     if spec is None:
@@ -145,6 +148,6 @@ def sentence(one: Suspect, rows: Sequence[Mapping[str, Any]]) -> str:
     if effect is None:
         return f"{capital(suspect(one))}."
     try:
-        return effect.sentence.format(lift=one.where, **said)
+        return effect.sentence.format(lift=one.where, **said).replace(" degC", " °C")
     except KeyError:  # a parameter that was not estimated
         return f"{capital(suspect(one))}."

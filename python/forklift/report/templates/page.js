@@ -65,9 +65,9 @@ function drawRecording(place, block) {
   const title = text => ({ text, font: { size: 11 } });
   const layout = framed({
     xaxis: { title: title("Time [s]"), anchor: "y3", ...(place.range ? { range: place.range } : {}) },
-    yaxis: { title: title(`${signal.title.split(" ")[0]} [${signal.unit}]`), domain: [0.46, 1], nticks: 7 },
-    yaxis2: { title: title(`difference`), domain: [0.2, 0.42], nticks: 4 },
-    yaxis3: { title: title("A"), domain: [0, 0.16], nticks: 3 },
+    yaxis: { title: title(`${signal.title.split(" of ")[0]} [${signal.unit}]`), domain: [0.46, 1], nticks: 7 },
+    yaxis2: { title: title(`difference [${signal.unit}]`), domain: [0.2, 0.42], nticks: 4 },
+    yaxis3: { title: title("command [A]"), domain: [0, 0.16], nticks: 3 },
     hoversubplots: "axis",
   });
   const frame = place.closest("figure");
@@ -176,16 +176,17 @@ button.addEventListener("click", () => {
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
 // On paper: light colours, every figure, as wide as the paper.
-const PAPER_PX = 690;
+const PAPER_PX = 690, PAPER_HIGH_PX = 400;
 addEventListener("beforeprint", () => {
   paint("light");
   for (const place of places) {
     draw(place);
-    Plotly.relayout(place, { width: PAPER_PX, autosize: false });
+    const high = blocks[place.dataset.place].recordings ? { height: PAPER_HIGH_PX } : {};
+    Plotly.relayout(place, { width: PAPER_PX, ...high, autosize: false });
   }
 });
 addEventListener("afterprint", () => {
   paint(theme);
-  for (const place of places) Plotly.relayout(place, { width: null, autosize: true });
+  for (const place of places) Plotly.relayout(place, { width: null, height: null, autosize: true });
   redraw();
 });
