@@ -23,7 +23,8 @@ EXPLORED = PAGES[:3]
 
 BEYOND = """() => [...document.querySelectorAll("body *")].filter(one => {
   const style = getComputedStyle(one), box = one.getBoundingClientRect();
-  if (one.closest(".scroll, .plot, .skip, #js-plotly-tester") || style.display === "inline" || !box.width) return false;
+  const apart = one.closest(".scroll, .plot, .skip, #js-plotly-tester");
+  if (apart || style.display === "inline" || !box.width) return false;
   const spilt = one.scrollWidth > one.clientWidth + 1 && one.clientWidth > 0 && style.overflowX === "visible";
   return box.right > innerWidth + 1 || box.left < -1 || spilt;
 }).map(one => one.tagName + " " + one.className + ": " + one.textContent.slice(0, 40))"""
@@ -169,13 +170,17 @@ def test_the_keyboard_alone_zooms_and_changes_recording_and_signal(opened):
     page.get_by_role("button", name="See all").focus()
     page.keyboard.press("Space")
     assert place.evaluate(RANGE)[0] == pytest.approx(before[0], abs=0.1)
-    page.keyboard.press("Home")
-    page.evaluate("document.activeElement.blur(); scrollTo(0, 0)")
-    reached = set()
-    for _ in range(12):
+
+
+def test_the_tabulator_reaches_the_contents_and_the_first_choice(opened):
+    page = opened("diagnosis")
+    reached = []
+    for _ in range(9):
         page.keyboard.press("Tab")
-        reached.add(page.evaluate("document.activeElement.textContent.trim().slice(0, 12)"))
-    assert {"Skip the sum", "Verdict", "Provenance"} <= reached
+        reached.append(page.evaluate("document.activeElement.textContent.trim()"))
+    contents = ["Verdict", "Evidence", "Doubts", "Next recording", "Provenance"]
+    assert reached[:7] == ["Skip the summary", *contents, "Colours: system"]
+    assert page.evaluate("document.activeElement.dataset.choose") == "signal"
 
 
 def test_another_model_can_be_chosen_where_the_difference_lies(opened):

@@ -134,6 +134,11 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"{words.number(left['worst_after'])} {words.NOISE}, and on average from "
         f"{words.number(left['before'])} to {words.number(left['after'])}."
     ]
+    if any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes):
+        details.append(
+            "The velocity fit is the truck's own: what a sensor reads wrongly, or was entered wrongly, is not "
+            "put right in it, but in what is left over."
+        )
     if not gain:
         return Fact("How much better does the model get?", "See what is left over.", details)
     return Fact(

@@ -173,3 +173,5 @@ class Page:
     """Further sentences of the verdict."""
     facts: Sequence[Fact]
     sections: Sequence[Section]
+    glossary: Mapping[str, str]
+    """Words of the page that a reader may not know."""

@@ -5,15 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from forklift.effects import EFFECTS
 from forklift.report import charts, heat, law, parameters, words
-from forklift.report.blocks import Block, Explorer, Figure, Section, Table
+from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
 from forklift.report.gains import every_fit, gains, validation
 from forklift.report.traces import HOW_TO_READ, place, replays
+from forklift.suspects import effect_specs
 from forklift.tables import mean_square, percent, share
 
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
 
+NOT_PUT_RIGHT = (
+    "The curves are the truck's own: what a sensor reads wrongly, or was entered wrongly, is not put right "
+    "in them, but in what is said to be left over."
+)
 TELLING = 0.05
 """A variable that explains less than this share of the input is not worth a drawing."""
 MOST_RIVALS = 8
@@ -26,6 +32,7 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         explorer(found, changed),
         _heat(found, changed),
         *_law(found),
+        *_added(found),
         *_rivals(found, told),
         *_places(told),
         *(gains(found.before, found.after) if changed else validation(found.after)),
@@ -63,11 +70,12 @@ def explorer(found: Diagnosis, changed: bool) -> Explorer:
             said.append(f"left over {' → '.join(squares if changed else squares[:1])} times the noise")
         return "; ".join(said)
 
+    misread = any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes)
     sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
     recordings = replays(sides, note)
     return Explorer(
         "Measured, before and after" if changed else "Measured and simulated",
-        HOW_TO_READ,
+        f"{HOW_TO_READ} {NOT_PUT_RIGHT}" if misread else HOW_TO_READ,
         list(sides),
         recordings,
         place(recordings, found.baseline.worst.file, found.baseline.worst.channel),
@@ -98,6 +106,21 @@ def _law(found: Diagnosis) -> list[Figure]:
     telling = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
     own = not found.causes or (one is not None and law.is_at(one.port, found.causes[0].suspect))
     return [charts.law(one.port, telling, own)] if one and telling else []
+
+
+def _added(found: Diagnosis) -> list[Points]:
+    """The equation of each cause that the catalogue knows, how it shows itself, and where it comes from."""
+    effects = {effect.id: effect for effect in EFFECTS}
+    said = []
+    for suspect in dict.fromkeys(cause.suspect for cause in found.causes):
+        if suspect.kind == "physics":
+            spec = effect_specs()[suspect.id]
+            said += [
+                f"{words.capital(words.suspect(suspect))}: {spec['equation']}",
+                f"How it shows itself: {effects[suspect.id].signature}",
+                f"Source: {spec['source']}.",
+            ]
+    return [Points(said, "What was added to the model")] if said else []
 
 
 def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:

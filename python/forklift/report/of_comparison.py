@@ -11,7 +11,7 @@ from forklift.report.blocks import Explorer, Fact, Figure, Page, Panel, Section,
 from forklift.report.gains import every_fit, validation
 from forklift.report.provenance import provenance
 from forklift.report.traces import HOW_TO_READ, place, replays
-from forklift.report.words import SHOWN
+from forklift.report.words import GLOSSARY, SHOWN
 from forklift.tables import percent, share
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def comparison_page(comparison: Comparison) -> str:
                 ),
                 provenance(campaign, {"Truck": truck}, again),
             ],
+            GLOSSARY,
         )
     )  # fmt: skip
 

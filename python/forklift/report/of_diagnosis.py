@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.report import page
+from forklift.report import page, words
 from forklift.report.answers import answers
 from forklift.report.blocks import Page, Table
 from forklift.report.doubts import doubts
@@ -43,5 +43,6 @@ def diagnosis_page(found: Diagnosis, told: Mapping[str, Any] | None = None) -> s
                     [Table("Seconds by stage", ["Stage", "Seconds"], seconds, [False, True], folded=True)],
                 ),
             ],
+            words.GLOSSARY | words.CAUSES,
         )
     )

@@ -14,7 +14,7 @@ from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, 
 from forklift.report.gains import every_fit, gains
 from forklift.report.provenance import provenance
 from forklift.report.traces import HOW_TO_READ, place, replays
-from forklift.report.words import NOISE, number, signal
+from forklift.report.words import GLOSSARY, NOISE, number, signal
 from forklift.tables import mean_square, percent
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def fit_page(fit: Fit) -> str:
                     [_search(fit)],
                 ),
             ],
+            GLOSSARY,
         )
     )
 

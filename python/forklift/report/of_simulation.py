@@ -51,6 +51,7 @@ def simulation_page(simulation: Simulation) -> str:
                     ],
                 ),
             ],
+            {},
         )
     )
 

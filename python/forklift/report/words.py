@@ -49,6 +49,29 @@ EQUATIONS: Mapping[Equation, str] = {
 }
 """Where in the model something may be wrong."""
 
+GLOSSARY: dict[str, str] = {
+    "Held out": "Recordings that the model was not fitted on (role validate). Only they say how good it is: "
+    "on those it was fitted on, any model can be made to look good.",
+    "Fit": "Of the simulated to the measured velocity. NRMSE is 100 % less the root mean square error in per "
+    "cent of the measured signal's standard deviation, NMSE the same with squares. 100 % is perfect, 0 % no "
+    "better than a constant.",
+    "Noise power": "The mean square of measured less simulated over the sensor's own noise squared. At 1 "
+    "nothing is left but noise, so that no model could do better; at 4 the error is twice the noise.",
+    "Free run": "A simulation from the start of a recording to its end, which gets the command and sees no "
+    "measurement.",
+}
+"""Words that every page has."""
+CAUSES: dict[str, str] = {
+    "Before, after": "Before: the truck with its parameters fitted as well as can be. After: the same with "
+    "what was found, fitted anew.",
+    "Credibility": "In which share of random redraws of the recordings held out a cause leaves less over "
+    "than everything else that was tried. It compares what was tried, and does not say that nothing else "
+    "exists.",
+    "Interval": "Where the true value lies with the probability given, if the model is right. Those of a "
+    "cause are widened by what is left over.",
+}
+"""Words of a diagnosis."""
+
 NOISE = "times the sensors' noise power (1 is noise alone)"
 """The unit of what is left over, in words."""
 
