@@ -93,8 +93,9 @@ def _where(told: Mapping[str, Any]) -> Fact:
     details = [f"It shows most in the {words.signal(location['signal'])}."]
     telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
     details += [
-        f"{100 * one['explained']:.0f} % of what would have to act unseen for the truck to follow the "
-        f"recordings is a function of the {operation.words(one['variable'], 'main')[0]}."
+        "Found without knowing any cause: something unseen acts on the "
+        f"{words.place(told['unknown_inputs'][0]['port'])[0]}, and {100 * one['explained']:.0f} % of it is a "
+        f"function of the {operation.words(one['variable'], 'main')[0]}."
         for one in telling
     ]
     return Fact("Where?", f"{words.capital(words.lifts(location['lift']))}: {where}", details)
@@ -136,8 +137,8 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     ]
     if any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes):
         details.append(
-            "The velocity fit is the truck's own: what a sensor reads wrongly, or was entered wrongly, is not "
-            "put right in it, but in what is left over."
+            "The velocity fit is the truck's own: what a sensor reads wrongly, or was entered wrongly, is "
+            "not put right in it, but in what is left over."
         )
     if not gain:
         return Fact("How much better does the model get?", "See what is left over.", details)

@@ -27,6 +27,8 @@ SHOWN: Mapping[str, tuple[str, str, float]] = {
 }
 """By unit: what the quantity is called, and the unit and scale it is drawn in."""
 
+FAST = "\u00a0"
+"""A space at which no line is broken."""
 HIGH = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 RAISED = str.maketrans("23456", "²³⁴⁵⁶")
 
@@ -56,7 +58,8 @@ GLOSSARY: dict[str, str] = {
     "cent of the measured signal's standard deviation, NMSE the same with squares. 100 % is perfect, 0 % no "
     "better than a constant.",
     "Noise power": "The mean square of measured less simulated over the sensor's own noise squared. At 1 "
-    "nothing is left but noise, so that no model could do better; at 4 the error is twice the noise.",
+    "nothing is left but noise, so that no model could do better; at 4 the error is twice the noise. "
+    "An encoder that stands still may be below 1.",
     "Free run": "A simulation from the start of a recording to its end, which gets the command and sees no "
     "measurement.",
 }
@@ -94,7 +97,7 @@ def number(value: float | None, digits: int = 3) -> str:
         return said.replace("-", "−")
     said, _, power = f"{rounded:.{digits - 1}e}".partition("e")
     said = said.rstrip("0").rstrip(".") if "." in said else said
-    return f"{said.replace('-', '−')} × 10{str(int(power)).translate(HIGH)}"
+    return f"{said.replace('-', '−')}{FAST}×{FAST}10{str(int(power)).translate(HIGH)}"
 
 
 def amount(value: float, unit: str, digits: int = 3) -> str:
