@@ -59,8 +59,7 @@ def sentence(found: Diagnosis) -> str:
             f"A sensor is stuck: {' and '.join(_named(cause) for cause in found.causes)}; without these "
             f"samples the fitted truck explains all {len(judged)} recordings held out to the sensors' noise."
         )
-    before, after = _velocity(found)
-    rose = f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"
+    rose = _rise(found)
     if not found.causes:
         assert found.location
         return (
@@ -75,6 +74,17 @@ def sentence(found: Diagnosis) -> str:
         f"{found.final.worst.mean_square:.3g} times the noise's is left over"
     )
     return f"{named[:1].upper()}{named[1:]}{rose}, and {left}."
+
+
+def _rise(found: Diagnosis) -> str:
+    """What the causes gain: in the velocity, unless they are none of the truck's, whose curves keep them."""
+    if any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes):
+        return (
+            f"; what is left over falls from {found.baseline.worst.mean_square:.3g} to "
+            f"{found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
+        )
+    before, after = _velocity(found)
+    return f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"
 
 
 def _named(cause: Cause) -> str:

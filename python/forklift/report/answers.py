@@ -16,20 +16,41 @@ if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
 
 
+ENTERED = ("sensor", "parameter")
+"""Kinds of cause that are not put right in the curves: they are none of the machine's."""
+AS_LITTLE = 1.05
+"""A rival that leaves no more than this many times what the cause leaves explains as much."""
+
+
 def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     """What is wrong, where, how sure, how much, what it improves, what else it could be, what to do next."""
+    if found.unexcited:
+        return _unexcited(found, told)
     what = [] if found.causes else [_nothing(found, told), _tested(told)]
     for cause, row in zip(found.causes, told["causes"], strict=True):
         what += [_what(cause, row), _sure(cause, row)]
     where = [_where(told)] if told["location"] else []
-    return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(told)]
+    return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(found, told)]
+
+
+def _unexcited(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
+    """Where nothing moves, nothing can be told, and it is no good news."""
+    return [
+        Fact("What is wrong?", "It cannot be told.", [words.prose(found.unexcited)]),
+        Fact(
+            "What could it be?",
+            f"Any of {len(told['untestable'])} suspects, or nothing",
+            ["These recordings tell nothing of any of them: see Doubts."],
+        ),
+        Fact(
+            "What to record next?", "Lowerings that move a lift.", ["At several currents, loads and speeds."]
+        ),
+    ]
 
 
 def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     judged = len({one.file for one in found.final.held_out})
     worst = told["left_over"]["worst_before"]
-    if found.unexcited:
-        return Fact("What is wrong?", "It cannot be told.", [found.unexcited])
     if told["verdict"] == "no-mismatch":
         return Fact(
             "What is wrong?",
@@ -70,7 +91,7 @@ def _tested(told: Mapping[str, Any]) -> Fact:
 
 def _what(cause: Cause, row: Mapping[str, Any]) -> Fact:
     sizes = []
-    for one in row["parameters"][:1]:
+    for one in row["parameters"][:1] if row["kind"] != "unknown" else ():
         value, lower, upper = words.size(one["value"], one["lower"], one["upper"])
         unit = words.printed(one["unit"])
         sizes.append(
@@ -81,8 +102,13 @@ def _what(cause: Cause, row: Mapping[str, Any]) -> Fact:
         f"What is wrong{', and how much' if sizes else ''}?",
         words.capital(name),
         [
-            *([words.sentence(cause.suspect, row["parameters"])] if row["parameters"] else []),
+            *([words.sentence(cause.suspect, row["parameters"])] if sizes else []),
             *(f"Size: {size}." for size in sizes),
+            *(
+                ["It has no name in the catalogue; its curve is drawn below."]
+                if row["kind"] == "unknown"
+                else []
+            ),
         ],
     )
 
@@ -98,31 +124,52 @@ def _where(told: Mapping[str, Any]) -> Fact:
         f"function of the {operation.words(one['variable'], 'main')[0]}."
         for one in telling
     ]
-    return Fact("Where?", f"{words.capital(words.lifts(location['lift']))}: {where}", details)
+    lift = "" if location["equation"] == "operating-point" else f"{words.lifts(location['lift'])}: "
+    return Fact("Where?", words.capital(f"{lift}{where}"), details)
 
 
 def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
+    question = f"How sure is “{cause.suspect.name}”?"
+    if not cause.suspect.amplitude and row["kind"] == "sensor":
+        return Fact(
+            question,
+            "It is seen in the samples themselves",
+            [
+                "The signal stands still while the command moves, which no working sensor does; these "
+                "samples were left out of everything below."
+            ],
+        )
     share = 100.0 * row["credibility"]
-    complete = row["form"] == "complete"
-    return Fact(
-        f"How sure is “{cause.suspect.name}”?",
-        f"Credibility {row['credibility']:.2f} of 1",
-        [
-            f"The recordings held out were drawn anew at random many times; in {share:.0f} % of the draws "
-            "this explains them better than everything else that was tried."
-            if cause.rivals or not complete
-            else "No rival came near enough to be tried.",
+    if row["form"] != "complete":
+        law = (
+            "Its law is uncertain: the place is right, but something is left over, or only a curve without a "
+            "name explains it."
+        )
+    elif row["kind"] in ENTERED:
+        law = "With it nothing but the sensors' noise is left over."
+    else:
+        law = (
             "Nothing but the sensors' noise is left over: its law is right, as far as these recordings tell."
-            if complete
-            else "Its law is uncertain: the place is right, but something is left over, or only a curve "
-            "without a name explains it.",
-        ],
+        )
+    draws = (
+        f"The recordings held out were drawn anew at random many times; in {share:.0f} % of the draws this "
+        "explains them better than everything else that was tried."
+        if cause.rivals
+        else "No rival came near enough to be tried."
     )
+    alike = [words.suspect(one) for one in cause.not_separable_from]
+    if alike:
+        return Fact(
+            question,
+            f"Not sure: it cannot be told from {_listed(alike, lower=True)}",
+            [f"Credibility {row['credibility']:.2f} of 1. {draws}", law],
+        )
+    return Fact(question, f"Credibility {row['credibility']:.2f} of 1", [draws, law])
 
 
 def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     left, gain = told["left_over"], told["fit_summary"].get("validate")
-    if told["verdict"] == "no-mismatch" or not found.causes:
+    if not found.final.suspects:
         answer = "There is nothing to gain." if told["verdict"] == "no-mismatch" else "Nothing was added."
         fit = (
             f"The velocity fits to {gain['nrmse_before']:.1f} % (NRMSE) on recordings held out."
@@ -135,13 +182,16 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"{words.number(left['worst_after'])} {words.NOISE}, and on average from "
         f"{words.number(left['before'])} to {words.number(left['after'])}."
     ]
-    if any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes):
-        details.append(
-            "The velocity fit is the truck's own: what a sensor reads wrongly, or was entered wrongly, is "
-            "not put right in it, but in what is left over."
+    if not gain or any(cause.suspect.kind in ENTERED for cause in found.causes):
+        return Fact(
+            "How much better does the model get?",
+            f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}",
+            [
+                *details,
+                "The curves and fits of the velocity below are the truck's own: what a sensor reads wrongly, "
+                "or was entered wrongly, is not put right in them.",
+            ][: 2 if gain else 1],
         )
-    if not gain:
-        return Fact("How much better does the model get?", "See what is left over.", details)
     return Fact(
         "How much better does the model get?",
         f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
@@ -163,7 +213,12 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             ["These explain the recordings held out as well, and are not ruled out."],
         )
     rivals = sorted(
-        ((left, share, names) for cause in found.causes for names, share, left in cause.rivals),
+        (
+            (left, share, names)
+            for cause in found.causes
+            for names, share, left in cause.rivals
+            if words.suspect(cause.suspect) not in map(words.suspect, names)  # the cause and more
+        ),
         key=lambda one: one[0],
     )
     untestable = len(told["untestable"])
@@ -177,9 +232,12 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         return Fact(question, none, open_)
     left, share, names = rivals[0]
     nearest = " and ".join(words.suspect(one) for one in names)
+    as_little = left <= AS_LITTLE * told["left_over"]["after"]
     return Fact(
         question,
-        "Nothing that was tried explains it as well.",
+        f"{words.capital(nearest)} explains as much."
+        if as_little
+        else "Nothing that was tried explains it as well.",
         [
             f"Nearest: {nearest}, which leaves {words.number(left)} {words.NOISE}, with a credibility of "
             f"{share:.2f}.",
@@ -188,17 +246,34 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     )
 
 
-def _next(told: Mapping[str, Any]) -> Fact:
-    proposed, why = told["next_recording"], told["next_recording_why"]
+def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
+    question, proposed = "What to record next?", told["next_recording"]
+    alike = [words.suspect(one) for cause in found.causes for one in cause.not_separable_from]
+    uncertain = bool(found.causes) and not found.final.complete
     if proposed is None:
-        return Fact("What to record next?", "Nothing more is needed.", [f"{words.capital(why)}."])
+        if alike or uncertain:
+            return Fact(
+                question,
+                "No recording would settle it.",
+                ["None that this machine can make would tell the explanations apart: see Next recording."],
+            )
+        return Fact(question, "Nothing more is needed.", [words.prose(told["next_recording_why"])])
+    if alike:
+        why = f"It would tell the cause from this: {_listed(alike, lower=True)}."
+    elif uncertain:
+        why = "It would tell the cause from what comes nearest to it."
+    elif found.causes:
+        why = "It would tell the size of the cause more closely."
+    else:
+        why = words.prose(told["next_recording_why"])
     return Fact(
-        "What to record next?",
-        f"{words.capital(words.lifts(proposed['lift']))}, "
-        f"{proposed['load_kg']:g} kg, oil at {proposed['oil_temperature_degc']:.0f} °C",
-        [f"{words.capital(why)}.", f"The command is in {proposed['command']}, beside this page."],
+        question,
+        f"{words.capital(words.lifts(proposed['lift']))}, {proposed['load_kg']:g} kg, "
+        f"oil at {proposed['oil_temperature_degc']:.0f} °C",
+        [why, f"The command is in {proposed['command']}, beside this page."],
     )
 
 
-def _listed(names: Sequence[str]) -> str:
-    return words.capital(" or ".join(names))
+def _listed(names: Sequence[str], lower: bool = False) -> str:
+    text = " or ".join(dict.fromkeys(names))
+    return text if lower else words.capital(text)

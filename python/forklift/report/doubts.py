@@ -24,7 +24,7 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         Points([told["deficient"]["after"]["sentence"]], "Is anything left over?"),
     ]
     if found.cautions:
-        blocks.append(Points([one.sentence for one in found.cautions], "About these recordings"))
+        blocks.append(Points([words.prose(one.sentence) for one in found.cautions], "About these recordings"))
     if told["regimes"]:
         blocks.append(_regime_table(told))
     blocks.append(_tests(told))

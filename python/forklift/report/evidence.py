@@ -22,7 +22,6 @@ NOT_PUT_RIGHT = (
 )
 TELLING = 0.05
 """A variable that explains less than this share of the input is not worth a drawing."""
-MOST_RIVALS = 8
 
 
 def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
@@ -127,7 +126,7 @@ def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
         if not cause.rivals:
             continue
-        rivals = sorted(cause.rivals, key=lambda one: one[2])[:MOST_RIVALS]
+        rivals = sorted(cause.rivals, key=lambda one: one[2])
         name = words.suspect(cause.suspect)
         after = told["left_over"]["after"]
         bars = [

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def next_step(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """The recording that would tell most, with its command."""
     proposed, why = told["next_recording"], told["next_recording_why"]
-    lead = f"{words.capital(why)}."
+    lead = words.prose(why)
     if proposed is None or found.next_recording is None:
         return Section("next", "Next recording", lead, [])
     again = [

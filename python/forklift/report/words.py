@@ -46,7 +46,7 @@ EQUATIONS: Mapping[Equation, str] = {
     "mast-coupling": "how the lifts push each other through the mast",
     "chassis": "the truck's chassis",
     "sensor": "a sensor, not the machine",
-    "operating-point": "the conditions that were entered with the recordings",
+    "operating-point": "the conditions entered with the recordings, not the machine",
     "any": "a place that could not be told",
 }
 """Where in the model something may be wrong."""
@@ -158,6 +158,12 @@ def lifts(lift: str) -> str:
 def capital(text: str) -> str:
     """With a capital first."""
     return text[:1].upper() + text[1:]
+
+
+def prose(text: str) -> str:
+    """A clause of the engine's as a sentence."""
+    text = capital(text.replace(" degC", " °C"))
+    return text if text.endswith((".", "?")) else f"{text}."
 
 
 def suspect(one: Suspect) -> str:

@@ -147,6 +147,15 @@ for (const place of places) {
   select.addEventListener("change", () => { place.chosen = Number(select.value); draw(place); });
 }
 
+// What is scrolled sideways can be reached by the keyboard, and nothing else need be.
+const reachable = new ResizeObserver(seen => {
+  for (const { target } of seen) {
+    if (target.scrollWidth > target.clientWidth) target.tabIndex = 0;
+    else target.removeAttribute("tabindex");
+  }
+});
+document.querySelectorAll(".scroll").forEach(one => reachable.observe(one));
+
 // Figures are drawn when they come near.
 if ("IntersectionObserver" in window) {
   const watch = new IntersectionObserver(seen => {
