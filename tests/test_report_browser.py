@@ -180,7 +180,7 @@ def test_the_tabulator_reaches_the_contents_and_the_first_choice(opened):
         reached.append(page.evaluate("document.activeElement.textContent.trim()"))
     contents = ["Verdict", "Evidence", "Doubts", "Next recording", "Provenance"]
     assert reached[:7] == ["Skip the summary", *contents, "Colours: system"]
-    assert page.evaluate("document.activeElement.dataset.choose") == "signal"
+    assert page.evaluate("document.activeElement.dataset.choose") == "recording"
 
 
 def test_another_model_can_be_chosen_where_the_difference_lies(opened):
