@@ -13,7 +13,8 @@ from plotly.offline import get_plotlyjs
 
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
-from forklift import Campaign, Truck, compare
+from forklift import Campaign, Truck, commands, compare
+from forklift.candidates import NextRecording
 from forklift.effects import EFFECTS, Equation
 from forklift.names import channels, outputs
 from forklift.report import law, words
@@ -354,3 +355,53 @@ def test_thinning_keeps_the_peaks_of_every_curve():
     assert (np.diff(thin) > 0.0).all()
     for curve, thinned in zip(curves, kept, strict=True):
         assert (np.nanmin(thinned), np.nanmax(thinned)) == (np.nanmin(curve), np.nanmax(curve))
+
+
+def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(leak):
+    (cause,) = leak.causes
+    rival = next(one for names, *_ in cause.rivals for one in names)
+    command = commands.generate("prms", "main", duration_s=4.0, seed=3)
+    other = replace(
+        leak,
+        causes=(replace(cause, not_separable_from=(rival,)),),
+        next_recording=NextRecording("main", 800.0, 40.0, command, "because"),
+        next_why="pseudo-random steps: the recording parts them",
+    )
+    page = diagnosis_page(other)
+    said, name = Text(page), words.suspect(rival)
+    assert f"Not sure: it cannot be told from “{name}”" in said.of("strong")
+    assert f"{words.capital(name)}: these recordings cannot tell." in said.of("strong")
+    assert "The main lift, 800 kg, oil at 40 °C" in said.of("strong")
+    assert f"It would tell the cause from this: “{name}”." in said.of("p")
+    assert "Pseudo-random steps: the recording parts them." in said.of("p")
+    assert ["Command file, beside this page", "next_recording.csv"] in said.rows
+    assert any(text.startswith("forklift simulate --command next_recording.csv") for text in said.of("code"))
+    drawn = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
+    shown = next(block for block in drawn if block["title"] == "The command to record")["panels"][0]["data"]
+    assert [trace["name"] for trace in shown] == ["main lift"]
+    assert max(shown[0]["y"]) == pytest.approx(command.current_main_a.max(), rel=1e-4)
+
+
+def test_recordings_in_which_nothing_moves_are_no_good_news(leak):
+    still = replace(leak, unexcited="no valve opens", causes=(), next_recording=None)
+    said = Text(diagnosis_page(still))
+    assert said.of("strong")[:3] == [
+        "It cannot be told.",
+        f"Any of {len(still.to_dict()['untestable'])} suspects, or nothing",
+        "Lowerings that move a lift.",
+    ]
+    assert "No valve opens." in said.of("p")
+
+
+def test_a_sensors_fault_is_not_told_as_a_gain_in_the_velocity(leak):
+    (cause,) = leak.causes
+    sensor = replace(
+        cause.suspect, kind="sensor", id="pressure_gain", where="pressure_main_pa", name="its gain is off"
+    )
+    other = replace(leak, causes=(replace(cause, suspect=sensor),))
+    left = other.to_dict()["left_over"]
+    said = Text(diagnosis_page(other))
+    change = f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}"
+    assert change in said.of("strong")
+    assert "velocity" not in said.of("h1")[0]
+    assert any("is not put right in them" in text for text in said.of("figcaption"))

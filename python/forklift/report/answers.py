@@ -161,8 +161,11 @@ def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
     if alike:
         return Fact(
             question,
-            f"Not sure: it cannot be told from {_listed(alike, lower=True)}",
-            [f"Credibility {row['credibility']:.2f} of 1. {draws}", law],
+            f"Not sure: it cannot be told from {_listed(alike)}",
+            [
+                f"Credibility {row['credibility']:.2f} of 1. {draws}",
+                "Each of them leaves nothing but the sensors' noise over.",
+            ],
         )
     return Fact(question, f"Credibility {row['credibility']:.2f} of 1", [draws, law])
 
@@ -209,7 +212,7 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     if alike:
         return Fact(
             question,
-            f"{_listed(list(alike))}: these recordings cannot tell.",
+            f"{words.capital(' or '.join(alike))}: these recordings cannot tell.",
             ["These explain the recordings held out as well, and are not ruled out."],
         )
     rivals = sorted(
@@ -259,7 +262,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             )
         return Fact(question, "Nothing more is needed.", [words.prose(told["next_recording_why"])])
     if alike:
-        why = f"It would tell the cause from this: {_listed(alike, lower=True)}."
+        why = f"It would tell the cause from this: {_listed(alike)}."
     elif uncertain:
         why = "It would tell the cause from what comes nearest to it."
     elif found.causes:
@@ -274,6 +277,5 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     )
 
 
-def _listed(names: Sequence[str], lower: bool = False) -> str:
-    text = " or ".join(dict.fromkeys(names))
-    return text if lower else words.capital(text)
+def _listed(names: Sequence[str]) -> str:
+    return " or ".join(f"“{name}”" for name in dict.fromkeys(names))

@@ -35,9 +35,9 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
 
 def _alike(found: Diagnosis) -> list[str]:
     said = [
-        f"{words.capital(words.suspect(cause.suspect))} cannot be told from "
-        f"{' or '.join(map(words.suspect, cause.not_separable_from))}: they explain the recordings held out "
-        "as well."
+        f"“{words.capital(words.suspect(cause.suspect))}” cannot be told from "
+        f"{' or '.join(f'“{words.suspect(one)}”' for one in cause.not_separable_from)}: they explain the "
+        "recordings held out as well."
         for cause in found.causes
         if cause.not_separable_from
     ]
