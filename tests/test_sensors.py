@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forklift import Recording, _core
-from forklift.estimation.sensors import LEAST_NOISE, encoder_count, sensors, white_noise
+from forklift.estimation.sensors import LEAST_NOISE, Sensor, encoder_count, sensors, white_noise
 
 N, RATE_HZ = 600, 50.0
 TIME = np.arange(N) / RATE_HZ
@@ -146,3 +146,35 @@ def test_a_dead_channel_has_the_least_noise_and_an_empty_one_is_no_sensor():
     assert found["pressure_free_pa"].noise == LEAST_NOISE["Pa"]
     assert found["pressure_free_pa"].count == 0.0
     assert "fork_height_m" not in found
+
+
+@pytest.mark.parametrize(
+    ("rho", "rest"), [(0.0, 40), (0.5, 40), (0.5, 60), (0.8, 60), (0.8, 200), (0.9, 200)]
+)
+def test_the_size_of_coloured_noise_is_told_from_short_rests(rho, rest):
+    """A short rest has less than the whole variance; sixth differences leave hardly any of slow noise."""
+    random, noise, recordings = np.random.default_rng(5), 3e4, []
+    current = np.where(np.arange(N) < rest, 0.0, 0.5)
+    for _ in range(14):
+        columns = {}
+        for lift in ("free", "main"):
+            drawn = random.standard_normal(N)
+            for k in range(1, N):
+                drawn[k] = rho * drawn[k - 1] + np.sqrt(1.0 - rho**2) * drawn[k]
+            columns[f"pressure_{lift}_pa"] = 5e6 + noise * drawn
+        columns |= {"current_free_a": current, "current_main_a": np.zeros(N)}
+        recordings.append(Recording("made.csv", "free", 0.0, "estimate", TIME, columns))
+    for sensor in sensors(recordings).values():
+        assert sensor.noise == pytest.approx(noise, rel=0.25 if rho >= 0.8 else 0.12)
+        assert sensor.correlation == pytest.approx(rho, abs=0.08)
+
+
+def test_slow_noise_has_more_together_and_fewer_independent_samples():
+    white, slow = Sensor("pressure_free_pa", 1.0, 0.0), Sensor("pressure_free_pa", 1.0, 0.0, 0.8)
+    assert (white.independent, white.together) == (1.0, 1.0)
+    random, n = np.random.default_rng(1), 400
+    drawn = random.standard_normal((2000, n))
+    for k in range(1, n):
+        drawn[:, k] = 0.8 * drawn[:, k - 1] + 0.6 * drawn[:, k]
+    assert np.var(drawn.mean(axis=1)) * n == pytest.approx(slow.together, rel=0.1)
+    assert 2.0 / (np.var(np.mean(drawn**2, axis=1)) * n) == pytest.approx(slow.independent, rel=0.1)

@@ -233,7 +233,8 @@ def diagnose(
     with clock.stage("screening the suspects"):
         at = baseline.found if baseline.complete else baseline.early
         screening = screen(at.problem, at.x, asked)
-    nothing = bool(unexcited) or (baseline.complete and not alarming(screening))
+    together = max(sensor.together for sensor in every.values())
+    nothing = bool(unexcited) or (baseline.complete and not alarming(screening, together))
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
     if not nothing:

@@ -73,9 +73,12 @@ class Selection:
     """What was tried that has no name."""
 
 
-def alarming(screening: Screening) -> bool:
-    """Whether a suspect promises so much that it is asked for although no channel shows it by itself."""
-    return any(found.gain >= ALARM[found.suspects[0].kind] for found in screening.singles)
+def alarming(screening: Screening, together: float) -> bool:
+    """Whether a suspect promises so much that it is asked for although no channel shows it by itself.
+
+    What slow noise promises by chance is `together` times as much as what white noise does.
+    """
+    return any(found.gain >= together * ALARM[found.suspects[0].kind] for found in screening.singles)
 
 
 def select(

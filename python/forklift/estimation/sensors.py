@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from forklift import _core
 from forklift.names import channels
@@ -53,10 +54,12 @@ RESTING_A = 0.05
 """Currents up to this leave every valve shut."""
 REST_SAMPLES = 20
 """Fewest samples before the first command that tell of noise."""
-COLOURED = 1.1
-"""Noise at rest is coloured if it is this many times the white part. It is a property of a kind of sensor:
-the least factor of all channels of a unit counts, and of one channel alone none, since a lift that leaks
-moves before it is commanded to."""
+COLOURED = 1.2
+"""Noise at rest is coloured if its variance is this many times the white part's. It is a property of a kind
+of sensor: the least correlation of all channels of a unit counts, and of one channel alone none, since a lift
+that leaks moves before it is commanded to."""
+MOST_CORRELATED = 0.9
+"""Slower than this, short rests cannot tell it from drift."""
 
 LEAST_NOISE = {"m": 1e-4, "Pa": 1e3}
 """No sensor is taken to be better than this, by unit: it is what the simulation itself may be off by."""
@@ -71,8 +74,18 @@ class Sensor:
     """Standard deviation of its noise, in the channel's unit; of an encoder: count / √12."""
     count: float
     """Step of an encoder that rounds down, in the channel's unit; 0 where it is none."""
-    independent: float = 1.0
-    """Share of its samples whose noise is independent: 1 if it is white."""
+    correlation: float = 0.0
+    """ρ of its noise from one sample to the next, that of ρᵏ over k samples; 0 if it is white."""
+
+    @property
+    def independent(self) -> float:
+        """Of n samples' squares the mean scatters as that of this share of n independent ones."""
+        return (1.0 - self.correlation**2) / (1.0 + self.correlation**2)
+
+    @property
+    def together(self) -> float:
+        """How many times as much as white noise of the same size its slow part has."""
+        return (1.0 + self.correlation) / (1.0 - self.correlation)
 
 
 def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
@@ -89,23 +102,42 @@ def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
 
 
 def _colours(recordings: Iterable[Recording], found: Mapping[str, Sensor]) -> dict[str, float]:
-    """By unit, noise at rest over white noise: at least 1."""
-    factors: dict[str, list[float]] = {}
+    """By unit, from one sample to the next the correlation of noise at rest: at least 0."""
+    colours: dict[str, list[float]] = {}
     for channel, sensor in found.items():
         if sensor.count:
             continue
         at_rest = [
-            float(np.std(values[:first], ddof=1))
+            values[:first]
             for recording in recordings
             if (values := recording.channels.get(channel)) is not None
             and (first := _first_command(recording)) >= REST_SAMPLES
             and np.isfinite(values[:first]).all()
         ]
         if at_rest:
-            factors.setdefault(channels()[channel]["unit"], []).append(
-                float(np.median(at_rest)) / sensor.noise
-            )
-    return {unit: max(1.0, min(found)) for unit, found in factors.items() if len(found) > 1}
+            ratio = float(np.median([np.var(values, ddof=1) for values in at_rest])) / sensor.noise**2
+            length = int(np.median([len(values) for values in at_rest]))
+            colours.setdefault(channels()[channel]["unit"], []).append(correlation(ratio, length))
+    return {unit: min(found) for unit, found in colours.items() if len(found) > 1}
+
+
+def correlation(ratio: float, length: int) -> float:
+    """ρ of an autoregression of order one whose stretches of so many samples have a median variance of
+    `ratio` times what sixth differences leave of it; 0 for white noise.
+
+    A short stretch has less than the whole variance: its own mean is taken off, and the median of few
+    independent squares lies below their mean (Wilson & Hilferty 1931).
+    """
+
+    def off(rho: float) -> float:
+        together = (1.0 + rho) / (1.0 - rho)
+        mean = together / length - 2.0 * rho * (1.0 - rho**length) / (length * (1.0 - rho)) ** 2
+        freedom = max(length / together - 1.0, 1.0)
+        return float((1.0 - 2.0 / (9.0 * freedom)) ** 3 * (1.0 - mean) / _left(rho) - ratio)
+
+    if ratio < COLOURED or off(0.0) >= 0.0:
+        return 0.0
+    return float(brentq(off, 0.0, MOST_CORRELATED)) if off(MOST_CORRELATED) > 0.0 else MOST_CORRELATED
 
 
 def _first_command(recording: Recording) -> int:
@@ -115,10 +147,17 @@ def _first_command(recording: Recording) -> int:
 
 
 def _coloured(sensor: Sensor, colours: Mapping[str, float]) -> Sensor:
-    factor = colours.get(channels()[sensor.channel]["unit"], 1.0)
-    if sensor.count or factor < COLOURED:
+    rho = colours.get(channels()[sensor.channel]["unit"], 0.0)
+    if sensor.count or not rho:
         return sensor
-    return replace(sensor, noise=factor * sensor.noise, independent=1.0 / factor**2)
+    return replace(sensor, noise=sensor.noise / sqrt(_left(rho)), correlation=rho)
+
+
+def _left(rho: float) -> float:
+    """Share of the variance of such noise that sixth differences leave."""
+    lags = np.arange(-DIFFERENCES, DIFFERENCES + 1)
+    weights = (-1.0) ** lags * np.array([comb(2 * DIFFERENCES, DIFFERENCES + lag) for lag in lags])
+    return float(weights @ rho ** np.abs(lags)) / comb(2 * DIFFERENCES, DIFFERENCES)
 
 
 def _sensor(channel: str, columns: list[Floats]) -> Sensor:
