@@ -9,6 +9,7 @@ import pytest
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, compare
+from forklift.diagnosis.selection import ALARM
 from forklift.estimation.judgement import AT_NOISE
 
 CONCEALED = {
@@ -22,6 +23,8 @@ def test_a_complete_truck_raises_no_alarm():
     assert (found.verdict, found.causes, found.location) == ("no-mismatch", (), None)
     assert found.final.worst.mean_square <= AT_NOISE
     assert found.sentence.startswith("No mismatch")
+    promised = [one.gain for one in found.screening.singles if one.suspects[0].kind == "physics"]
+    assert max(promised) < 0.5 * ALARM["physics"]
 
 
 @pytest.mark.parametrize("name", CONCEALED)

@@ -163,3 +163,24 @@ def test_amplitudes_end_where_the_catalogue_says():
     for spec in _core.effect_table():
         if spec["id"] in cases.EQUATIONS:
             assert cases.most(spec["id"]) == spec["parameters"][0]["plausible_upper"]
+
+
+def test_a_law_that_no_channel_shows_by_itself_is_asked_for_all_the_same(tmp_path):
+    """A case of the proof: every channel stays below its bound, and the oil's viscosity is still found."""
+    from dataclasses import replace
+
+    from forklift import Campaign, Truck, diagnose
+    from reference.plant import campaign
+
+    made = next(one for one in cases.variations(["effects"]) if one.name == "effects-viscosity_law-2")
+    law = cases.law_of("viscosity_law", made.case.lift, made.case.seed, cases.most("viscosity_law"))
+    folder = tmp_path / "campaign"
+    campaign.record(replace(made.case, laws=(law,)), folder)
+    found = diagnose(Campaign.read(folder), Truck.read("thesis"))
+    assert found.baseline.complete
+    assert found.verdict == "missing-physics"
+    assert [(one.suspect.label, one.form) for one in found.causes] == [
+        (f"{made.case.lift}.viscosity_law", "complete")
+    ]
+    share = next(one for one in found.to_dict()["causes"][0]["parameters"] if one["name"].endswith("share"))
+    assert share["lower"] <= cases.most("viscosity_law") <= share["upper"]

@@ -121,7 +121,7 @@ def _round(bench: Bench, best: Trial, screening: Screening, say: Say) -> Step:
     trials = _race(bench, best, ranked[:1], screening, [], say)
     accepted = _choice(trials, best, share)
     if accepted is not None and accepted.complete:
-        rivals = [*ranked[1:FIRST], *_confused(accepted, trials, screening)]
+        rivals = [*screening.singles[1:FIRST], *_confused(accepted, trials, screening)]
         rivals = list({found.suspects[0].label: found for found in rivals}.values())
         trials = _race(bench, best, rivals, screening, trials, say, quick=True)
     else:
