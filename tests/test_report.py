@@ -116,8 +116,13 @@ def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(told
         f"{value} m³/(s Pa) (99 % interval {lower} to {upper})",
         f"Credibility {cause['credibility']:.2f} of 1",
         f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
-        f"{gain['gain']:.2f} points (NRMSE; 95 % interval {gain['gain_lower']:.2f} to "
-        f"{gain['gain_upper']:.2f})",
+        f"{gain['gain']:.2f} points (95 % interval {gain['gain_lower']:.2f} to {gain['gain_upper']:.2f})",
+        *(
+            f"{name} {' → '.join(words.number(scale * one[when], 2) for when in ('before', 'after'))} {unit}"
+            for one in told["errors"]
+            for name, unit, scale in [words.fine(one["channel"], one["unit"])]
+        ),
+        f"{len(told['suspects'])} suspects considered",
         words.number(told["left_over"]["worst_before"]),
         words.number(told["left_over"]["worst_after"]),
         "What could it be instead?",
@@ -136,6 +141,13 @@ def test_every_number_of_the_tables_is_the_jsons(told, said):
     for one in told["unknown_inputs"]:
         place = words.place(one["port"])[0]
         assert (place, f"{one['ln_evidence']:.0f}", mean_square(one["left_over"])) in rows
+    for one in told["suspects"]:
+        promised = "—" if one["promised"] is None else words.number(one["promised"])
+        name = words.capital(words.at(one["name"], one["where"]))
+        fates = [row[3] for row in rows if len(row) == 4 and (row[0], row[2]) == (name, promised)]
+        (fate,) = fates
+        assert ("named" in fate) == one["named"]
+        assert not one["fitted"] or words.number(one["left_over"]) in fate
     for share in told["misfit"]:
         assert any(row[1:3] == (share["name"], mean_square(share["mean_square"])) for row in rows)
     for one in told["parameters"]:
@@ -165,7 +177,10 @@ def test_rivals_stand_with_what_they_leave_over_and_their_credibility(told, said
 
 
 def test_gains_are_laid_out_as_table_5_5(leak, said):
-    assert "Velocity of the main lift, before → after, laid out as Table 5.5" in said.everything
+    assert (
+        "Velocity of the main lift, before → after, laid out as Table 5.5 of Fri & Fahlén (2017)"
+        in said.everything
+    )
     before, after = (
         {row["file"]: row["nrmse_percent"] for row in side.validation("main").iter_rows(named=True)}
         for side in (leak.before, leak.after)
@@ -176,12 +191,14 @@ def test_gains_are_laid_out_as_table_5_5(leak, said):
 
 
 def test_doubts_next_recording_and_provenance_are_told(told, said):
-    assert said.of("h2") == ["Evidence", "Doubts", "Next recording", "Provenance"]
+    assert said.of("h2") == ["Evidence", "Doubts", "Next steps", "Provenance"]
     assert told["next_recording_why"][1:] in said.everything
     assert told["deficient"]["after"]["sentence"] in said.of("li")
     for sha256 in (told["campaign_facts"]["sha256"], told["start"]["sha256"], told["truck"]["sha256"]):
         assert sha256 in said.everything
-    assert said.of("code") == [told["command"]]
+    simulate, again = said.of("code")
+    assert simulate.startswith("forklift simulate --truck truck.toml --lift main ")
+    assert again == told["command"]
     assert told["command"].startswith("forklift diagnose ")
     assert told["forklift"] in said.everything
 
@@ -207,14 +224,53 @@ def test_every_recording_is_drawn_and_keeps_its_peaks(leak, drawn):
 
 
 def test_the_mismatch_is_seen_in_the_colours_where_it_is(leak, drawn):
-    heat = next(block for block in drawn if block.get("title") == "Where the difference lies")
-    before, after = (panel["data"][0] for panel in heat["panels"])
-    assert [panel["label"] for panel in heat["panels"]] == ["before", "after"]
+    heat = next(block for block in drawn if block.get("title", "").startswith("Where the difference lies"))
+    before, after = heat["panels"][0]["data"]
+    assert (before["name"], after["name"]) == ("before", "after")
     assert set(before["y"]) == {one.file for one in leak.campaign.recordings}
     strong = [value for row in before["z"] for value in row if value is not None]
     weak = [value for row in after["z"] for value in row if value is not None]
-    assert max(strong) > 0.8
+    assert max(strong) == 1.0
     assert max(weak) < 0.4
+
+
+def test_errors_are_those_of_recordings_held_out(leak, told):
+    """In SI: each signal's, over all samples together."""
+    (one,) = (row for row in told["errors"] if row["channel"] == "velocity_main_m_s")
+    for when, side in (("before", leak.before), ("after", leak.after)):
+        found = [
+            prediction.signal("velocity_main_m_s")
+            for prediction in side.predictions
+            if prediction.recording.role == "validate"
+        ]
+        off = np.concatenate([signal.simulated - signal.measured for signal in found])
+        assert one[when] == pytest.approx(float(np.sqrt(np.nanmean(off**2))), rel=1e-6)
+    assert one["recordings"] == len(found)
+    assert one["after"] < one["before"]
+
+
+def test_what_the_sensors_noise_would_leave_is_drawn_behind_the_difference(leak, drawn):
+    explorer = next(block for block in drawn if "recordings" in block)
+    signals = {one["title"]: one for one in explorer["recordings"][0]["signals"]}
+    low, high = signals["Pressure of the main lift"]["band"]
+    assert low == pytest.approx(-high)
+    low, high = signals["Position of the main lift"]["band"]  # an encoder reads the count below
+    assert 0.0 < low < high
+    assert signals["Velocity of the main lift"]["band"] is None
+
+
+def test_values_are_told_with_their_gaps():
+    assert words.spans([18.0, 21.0, 29.0, 32.0, 58.0, 60.0, 61.0]) == [(18.0, 32.0), (58.0, 61.0)]
+    assert words.stretches([0.0, 800.0, 1000.0, 1500.0, 0.0]) == "0 and 800 to 1000 and 1500"
+    assert words.spans([20.0, 20.0]) == [(20.0, 20.0)]
+    assert words.spans([]) == []
+
+
+def test_a_campaign_without_a_name_of_its_own_has_its_folders(leak, tmp_path):
+    assert words.campaign(leak.campaign) == "campaign “leak”"
+    nameless = replace(leak.campaign, name="campaign", folder=tmp_path / "thermfric")
+    assert words.campaign(nameless) == "campaign “thermfric”"
+    assert words.campaign(replace(nameless, folder=None)) == "a campaign"
 
 
 def test_the_final_model_has_the_law_that_the_recordings_ask_for(leak):

@@ -175,22 +175,35 @@ def test_the_keyboard_alone_zooms_and_changes_recording_and_signal(opened):
 def test_the_tabulator_reaches_the_contents_and_the_first_choice(opened):
     page = opened("diagnosis")
     reached = []
-    for _ in range(9):
+    for _ in range(10):
         page.keyboard.press("Tab")
         reached.append(page.evaluate("document.activeElement.textContent.trim()"))
-    contents = ["Verdict", "Evidence", "Doubts", "Next recording", "Provenance"]
+    contents = ["Verdict", "Evidence", "Doubts", "Next steps", "Provenance"]
     assert reached[:7] == ["Skip the summary", *contents, "Colours: system"]
     assert page.evaluate("document.activeElement.dataset.choose") == "recording"
 
 
-def test_another_model_can_be_chosen_where_the_difference_lies(opened):
+def test_both_models_stand_below_each_other_where_the_difference_lies(opened):
     page = opened("diagnosis")
     scrolled_through(page)
     heat = page.locator("figure.drawn", has=page.get_by_role("heading", name="Where the difference lies"))
-    strongest = "place => Math.max(...place.data[0].z.flat().filter(v => v !== null))"
-    before = heat.locator(".plot").evaluate(strongest)
-    heat.locator("select").select_option(label="after")
-    assert heat.locator(".plot").evaluate(strongest) < before
+    strongest = "place => place.data.map(one => Math.max(...one.z.flat().filter(v => v !== null)))"
+    before, after = heat.locator(".plot").evaluate(strongest)
+    assert after < before
+    assert heat.locator(".plot").bounding_box()["height"] < 800
+
+
+def test_the_difference_is_the_larger_drawing_and_has_the_noise_behind_it(opened):
+    page = opened("diagnosis")
+    page.wait_for_function("document.querySelector('.explorer .plot').dataset.drawn")
+    place = page.locator(".explorer .plot")
+    own, difference = place.evaluate(
+        "place => ['yaxis', 'yaxis2'].map(name => place._fullLayout[name].domain)"
+    )
+    assert difference[0] > own[1]
+    assert difference[1] - difference[0] > 2.0 * (own[1] - own[0])
+    assert place.evaluate("place => place._fullLayout.shapes.length") == 1
+    assert page.locator(".explorer .legend .noise").is_visible()
 
 
 def test_light_and_dark_follow_the_system_and_the_button(opened):

@@ -22,7 +22,9 @@ from forklift.compare import (
     temperature_option,
     truck_facts,
 )
+from forklift.diagnosis.considered import considered
 from forklift.estimation.readings import Reading
+from forklift.names import LIFTS
 
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
@@ -84,12 +86,13 @@ def _rise(found: Diagnosis) -> str:
             f"{found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
         )
     before, after = _velocity(found)
-    return f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"
+    return f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} %"
 
 
 def _named(cause: Cause) -> str:
-    where = f" ({cause.suspect.where})" if cause.suspect.where else ""
-    return f"{cause.suspect.name}{where}"
+    where = cause.suspect.where
+    where = f"{where} lift" if where in LIFTS else where
+    return f"{cause.suspect.name}{f' ({where})' if where else ''}"
 
 
 def region(seen: Sequence[Shape], lift: Lift) -> str:
@@ -199,6 +202,7 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
         "next_recording_why": found.next_why,
         "fit": _fit(found),
         "fit_summary": _summary(found),
+        "errors": _errors(found),
         "left_over": {
             "before": found.baseline.left_over,
             "after": found.final.left_over,
@@ -213,6 +217,7 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
         },
         "misfit": [share.to_dict() for share in found.misfit],
         "regimes": [one.to_dict() for one in found.regimes],
+        "suspects": [one.to_dict() for one in considered(found)],
         "unknown_inputs": [
             {"port": one.port, "ln_evidence": one.evidence, "left_over": one.noise**2} for one in found.inputs
         ],
@@ -309,6 +314,25 @@ def _fit(found: Diagnosis) -> list[dict[str, Any]]:
     ]
     joined = sides[0].join(sides[1].drop("role", "lift"), on=["file", "channel"], maintain_order="left")
     return [{key: defined(value) for key, value in row.items()} for row in joined.to_dicts()]
+
+
+def _errors(found: Diagnosis) -> list[dict[str, Any]]:
+    """Root mean square error of each commanded lift's signals, over the recordings held out together."""
+    both = found.before.fits.join(
+        found.after.fits, on=["file", "channel"], suffix="_after", maintain_order="left"
+    ).filter(pl.col("rmse").is_not_null() & pl.col("rmse_after").is_not_null())
+    own = both.filter(pl.col("commanded") | (pl.col("channel") == "fork_height_m"))
+    held = own.filter(pl.col("role") == "validate")
+    held = held if len(held) else own
+
+    def together(column: str) -> pl.Expr:
+        return ((pl.col(column) ** 2 * pl.col("samples")).sum() / pl.col("samples").sum()).sqrt()
+
+    return (
+        held.group_by("channel", "unit", maintain_order=True)
+        .agg(before=together("rmse"), after=together("rmse_after"), recordings=pl.col("file").n_unique())
+        .to_dicts()
+    )
 
 
 def _summary(found: Diagnosis) -> dict[str, Any]:

@@ -44,7 +44,11 @@ def propose(
         possible = candidates(campaign.recordings, [truck], sensors)
         proposal = tell(selection.final, vague, possible)
         return next_recording(proposal), proposal.why
-    return None, "no rival is left that a recording would part, and what was found is known well"
+    return (
+        None,
+        "no other explanation is left that a further recording could rule out, and the size of what was "
+        "found is known well",
+    )
 
 
 def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Trial]:

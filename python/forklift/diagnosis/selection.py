@@ -45,6 +45,8 @@ shows by itself that anything is missing: 5.5 deviations of an amplitude, among 
 unknown for every recording; and sensors promise up to 25 where nothing is amiss, since an encoder that starts
 from the same place in every recording is rounded alike in all of them."""
 MOST_ACCEPTED = 3
+REDRAWS = 2000
+"""Of the recordings held out, for the credibility."""
 
 Say = Callable[[str], None]
 General = Callable[[Trial], Sequence[Suspect]]
@@ -268,7 +270,7 @@ def _roughly(
     return min(tried, key=lambda found: found[2])
 
 
-def credibility(trials: Sequence[Trial], draws: int = 2000, seed: int = 1) -> list[float]:
+def credibility(trials: Sequence[Trial], draws: int = REDRAWS, seed: int = 1) -> list[float]:
     """In which share of resampled sets of held-out recordings each trial leaves the least over.
 
     Whole recordings are resampled: samples of one err together, so that their number proves nothing.

@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from forklift import operation
+from forklift.diagnosis.selection import REDRAWS
 from forklift.diagnosis_files import TELLING
 from forklift.estimation.judgement import AT_NOISE
 from forklift.report import words
 from forklift.report.blocks import Fact
+from forklift.report.considered import counts
+from forklift.report.physical import physical
 
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
@@ -18,6 +21,8 @@ if TYPE_CHECKING:
 
 ENTERED = ("sensor", "parameter")
 """Kinds of cause that are not put right in the curves: they are none of the machine's."""
+NRMSE = "NRMSE: 100 % less the normalised root mean square error"
+USE = "The model with it is truck.toml, beside this page: how to simulate with it, see Next steps."
 AS_LITTLE = 1.05
 """A rival that leaves no more than this many times what the cause leaves explains as much."""
 
@@ -28,7 +33,7 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
         return _unexcited(found, told)
     what = [] if found.causes else [_nothing(found, told), _tested(told)]
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        what += [_what(cause, row), _sure(cause, row)]
+        what += [_what(found, cause, row), _sure(found, told, cause, row)]
     where = [_where(told)] if told["location"] else []
     return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(found, told)]
 
@@ -89,7 +94,7 @@ def _tested(told: Mapping[str, Any]) -> Fact:
     )  # fmt: skip
 
 
-def _what(cause: Cause, row: Mapping[str, Any]) -> Fact:
+def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
     sizes = []
     for one in row["parameters"][:1] if row["kind"] != "unknown" else ():
         value, lower, upper = words.size(one["value"], one["lower"], one["upper"])
@@ -104,6 +109,7 @@ def _what(cause: Cause, row: Mapping[str, Any]) -> Fact:
         [
             *([words.sentence(cause.suspect, row["parameters"])] if sizes else []),
             *(f"Size: {size}." for size in sizes),
+            *([said] if sizes and (said := physical(found, cause.suspect.id, cause.suspect.where)) else []),
             *(
                 ["It has no name in the catalogue; its curve is drawn below."]
                 if row["kind"] == "unknown"
@@ -116,10 +122,10 @@ def _what(cause: Cause, row: Mapping[str, Any]) -> Fact:
 def _where(told: Mapping[str, Any]) -> Fact:
     location = told["location"]
     where = words.EQUATIONS[location["equation"]]
-    details = [f"It shows most in the {words.signal(location['signal'])}."]
+    details = [_most(location["signal"], bool(told["causes"]) and told["causes"][0]["kind"] not in ENTERED)]
     telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
     details += [
-        "Found without knowing any cause: something unseen acts on the "
+        "Found without knowing any cause: beyond the fitted truck, something unseen acts on the "
         f"{words.place(told['unknown_inputs'][0]['port'])[0]}, and {100 * one['explained']:.0f} % of it is a "
         f"function of the {operation.words(one['variable'], 'main')[0]}."
         for one in telling
@@ -128,7 +134,7 @@ def _where(told: Mapping[str, Any]) -> Fact:
     return Fact("Where?", words.capital(f"{lift}{where}"), details)
 
 
-def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
+def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[str, Any]) -> Fact:
     question = f"How sure is “{cause.suspect.name}”?"
     if not cause.suspect.amplitude and row["kind"] == "sensor":
         return Fact(
@@ -149,14 +155,22 @@ def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
         law = "With it nothing but the sensors' noise is left over."
     else:
         law = (
-            "Nothing but the sensors' noise is left over: its law is right, as far as these recordings tell."
+            "Nothing but the sensors' noise is left over: its law is right as far as these recordings tell"
+            f"{_covered(found, cause)}."
         )
-    draws = (
-        f"The recordings held out were drawn anew at random many times; in {share:.0f} % of the draws this "
-        "explains them better than everything else that was tried."
-        if cause.rivals
-        else "No rival came near enough to be tried."
-    )
+    count, held = counts(told), len({one.file for one in found.final.held_out})
+    tried = f"Of {count['considered']} suspects considered (list below), {count['fitted']} were fitted"
+    if cause.rivals:
+        draws = (
+            f"{tried}. The {held} recordings held out were redrawn at random {REDRAWS} times; in "
+            f"{share:.0f} % of the draws this explains them better than all else that was fitted."
+        )
+    else:
+        why = "no other promised enough beside it" if count["fitted"] == 1 else "none of them without it"
+        draws = (
+            f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that it had no rival to beat on the {held} "
+            "recordings held out."
+        )
     alike = [words.suspect(one) for one in cause.not_separable_from]
     if alike:
         return Fact(
@@ -167,7 +181,8 @@ def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
                 "Each of them leaves nothing but the sensors' noise over.",
             ],
         )
-    return Fact(question, f"Credibility {row['credibility']:.2f} of 1", [draws, law])
+    alone = "" if cause.rivals else ", without a rival"
+    return Fact(question, f"Credibility {row['credibility']:.2f} of 1{alone}", [draws, law])
 
 
 def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
@@ -175,15 +190,14 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     if not found.final.suspects:
         answer = "There is nothing to gain." if told["verdict"] == "no-mismatch" else "Nothing was added."
         fit = (
-            f"The velocity fits to {gain['nrmse_before']:.1f} % (NRMSE) on recordings held out."
+            f"The velocity fits to {gain['nrmse_before']:.1f} % ({NRMSE}) on recordings held out."
             if gain
             else ""
         )
         return Fact("How much better does the model get?", answer, [fit] if fit else [])
     details = [
         f"What is left over falls in the worst signal from {words.number(left['worst_before'])} to "
-        f"{words.number(left['worst_after'])} {words.NOISE}, and on average from "
-        f"{words.number(left['before'])} to {words.number(left['after'])}."
+        f"{words.number(left['worst_after'])} {words.NOISE}."
     ]
     if not gain or any(cause.suspect.kind in ENTERED for cause in found.causes):
         return Fact(
@@ -199,8 +213,9 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         "How much better does the model get?",
         f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
         [
-            f"A gain of {gain['gain']:.2f} points (NRMSE; 95 % interval {gain['gain_lower']:.2f} to "
-            f"{gain['gain_upper']:.2f}) on recordings it was not fitted on; 100 % is perfect.",
+            *_errors(told),
+            f"Velocity fit: a gain of {gain['gain']:.2f} points (95 % interval {gain['gain_lower']:.2f} to "
+            f"{gain['gain_upper']:.2f}) of {NRMSE}.",
             *details,
         ],
     )
@@ -224,14 +239,17 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         ),
         key=lambda one: one[0],
     )
-    untestable = len(told["untestable"])
+    untestable = counts(told)["untold"]
     open_ = (
-        [f"Of {untestable} other suspects these recordings can tell nothing: see Doubts."]
+        [f"{_others(untestable)} could not be tested with these recordings: see Doubts."]
         if untestable
         else []
     )
     if not rivals:
-        none = "Nothing else was needed." if told["verdict"] == "no-mismatch" else "Nothing else was tried."
+        needed = told["verdict"] != "no-mismatch"
+        none = "Nothing else that could be tested." if needed else "Nothing else was needed."
+        if found.causes:
+            open_ = [*_runner_up(told), *open_]
         return Fact(question, none, open_)
     left, share, names = rivals[0]
     nearest = " and ".join(words.suspect(one) for one in names)
@@ -258,9 +276,15 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             return Fact(
                 question,
                 "No recording would settle it.",
-                ["None that this machine can make would tell the explanations apart: see Next recording."],
+                ["None that this machine can make would tell the explanations apart: see Next steps."],
             )
-        return Fact(question, "Nothing more is needed.", [words.prose(told["next_recording_why"])])
+        untold = counts(told)["untold"]
+        left = [f"{_others(untold)} could not be tested: see Doubts."] if untold else []
+        return Fact(
+            question,
+            "Nothing more is needed for this cause." if found.causes else "Nothing more is needed.",
+            [words.prose(told["next_recording_why"]), *left, USE],
+        )
     if alike:
         why = f"It would tell the cause from this: {_listed(alike)}."
     elif uncertain:
@@ -273,8 +297,65 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         question,
         f"{words.capital(words.lifts(proposed['lift']))}, {proposed['load_kg']:g} kg, "
         f"oil at {proposed['oil_temperature_degc']:.0f} °C",
-        [why, f"The command is in {proposed['command']}, beside this page."],
+        [why, f"The command is in {proposed['command']}, beside this page.", USE],
     )
+
+
+def _most(channel: str, velocity: bool) -> str:
+    """In which signal it shows most; and why the headline has another, if so."""
+    said = f"It shows most in the {words.signal(channel)}, held against that sensor's noise."
+    if not velocity or channel.startswith("velocity"):
+        return said
+    derived = channel == "fork_height_m" or channel.startswith("position")
+    return said + (
+        " The headline's velocity is derived from such a position."
+        if derived
+        else " The headline tells the velocity, for which the model is made."
+    )
+
+
+def _covered(found: Diagnosis, cause: Cause) -> str:
+    """Over which values of the conditions that tell it, where these leave gaps."""
+    said = []
+    runs = found.after.predictions
+    for name in cause.suspect.told_by:
+        values = [
+            one.oil_temperature_degc if name == "oil_temperature_degc" else one.recording.load_kg
+            for one in runs
+        ]
+        what, unit = ("oil", "°C") if name == "oil_temperature_degc" else ("load", "kg")
+        none = ", none between" if len(words.spans(values)) > 1 else ""
+        said.append(f"{what} at {words.stretches(values)} {unit}{none}")
+    return f" ({'; '.join(said)})" if said else ""
+
+
+def _errors(told: Mapping[str, Any]) -> list[str]:
+    """Root mean square errors in units that a workshop reads."""
+    if not told["errors"]:
+        return []
+    said = []
+    for one in sorted(told["errors"], key=lambda one: one["channel"]):
+        name, unit, scale = words.fine(one["channel"], one["unit"])
+        before, after = (words.number(scale * one[when], 2) for when in ("before", "after"))
+        said.append(f"{name} {before} → {after} {unit}")
+    count = max(one["recordings"] for one in told["errors"])
+    return [f"Root mean square errors, {count} recordings held out: {', '.join(said)}."]
+
+
+def _runner_up(told: Mapping[str, Any]) -> list[str]:
+    """What promised most of what was neither named nor fitted."""
+    named = max((one["promised"] or 0.0 for one in told["suspects"] if one["named"]), default=0.0)
+    other = next((one for one in told["suspects"] if not (one["named"] or one["untold"])), None)
+    if not other or not named:
+        return []
+    return [
+        f"Next in promise, and not fitted: {words.at(other['name'], other['where'])}, with "
+        f"{100.0 * other['promised'] / named:.0f} % of the cause's promise (list below)."
+    ]
+
+
+def _others(count: int) -> str:
+    return f"{count} other suspect{'s' if count > 1 else ''}"
 
 
 def _listed(names: Sequence[str]) -> str:

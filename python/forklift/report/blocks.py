@@ -110,6 +110,8 @@ class Signal:
     note: str
     curves: Mapping[str, Sequence[float | None]]
     """``x``, ``measured`` and one for each side."""
+    band: tuple[float, float] | None = None
+    """Where simulated less measured would lie 95 times in 100, were there nothing but the sensor's noise."""
 
 
 @dataclass(frozen=True)
@@ -175,3 +177,5 @@ class Page:
     sections: Sequence[Section]
     glossary: Mapping[str, str]
     """Words of the page that a reader may not know."""
+    beside: Sequence[Table] = ()
+    """What else the first screen names, folded."""

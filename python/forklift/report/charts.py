@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from forklift import operation, unknown_ports
 from forklift.estimation.knowledge import QUANTILE
 from forklift.report.blocks import Bars, Figure, Panel
 from forklift.report.traces import numbers
-from forklift.report.words import capital, drawn, number, place, printed
+from forklift.report.words import capital, drawn, number, place, printed, spans
 
 if TYPE_CHECKING:
     from forklift.candidates import NextRecording
@@ -33,8 +34,11 @@ def law(port: str, found: Sequence[Against], own: bool) -> Figure:
         f"What the recordings ask for: {where}",
         "Dots: what has to act there, moment by moment, for the fitted truck to follow the recordings, "
         "without knowing any cause. Dotted line and band: the same as a function of one variable, with its "
-        "95 % interval. Solid line: what the final model has there. Where the lines lie on each other, the "
-        "cause that was named has the right law."
+        "95 % interval. Solid line: what the final model has there, drawn in the same way: its own readings "
+        "were put in the recordings' place. All is relative to the fitted truck, which has taken up the mean "
+        "already, and is smoothed towards none; so only the shape and the change count, not where zero lies, "
+        "and the size of the cause is the one said above. Where the lines lie on each other, the cause that "
+        "was named has the right law; in grey stretches no recording tells."
         + ("" if own else " No single place stands for that cause; of those there are, this explains most."),
         [_against(one, unit, scale, *operation.words(one.variable, lift)) for one in found],
         height=400,
@@ -44,6 +48,8 @@ def law(port: str, found: Sequence[Against], own: bool) -> Figure:
 
 def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str) -> Panel:
     its_unit, its_scale = drawn(its_unit)
+    seen = spans(one.values.tolist())
+    gaps = [(low[1], high[0]) for low, high in pairwise(seen)]
     at = numbers(its_scale * one.at)
     curve = scale * one.curve
     data: list[dict[str, Any]] = [
@@ -68,12 +74,26 @@ def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str
     layout = {
         "xaxis": {"title": {"text": axis}},
         "yaxis": {
-            "title": {"text": unit},
+            "title": {"text": f"Against the fitted truck [{unit}]"},
             "exponentformat": "power",
             "range": [scale * end for end in _range(one)],
         },
         "showlegend": True,
-    }
+        "shapes": [
+            {
+                "type": "rect", "xref": "x", "yref": "paper", "x0": its_scale * low, "x1": its_scale * high,
+                "y0": 0, "y1": 1, "fillcolor": "@gap", "line": {"width": 0}, "layer": "below",
+            }
+            for low, high in gaps
+        ],
+        "annotations": [
+            {
+                "text": "no recording", "x": its_scale * 0.5 * (low + high), "xref": "x", "y": 0,
+                "yref": "paper", "yanchor": "bottom", "showarrow": False, "font": {"color": "@soft"},
+            }
+            for low, high in gaps
+        ],
+    }  # fmt: skip
     return Panel(f"{variable} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
 
 
@@ -104,10 +124,10 @@ def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
 
     return Bars(
         "What each explanation leaves over",
-        note,
+        f"{note} The scale is logarithmic and begins at {number(float(np.exp(low)), 2)}.",
         [(name, number(value), at(value), kind) for name, value, kind in rows],
         at(1.0),
-        "noise alone",
+        "1: noise alone",
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.names import LIFTS
 from forklift.report import words
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.words import number, printed
@@ -17,10 +16,10 @@ if TYPE_CHECKING:
 def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks against the verdict, or limits it."""
     blocks: list[Block] = [
-        Points(_alike(found), "Not separable"),
+        Points(_alike(found), "Could it be taken for something else?"),
         Points(list(_form(found, told)), "Is the law right?"),
         Points(_regimes(told), "Does it hold everywhere?"),
-        Points(_untestable(found), "What these recordings cannot tell"),
+        Points(_untestable(told), "What these recordings cannot tell"),
         Points([told["deficient"]["after"]["sentence"]], "Is anything left over?"),
     ]
     if found.cautions:
@@ -86,18 +85,25 @@ def _side(one: Mapping[str, Any], place: int) -> str:
     )
 
 
-def _untestable(found: Diagnosis) -> list[str]:
-    """One line per suspect, wherever it acts."""
-    places: dict[str, list[str]] = {}
-    for one in found.untestable:
-        where = one.where if not one.where or one.where in LIFTS else words.signal(one.where)
-        places.setdefault(one.name, []).append(f"{where} lift" if where in LIFTS else where)
-    if not places:
+UNTOLD = {
+    "one-value": "It shows only between recordings at several oil temperatures, or loads, and these have one",
+    "no-trace": "Nothing that these recordings measure answers to it",
+    "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
+}
+"""Why recordings tell nothing of a suspect, by `forklift.diagnosis.considered.Untold`."""
+
+
+def _untestable(told: Mapping[str, Any]) -> list[str]:
+    """One line per reason."""
+    names: dict[str, list[str]] = {}
+    for one in told["suspects"]:
+        if one["untold"]:
+            names.setdefault(one["untold"], []).append(words.at(one["name"], one["where"]))
+    if not names:
         return ["Every suspect of the catalogue could be tested."]
     return [
-        f"{words.capital(name)}{f' ({where})' if (where := ', '.join(filter(None, wheres))) else ''}: "
-        "whether it is there makes no difference to these recordings, or needs a condition that they lack."
-        for name, wheres in places.items()
+        f"{UNTOLD[why]}, so that neither its presence nor its absence is claimed: {'; '.join(those)}."
+        for why, those in names.items()
     ]
 
 
@@ -121,8 +127,9 @@ def _regime_table(told: Mapping[str, Any]) -> Table:
 
 def _tests(told: Mapping[str, Any]) -> Table:
     rows = [(when, test) for when in ("before", "after") for test in told["deficient"][when]["tests"]]
+    each = " and ".join(f"{len(told['deficient'][when]['tests'])} {when}" for when in ("before", "after"))
     return Table(
-        "Every test of what is left over",
+        f"Every test of what is left over: {each}",
         ["Model", "Test", "Signal", "Against", "Statistic", "p", "p, corrected", "Passed"],
         [
             [

@@ -9,12 +9,13 @@ from forklift.effects import EFFECTS
 from forklift.report import charts, heat, law, parameters, words
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
 from forklift.report.gains import every_fit, gains, validation
-from forklift.report.traces import HOW_TO_READ, place, replays
+from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 from forklift.suspects import effect_specs
 from forklift.tables import mean_square, percent, share
 
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
+    from forklift.estimation.problem import Observed
 
 NOT_PUT_RIGHT = (
     "The curves are the truck's own: what a sensor reads wrongly, or was entered wrongly, is not put right "
@@ -71,14 +72,19 @@ def explorer(found: Diagnosis, changed: bool) -> Explorer:
 
     misread = any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes)
     sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
-    recordings = replays(sides, note)
+    recordings = replays(sides, note, {one.sensor.channel: one.sensor for one in _observed(found)})
     return Explorer(
         "Measured, before and after" if changed else "Measured and simulated",
-        f"{HOW_TO_READ} {NOT_PUT_RIGHT}" if misread else HOW_TO_READ,
+        f"{HOW_TO_READ} {BAND}{f' {NOT_PUT_RIGHT}' if misread else ''}",
         list(sides),
         recordings,
         place(recordings, found.baseline.worst.file, found.baseline.worst.channel),
     )
+
+
+def _observed(found: Diagnosis) -> Iterator[Observed]:
+    for sample in found.final.found.problem.samples:
+        yield from sample.observed
 
 
 def _fits(found: Diagnosis) -> Iterator[dict[str, Any]]:
@@ -124,8 +130,8 @@ def _added(found: Diagnosis) -> list[Points]:
 
 def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        if not cause.rivals:
-            continue
+        if not cause.rivals and cause.suspect not in found.final.suspects:
+            continue  # seen before any fit
         rivals = sorted(cause.rivals, key=lambda one: one[2])
         name = words.suspect(cause.suspect)
         after = told["left_over"]["after"]
@@ -143,8 +149,13 @@ def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
         ]
         yield charts.left_over(
             bars,
-            f"On recordings held out, {words.NOISE}; on a logarithmic scale. Rivals that fell far behind on "
-            "the way were stopped early, so that theirs may be a little too much.",
+            f"On average over all signals held out, {words.NOISE}; {words.REST}."
+            + (
+                " Rivals that fell far behind on the way were stopped early, so that theirs may be a little "
+                "too much."
+                if rivals
+                else " No rival was fitted beside it."
+            ),
         )
 
 
@@ -176,7 +187,7 @@ def _shares(told: Mapping[str, Any]) -> Table:
         "band": "frequency",
     }
     return Table(
-        "What the fitted truck leaves over, shared out",
+        "What the fitted truck leaves over, by recording, signal, phase and frequency",
         ["By", "Name", "Mean square", "Share of misfit [%]"],
         [
             [kinds[one["by"]], one["name"], mean_square(one["mean_square"]), share(one["share"])]

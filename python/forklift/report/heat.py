@@ -18,19 +18,24 @@ if TYPE_CHECKING:
     from forklift.estimation.judgement import Judged
     from forklift.truck import Truck
 
-STRONGEST = 100.0
-"""Mean square of the strongest colour."""
+LEAST_STRONGEST = 5.0
+"""Mean square of the strongest colour, at least; else the greatest there is."""
 STILL = 0.1
 """Mean square below which a signal stands still, so that it has no noise either."""
-COLUMN_PX, ROW_PX, LETTER_PX = 34, 24, 6.2
+AT_REST = 0.5
+"""Mean square below which an encoder's cell has no number: it is at rest."""
+FEW_TICKS, TICKS = (1.0, 2.0, 3.0, 5.0, 10.0), (1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4, 1e5)
+FEW_MOST = 20.0
+COLUMN_PX, ROW_PX, LETTER_PX = 46, 20, 6.6
+HEAD_PX, FOOT_PX = 76, 46
 SCALE = [[0.0, "@cold"], [0.5, "@warm"], [1.0, "@hot"]]
 
-Cells = Mapping[tuple[str, str, str], tuple[float, int]]
-"""By file, channel and phase: mean square and samples."""
+Cells = Mapping[tuple[str, str, str], tuple[float, int, bool]]
+"""By file, channel and phase: mean square, samples, and whether an encoder read them."""
 
 
 def heat(campaign: Campaign, truck: Truck, models: Mapping[str, Sequence[Judged]], note: str) -> Figure:
-    """One drawing per model, all in the same colours."""
+    """The models below each other, in the same colours."""
     phases = {one.file: of_recording(one, truck) for one in campaign.recordings}
     cells = {label: _cells(judged, phases) for label, judged in models.items()}
     role = {one.file: one.role for judged in models.values() for one in judged}
@@ -38,49 +43,65 @@ def heat(campaign: Campaign, truck: Truck, models: Mapping[str, Sequence[Judged]
     seen = {key[1:] for known in cells.values() for key in known}
     channels = dict.fromkeys(one.channel for judged in models.values() for one in judged)
     columns = [(channel, phase) for channel in channels for phase in PHASES if (channel, phase) in seen]
+    greatest = max((cell[0] for known in cells.values() for cell in known.values()), default=1.0)
+    top = max(greatest, LEAST_STRONGEST)
+    rows = ROW_PX * len(files)
+    data = [
+        _trace(label, place, known, files, columns, top) for place, (label, known) in enumerate(cells.items())
+    ]
     return Figure(
-        "Where the difference lies",
+        "Where the difference lies" + (", before and after" if len(cells) > 1 else ""),
         note,
-        [_panel(label, known, files, role, columns) for label, known in cells.items()],
-        height=160 + ROW_PX * len(files),
+        [Panel("", data, _layout(list(cells), columns, files, role))],
+        height=len(cells) * (HEAD_PX + rows) + FOOT_PX,
         least_px=_labels_px(files) + COLUMN_PX * len(columns),
-        choose="Model",
     )
 
 
 def _cells(judged: Sequence[Judged], phases: Mapping[str, Mapping[str, NDArray[np.intp]]]) -> Cells:
-    cells: dict[tuple[str, str, str], tuple[float, int]] = {}
+    cells: dict[tuple[str, str, str], tuple[float, int, bool]] = {}
+    analogue = {one.channel for one in judged if one.whiteness is not None}  # of an encoder there is none
     for one in judged:
         if one.mean_square < STILL or not len(one.left):
             continue
         which = phases[one.file][one.channel][one.rows]
         for index in np.unique(which).tolist():
             left = one.left[which == index]
-            cells[one.file, one.channel, PHASES[index]] = float(np.mean(left**2)), len(left)
+            cells[one.file, one.channel, PHASES[index]] = (
+                float(np.mean(left**2)),
+                len(left),
+                one.channel not in analogue,
+            )
     return cells
 
 
-def _panel(
+def _trace(
     label: str,
+    place: int,
     cells: Cells,
     files: Sequence[str],
-    role: Mapping[str, str],
     columns: Sequence[tuple[str, str]],
-) -> Panel:
+    top: float,
+) -> dict[str, Any]:
     known = [[cells.get((file, *column)) for column in columns] for file in files]
     squares = [[None if cell is None else cell[0] for cell in row] for row in known]
-    places = list(range(len(columns)))
-    trace = {
+    ticks = [tick for tick in (FEW_TICKS if top < FEW_MOST else TICKS) if tick <= top]
+    axes = {"xaxis": f"x{place + 1}", "yaxis": f"y{place + 1}"} if place else {}
+    return {
         "type": "heatmap",
-        "x": places,
+        "name": label,
+        **axes,
+        "x": list(range(len(columns))),
         "y": list(files),
-        "z": [[None if ms is None else round(_strength(ms), 3) for ms in row] for row in squares],
-        "text": [["" if ms is None else brief(ms) for ms in row] for row in squares],
+        "z": [[None if ms is None else round(_strength(ms, top), 3) for ms in row] for row in squares],
+        "text": [
+            ["" if cell is None else brief(*cell[::2]) for cell in row] for row in known
+        ],
         "texttemplate": "%{text}",
-        "textfont": {"size": 10},
+        "textfont": {"size": 11.5},
         "customdata": [
             [
-                None if cell is None else [signal(channel), phase, brief(cell[0]), cell[1]]
+                None if cell is None else [signal(channel), phase, f"{cell[0]:.2g}", cell[1]]
                 for (channel, phase), cell in zip(columns, row, strict=True)
             ]
             for row in known
@@ -93,14 +114,14 @@ def _panel(
         "xgap": 1,
         "ygap": 1,
         "colorscale": SCALE,
+        "showscale": place == 0,
         "colorbar": {
             "orientation": "h", "thickness": 10, "len": 0.4, "x": 1, "xanchor": "right", "y": 0,
             "yref": "container", "yanchor": "bottom", "ypad": 4, "outlinewidth": 0,
-            "tickvals": [_strength(ms) for ms in (1.0, 3.0, 10.0, 30.0, 100.0)],
-            "ticktext": ["1 (noise)", "3", "10", "30", "100"],
+            "tickvals": [_strength(tick, top) for tick in ticks],
+            "ticktext": ["1 (noise)", *(f"{tick:g}" for tick in ticks[1:])],
         },
     }  # fmt: skip
-    return Panel(label, [trace], _layout(columns, files, role))
 
 
 def _labels_px(files: Sequence[str]) -> int:
@@ -108,62 +129,101 @@ def _labels_px(files: Sequence[str]) -> int:
 
 
 def _layout(
-    columns: Sequence[tuple[str, str]], files: Sequence[str], role: Mapping[str, str]
+    models: Sequence[str],
+    columns: Sequence[tuple[str, str]],
+    files: Sequence[str],
+    role: Mapping[str, str],
 ) -> dict[str, Any]:
+    """The models below each other, the names of signals and phases above each."""
     held = sum(role[file] == "validate" for file in files)
-    channels = list(dict.fromkeys(channel for channel, _ in columns))
-    first = [next(k for k, column in enumerate(columns) if column[0] == channel) for channel in channels]
-    ends = [*first[1:], len(columns)]
-    return {
-        "margin": {"l": _labels_px(files), "r": 22, "t": 30, "b": 120},
+    rows = ROW_PX * len(files)
+    area = len(models) * (rows + HEAD_PX) - HEAD_PX
+    layout: dict[str, Any] = {
+        "margin": {"l": _labels_px(files), "r": 22, "t": HEAD_PX, "b": FOOT_PX},
         "dragmode": False,
         "hovermode": "closest",
-        "xaxis": {
-            "tickvals": list(range(len(columns))), "ticktext": [phase for _, phase in columns],
-            "tickangle": -60, "showgrid": False, "zeroline": False, "fixedrange": True, "automargin": False,
-        },
-        "yaxis": {
+        "annotations": [],
+        "shapes": [],
+    }
+    for place, model in enumerate(models):
+        end = str(place + 1) if place else ""
+        top = 1.0 - place * (rows + HEAD_PX) / area
+        domain = [max(0.0, top - rows / area), top]
+        layout[f"xaxis{end}"] = {
+            "tickvals": list(range(len(columns))), "side": "top", "anchor": f"y{end}", "tickangle": 0,
+            "ticktext": [phase.replace(" ", "<br>") for _, phase in columns], "tickfont": {"size": 11},
+            "showgrid": False, "zeroline": False, "fixedrange": True, "automargin": False, "ticks": "",
+            "range": [-0.5, len(columns) - 0.5],
+        }  # fmt: skip
+        layout[f"yaxis{end}"] = {
             "autorange": "reversed", "showgrid": False, "zeroline": False, "fixedrange": True,
-            "type": "category", "dtick": 1, "automargin": False, "tickfont": {"size": 10},
-        },
-        "annotations": [
-            {
-                "text": signal(channel).replace(" of the ", "<br>of the "), "x": 0.5 * (start + end - 1),
-                "xref": "x", "y": 1, "yref": "paper", "yanchor": "bottom", "showarrow": False,
-                "font": {"size": 10, "color": "@soft"},
-            }
-            for channel, start, end in zip(channels, first, ends, strict=True)
-        ]
-        + [
-            {
-                "text": text, "x": 1, "xref": "paper", "xanchor": "left", "y": 0.5 * (start + end - 1),
-                "yref": "y", "textangle": 90, "showarrow": False, "font": {"size": 10, "color": "@soft"},
-            }
-            for text, start, end in (("held out", 0, held), ("fitted on", held, len(files)))
-            if end - start > 1
-        ],
-        "shapes": [
-            {
-                "type": "line", "xref": "x", "yref": "paper", "x0": start - 0.5, "x1": start - 0.5, "y0": 0,
-                "y1": 1, "line": {"color": "@ink", "width": 1},
-            }
-            for start in first[1:]
-        ]
-        + [
-            {
-                "type": "line", "xref": "paper", "yref": "y", "x0": 0, "x1": 1, "y0": held - 0.5,
-                "y1": held - 0.5, "line": {"color": "@ink", "width": 1},
-            }
-        ] * (0 < held < len(files)),
-    }  # fmt: skip
+            "type": "category", "dtick": 1, "automargin": False, "tickfont": {"size": 11},
+            "anchor": f"x{end}", "domain": domain,
+        }  # fmt: skip
+        layout["annotations"] += [*_signals(columns, f"x{end}", top), *_roles(held, len(files), f"y{end}")]
+        if model:
+            layout["annotations"].append(
+                {
+                    "text": f"<b>{model}</b>", "x": 0, "xref": "paper", "xanchor": "right", "y": top,
+                    "yref": "paper", "yanchor": "bottom", "showarrow": False, "xshift": -6, "yshift": 4,
+                    "font": {"size": 14},
+                }
+            )  # fmt: skip
+        layout["shapes"] += _lines(columns, held, len(files), f"x{end}", f"y{end}", domain)
+    return layout
 
 
-def _strength(mean_square: float) -> float:
-    return float(np.clip(np.log(max(mean_square, 1.0)) / np.log(STRONGEST), 0.0, 1.0))
+def _groups(columns: Sequence[tuple[str, str]]) -> list[tuple[str, int, int]]:
+    """Each channel with its first column, and the one after its last."""
+    channels = list(dict.fromkeys(channel for channel, _ in columns))
+    first = [next(k for k, column in enumerate(columns) if column[0] == channel) for channel in channels]
+    return list(zip(channels, first, [*first[1:], len(columns)], strict=True))
 
 
-def brief(mean_square: float) -> str:
+def _signals(columns: Sequence[tuple[str, str]], x: str, top: float) -> list[dict[str, Any]]:
+    return [
+        {
+            "text": signal(channel).replace(" of the ", "<br>of the "),
+            "x": 0.5 * (start + end - 1), "xref": x, "y": top, "yref": "paper", "yanchor": "bottom",
+            "yshift": 41, "showarrow": False, "font": {"size": 12, "color": "@soft"},
+        }
+        for channel, start, end in _groups(columns)
+    ]  # fmt: skip
+
+
+def _roles(held: int, count: int, y: str) -> list[dict[str, Any]]:
+    return [
+        {
+            "text": text, "x": 1, "xref": "paper", "xanchor": "left", "y": 0.5 * (start + end - 1),
+            "yref": y, "textangle": 90, "showarrow": False, "font": {"size": 11, "color": "@soft"},
+        }
+        for text, start, end in (("held out", 0, held), ("fitted on", held, count))
+        if end - start > 2
+    ]  # fmt: skip
+
+
+def _lines(
+    columns: Sequence[tuple[str, str]], held: int, count: int, x: str, y: str, domain: Sequence[float]
+) -> list[dict[str, Any]]:
+    """Between signals, and between recordings held out and fitted on."""
+    ink = {"type": "line", "line": {"color": "@ink", "width": 1}}
+    upright = [
+        ink | {"xref": x, "x0": start - 0.5, "x1": start - 0.5,
+               "yref": "paper", "y0": domain[0], "y1": domain[1]}
+        for _, start, _ in _groups(columns)[1:]
+    ]  # fmt: skip
+    level = ink | {"xref": "paper", "x0": 0, "x1": 1, "yref": y, "y0": held - 0.5, "y1": held - 0.5}
+    return upright + [level] * (0 < held < count)
+
+
+def _strength(mean_square: float, top: float) -> float:
+    return float(np.clip(np.log(max(mean_square, 1.0)) / np.log(top), 0.0, 1.0))
+
+
+def brief(mean_square: float, encoder: bool) -> str:
     """As a cell has room for it."""
+    if encoder and mean_square < AT_REST:
+        return "·"
     return f"{mean_square:.1f}" if mean_square < 9.95 else f"{mean_square:.0f}"
 
 
@@ -171,7 +231,9 @@ def note_on_noise() -> str:
     """What the numbers are."""
     return (
         "Each cell is the mean square of measured less simulated, in units of the noise of that sensor: 1 is "
-        f"noise alone, up to about {AT_NOISE:g} counts as explained. Phases: the valve has just opened "
-        "(start), its command has just moved (step change), neither (steady), it has just shut (stop), it "
-        "stays shut (hold). Empty: the signal stands still there, or the phase does not occur."
+        f"noise alone, up to about {AT_NOISE:g} counts as explained. A dot: an encoder at rest, which "
+        "reads the same count all the time and leaves next to nothing. Phases: the valve has just "
+        "opened (start), its command has just moved (step change), neither (steady), it has just shut "
+        "(stop), it stays shut (hold). Empty: the signal stands still, or the phase does not occur. "
+        "Colours are logarithmic."
     )

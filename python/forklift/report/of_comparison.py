@@ -11,7 +11,8 @@ from forklift.report.blocks import Explorer, Fact, Figure, Page, Panel, Section,
 from forklift.report.gains import every_fit, validation
 from forklift.report.provenance import provenance
 from forklift.report.traces import HOW_TO_READ, place, replays
-from forklift.report.words import GLOSSARY, SHOWN
+from forklift.report.words import GLOSSARY, SHOWN, capital
+from forklift.report.words import campaign as named
 from forklift.tables import percent, share
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ def comparison_page(comparison: Comparison) -> str:
     lifts = [lift for lift in LIFTS if len(comparison.validation(lift))]
     return page.html(
         Page(
-            f"{campaign.name} compared with {truck.name}",
-            f"Campaign {campaign.name} compared with truck {truck.name}",
+            f"{capital(named(campaign))} compared with {truck.name}",
+            f"{capital(named(campaign))} compared with the truck “{truck.name}”",
             said[0] if said else "No recording commands a lift.",
             said[1:],
             [_fact(comparison, lift) for lift in lifts],

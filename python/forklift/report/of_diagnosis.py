@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from forklift.report import page, words
 from forklift.report.answers import answers
 from forklift.report.blocks import Page, Table
+from forklift.report.considered import considered
 from forklift.report.doubts import doubts
 from forklift.report.evidence import evidence
 from forklift.report.next_step import next_step
@@ -27,8 +28,9 @@ def diagnosis_page(found: Diagnosis, told: Mapping[str, Any] | None = None) -> s
     seconds = [[name, f"{spent:.1f}"] for name, spent in told["seconds"].items()]
     return page.html(
         Page(
-            f"{told['campaign']} diagnosed",
-            f"Diagnosis of campaign {told['campaign']}, starting from truck {told['start']['name']}",
+            f"{words.capital(words.campaign(found.campaign))} diagnosed",
+            f"Diagnosis of {words.campaign(found.campaign)}, "
+            f"starting from the truck “{told['start']['name']}”",
             told["sentence"],
             (),
             answers(found, told),
@@ -44,5 +46,6 @@ def diagnosis_page(found: Diagnosis, told: Mapping[str, Any] | None = None) -> s
                 ),
             ],
             words.GLOSSARY | words.CAUSES,
+            [considered(told)],
         )
     )

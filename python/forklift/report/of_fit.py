@@ -13,8 +13,8 @@ from forklift.report import charts, heat, page, parameters
 from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, Section, Table
 from forklift.report.gains import every_fit, gains
 from forklift.report.provenance import provenance
-from forklift.report.traces import HOW_TO_READ, place, replays
-from forklift.report.words import GLOSSARY, NOISE, number, signal
+from forklift.report.traces import BAND, HOW_TO_READ, place, replays
+from forklift.report.words import GLOSSARY, NOISE, campaign, capital, number, signal
 from forklift.tables import mean_square, percent
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ def fit_page(fit: Fit) -> str:
     said = fit.verdict
     return page.html(
         Page(
-            f"{fit.campaign.name} fitted from {fit.start.name}",
-            f"Fit of campaign {fit.campaign.name}, starting from truck {fit.start.name}",
+            f"{capital(campaign(fit.campaign))} fitted from {fit.start.name}",
+            f"Fit of {campaign(fit.campaign)}, starting from the truck “{fit.start.name}”",
             said[0],
             (),
             _facts(fit),
@@ -129,11 +129,11 @@ def _explorer(fit: Fit) -> Explorer:
             said.append(f"left over {mean_square(left[file, channel])} times the noise")
         return "; ".join(said)
 
-    recordings = replays({"before": fit.before, "after": fit.after}, note)
+    recordings = replays({"before": fit.before, "after": fit.after}, note, fit.sensors)
     worst = max(fit.held_out, key=lambda one: one.mean_square)
     return Explorer(
         "Measured, before and after",
-        HOW_TO_READ,
+        f"{HOW_TO_READ} {BAND}",
         ["before", "after"],
         recordings,
         place(recordings, worst.file, worst.channel),

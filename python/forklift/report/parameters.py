@@ -80,9 +80,9 @@ def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table
                 [False, True, *[True] * (4 if changed else 2), False, False],
                 note="Intervals of 95 %. Upright: the start."
                 if not changed
-                else "Before: fitted without what was found; after: with it. Intervals hold if the model is "
-                "right, so those before do not if something was missing. Bars: thin, 95 % before; thick, 95 "
-                "% after; upright, the start.",
+                else "Before: fitted without what was found; after: with it. Intervals of 95 %, for the "
+                "cause, too, which above has one of 99 %. They hold if the model is right, so those before "
+                "do not if something was missing. Bars: thin, before; thick, after; upright, the start.",
                 folded=True,
             )
         )

@@ -7,6 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING
 
 from forklift.report.blocks import Block, Code, Section, Table
+from forklift.report.words import campaign as named
+from forklift.report.words import capital
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from forklift.truck import Truck
 
 PACKAGES = ("numpy", "scipy", "polars", "plotly")
+ORIGINS = {"shipped": "shipped with forklift", "Python": "made in Python"}
 FREE_RUN = (
     "Simulations run free from the start of each recording: no state is corrected by a measurement. "
     "Velocities are the derivative of the fork height, or of the lift's own encoder, through a "
@@ -29,8 +32,11 @@ def provenance(
     from forklift import __version__
 
     made = [
-        [f"Campaign {campaign.name}, {len(campaign.recordings)} recordings", campaign.sha256],
-        *([f"{part}: {truck.name} ({truck.origin})", truck.sha256] for part, truck in trucks.items()),
+        [f"{capital(named(campaign))}, {len(campaign.recordings)} recordings", campaign.sha256],
+        *(
+            [f"{part}: “{truck.name}”, {ORIGINS.get(truck.origin, truck.origin)}", truck.sha256]
+            for part, truck in trucks.items()
+        ),
     ]
     used = {"forklift": __version__, "Python": platform.python_version()} | {
         name: found for name in PACKAGES if (found := _version(name))

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.estimation.knowledge import QUANTILE
 from forklift.names import channels, commanded, outputs
 from forklift.report.blocks import Replay, Signal
 from forklift.report.words import SHOWN, capital, lifts, signal
 
 if TYPE_CHECKING:
     from forklift.compare import Comparison, Prediction
+    from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
 
@@ -25,23 +27,30 @@ DIGITS = 5
 """Of a point: finer than a pixel."""
 
 HOW_TO_READ = (
-    "Above: measured and simulated; in the middle: simulated less measured; below: the command. Drag over a "
-    "stretch to zoom, double-click to see all again, or use the buttons."
+    "Above: simulated less measured, which is zero of a perfect model; in the middle: both as they are; "
+    "below: the command. Drag over a stretch to zoom, double-click to see all again, or use the buttons."
 )
 
+BAND = (
+    "Grey band: what the sensor's noise alone would leave, 95 times in 100. Of an encoder, which reads "
+    "the count below, it lies on one side of zero; a velocity, which no sensor reads, has none."
+)
 Note = Callable[[str, str], str]
 """What is said of a file's channel."""
 
 
-def replays(sides: Mapping[str, Comparison], note: Note) -> list[Replay]:
+def replays(
+    sides: Mapping[str, Comparison], note: Note, sensors: Mapping[str, Sensor] | None = None
+) -> list[Replay]:
     """Every recording in every comparison, those held out first; `note` by file and channel."""
+    bands = {name: _band(sensor) for name, sensor in (sensors or {}).items()}
     first, *others = sides.values()
     by_file = [{one.recording.file: one for one in other.predictions} for other in others]
     together = [[one, *(known[one.recording.file] for known in by_file)] for one in first.predictions]
     together.sort(key=lambda told: told[0].recording.role != "validate")
     curves = sum(len(told[0].signals) for told in together) * (2 + len(sides))
     most = int(np.clip(BUDGET / max(curves, 1), 100, MOST_POINTS))
-    return [_replay(list(sides), told, note, most) for told in together]
+    return [_replay(list(sides), told, note, most, bands) for told in together]
 
 
 def place(recordings: Sequence[Replay], file: str, channel: str) -> tuple[int, int]:
@@ -63,7 +72,19 @@ def conditions(prediction: Prediction) -> str:
     )
 
 
-def _replay(sides: Sequence[str], told: Sequence[Prediction], note: Note, most: int) -> Replay:
+def _band(sensor: Sensor) -> tuple[float, float]:
+    """Of simulated less measured: an encoder reads the count below."""
+    half = 0.475 * sensor.count if sensor.count else QUANTILE * sensor.noise
+    return 0.5 * sensor.count - half, 0.5 * sensor.count + half
+
+
+def _replay(
+    sides: Sequence[str],
+    told: Sequence[Prediction],
+    note: Note,
+    most: int,
+    bands: Mapping[str, tuple[float, float]],
+) -> Replay:
     recording = told[0].recording
     time = recording.time_s
     signals = []
@@ -71,8 +92,11 @@ def _replay(sides: Sequence[str], told: Sequence[Prediction], note: Note, most: 
         said = [prediction.signal(one.channel) for prediction in told]
         simulated = {side: s.simulated for side, s in zip(sides, said, strict=True) if s is not None}
         signals.append(
-            _signal(one.channel, time, one.measured, simulated, note(recording.file, one.channel), most)
-        )
+            _signal(
+                one.channel, time, one.measured, simulated, note(recording.file, one.channel), most,
+                bands.get(one.channel),
+            )
+        )  # fmt: skip
     currents = {lift: recording.channels[f"current_{lift}_a"] for lift in commanded(recording.lift)}
     thin, *kept = decimate(most, time, *currents.values())
     command = {"x": numbers(thin)} | {
@@ -83,14 +107,21 @@ def _replay(sides: Sequence[str], told: Sequence[Prediction], note: Note, most: 
 
 
 def _signal(
-    channel: str, time: Floats, measured: Floats, simulated: Mapping[str, Floats], note: str, most: int
+    channel: str,
+    time: Floats,
+    measured: Floats,
+    simulated: Mapping[str, Floats],
+    note: str,
+    most: int,
+    band: tuple[float, float] | None,
 ) -> Signal:
     unit, scale = shown(channel)
     curves = {"measured": measured, **simulated}
     off = [values - measured for values in simulated.values()]  # their peaks are drawn, too
     thin, *kept = decimate(most, time, *curves.values(), *off)
     drawn = {name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)}
-    return Signal(capital(signal(channel)), unit, note, {"x": numbers(thin)} | drawn)
+    ends = band and (scale * band[0], scale * band[1])
+    return Signal(capital(signal(channel)), unit, note, {"x": numbers(thin)} | drawn, ends)
 
 
 def shown(channel: str) -> tuple[str, float]:

@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
+    from forklift.campaign import Campaign
     from forklift.diagnosis.suspect import Suspect
 
 SHOWN: Mapping[str, tuple[str, str, float]] = {
     "m/s": ("velocity", "m/s", 1.0),
-    "Pa": ("pressure", "MPa", 1e-6),
+    "Pa": ("pressure", "bar", 1e-5),
     "m": ("position", "m", 1.0),
     "A": ("current", "A", 1.0),
     "degC": ("temperature", "°C", 1.0),
@@ -54,12 +55,13 @@ EQUATIONS: Mapping[Equation, str] = {
 GLOSSARY: dict[str, str] = {
     "Held out": "Recordings that the model was not fitted on (role validate). Only they say how good it is: "
     "on those it was fitted on, any model can be made to look good.",
-    "Fit": "Of the simulated to the measured velocity. NRMSE is 100 % less the root mean square error in per "
-    "cent of the measured signal's standard deviation, NMSE the same with squares. 100 % is perfect, 0 % no "
-    "better than a constant.",
+    "Fit": "Of the simulated to the measured velocity. NRMSE, by the normalised root mean square "
+    "error, is 100 % less that error in per cent of the measured signal's standard deviation; NMSE the same "
+    "with squares. 100 % is perfect, 0 % no better than a constant.",
     "Noise power": "The mean square of measured less simulated over the sensor's own noise squared. At 1 "
     "nothing is left but noise, so that no model could do better; at 4 the error is twice the noise. "
-    "An encoder that stands still may be below 1.",
+    "An encoder at rest reads the same count all the time and leaves nothing, so that averages and moments "
+    "at rest may lie below 1.",
     "Free run": "A simulation from the start of a recording to its end, which gets the command and sees no "
     "measurement.",
 }
@@ -70,17 +72,21 @@ CAUSES: dict[str, str] = {
     "Credibility": "In which share of random redraws of the recordings held out a cause leaves less over "
     "than everything else that was tried. It compares what was tried, and does not say that nothing else "
     "exists.",
-    "Interval": "Where the true value lies with the probability given, if the model is right. Those of a "
-    "cause are widened by what is left over.",
+    "Interval": "Where the true value lies with the probability given, if the model is right: 99 % for the "
+    "size of a cause, since a verdict hangs on it, and widened by what is left over; 95 % for all else.",
+    "Promise": "How far −ln of the probability of all recordings together would fall with a suspect, by a "
+    "linear estimate and before any fit. 5 is strong; but many make up for one another, so that fits decide.",
 }
 """Words of a diagnosis."""
 
+REST = "an encoder at rest leaves nothing, so that an average may lie below 1"
+"""Why averages lie below what is called noise alone."""
 NOISE = "times the sensors' noise power (1 is noise alone)"
 """The unit of what is left over, in words."""
 
 
 DRAWN: Mapping[str, tuple[str, float]] = {
-    "Pa": ("MPa", 1e-6), "m3/s": ("l/min", 6e4), "N": ("kN", 1e-3), "degC": ("°C", 1.0),
+    "Pa": ("bar", 1e-5), "m3/s": ("l/min", 6e4), "N": ("kN", 1e-3), "degC": ("°C", 1.0),
 }  # fmt: skip
 """By unit: the one that figures have instead, and how many of it one is."""
 
@@ -155,6 +161,36 @@ def lifts(lift: str) -> str:
     return "both lifts" if lift == "both" else f"the {lift} lift"
 
 
+def campaign(campaign: Campaign) -> str:
+    """Its name, if that says anything; else what it is."""
+    names = [campaign.name, *([campaign.folder.resolve().name] if campaign.folder else [])]
+    telling = next((name for name in names if name.lower() != "campaign"), None)
+    return f"campaign “{telling}”" if telling else "a campaign"
+
+
+def fine(channel: str, unit: str) -> tuple[str, str, float]:
+    """An error of this signal: of what, and the unit and scale that suit its size."""
+    small = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3)}
+    _, shown, scale = SHOWN[unit]
+    return signal(channel), *small.get(unit, (shown, scale))
+
+
+def spans(values: Sequence[float], share: float = 0.2) -> list[tuple[float, float]]:
+    """From where to where the values lie, broken where there is none over this share of all their range."""
+    ordered = np.unique(np.asarray(values, float))
+    if not len(ordered):
+        return []
+    wide = np.flatnonzero(np.diff(ordered) > share * np.ptp(ordered))
+    starts, ends = ordered[[0, *(wide + 1)]], ordered[[*wide, -1]]
+    return [(float(start), float(end)) for start, end in zip(starts, ends, strict=True)]
+
+
+def stretches(values: Sequence[float]) -> str:
+    """The same in words: ``"18 to 32 and 58 to 61"``."""
+    said = [[f"{end:.0f}" for end in span] for span in spans(values)]
+    return " and ".join(" to ".join(dict.fromkeys(ends)) for ends in said)
+
+
 def capital(text: str) -> str:
     """With a capital first."""
     return text[:1].upper() + text[1:]
@@ -168,9 +204,14 @@ def prose(text: str) -> str:
 
 def suspect(one: Suspect) -> str:
     """A suspect with where it acts."""
-    if not one.where:
-        return one.name
-    return f"{one.name} ({f'{one.where} lift' if one.where in LIFTS else signal(one.where)})"
+    return at(one.name, one.where)
+
+
+def at(name: str, where: str) -> str:
+    """What has a name, with where it acts: a lift, a channel, or nothing in particular."""
+    if not where:
+        return name
+    return f"{name} ({f'{where} lift' if where in LIFTS else signal(where)})"
 
 
 def sentence(one: Suspect, rows: Sequence[Mapping[str, Any]]) -> str:

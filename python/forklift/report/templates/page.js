@@ -65,13 +65,19 @@ function drawRecording(place, block) {
   const title = text => ({ text, font: { size: 11 } });
   const layout = framed({
     xaxis: { title: title("Time [s]"), anchor: "y3", ...(place.range ? { range: place.range } : {}) },
-    yaxis: { title: title(`${signal.title.split(" of ")[0]} [${signal.unit}]`), domain: [0.46, 1], nticks: 7 },
-    yaxis2: { title: title(`difference [${signal.unit}]`), domain: [0.2, 0.42], nticks: 4 },
-    yaxis3: { title: title("command [A]"), domain: [0, 0.16], nticks: 3 },
+    yaxis: { title: title(`${signal.title.split(" of ")[0]} [${signal.unit}]`), domain: [0.17, 0.42], nticks: 5 },
+    yaxis2: { title: title(`simulated less measured [${signal.unit}]`), domain: [0.46, 1], nticks: 7 },
+    yaxis3: { title: title("command [A]"), domain: [0, 0.13], nticks: 3 },
     hoversubplots: "axis",
+    shapes: signal.band ? [{
+      type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y2", y0: signal.band[0], y1: signal.band[1],
+      fillcolor: colour("noise"), line: { width: 0 }, layer: "below",
+    }] : [],
   });
   const frame = place.closest("figure");
   frame.querySelector(".conditions").textContent = [`${recording.group}: ${recording.title}`, recording.note, signal.note].filter(Boolean).join(" · ");
+  const swatch = frame.querySelector(".legend .noise");
+  if (swatch) swatch.hidden = !signal.band;
   place.setAttribute("aria-label", `${signal.title}, ${recording.title}`);
   return Plotly.react(place, data, layout, options);
 }
@@ -185,13 +191,15 @@ button.addEventListener("click", () => {
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
 // On paper: light colours, every figure, as wide as the paper.
-const PAPER_PX = 690, PAPER_HIGH_PX = 400;
+const PAPER_PX = 690, PAPER_HIGH_PX = 470;
 addEventListener("beforeprint", () => {
   paint("light");
   for (const place of places) {
     draw(place);
     const high = blocks[place.dataset.place].recordings ? { height: PAPER_HIGH_PX } : {};
-    Plotly.relayout(place, { width: PAPER_PX, ...high, autosize: false });
+    const crowded = blocks[place.dataset.place].least_px > PAPER_PX;
+    const upright = Object.keys(place.layout).filter(key => crowded && /^xaxis\d*$/.test(key)).map(key => [`${key}.tickangle`, -90]);
+    Plotly.relayout(place, { width: PAPER_PX, ...high, ...Object.fromEntries(upright), autosize: false });
   }
 });
 addEventListener("afterprint", () => {

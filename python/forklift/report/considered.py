@@ -1,0 +1,58 @@
+"""Every suspect that was considered, with what it promised and what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from forklift.report.blocks import Table
+from forklift.report.words import at, capital, number
+
+KINDS = {
+    "physics": "effect",
+    "sensor": "sensor",
+    "parameter": "conditions entered",
+    "unknown": "curve without a name",
+}
+
+
+def considered(told: Mapping[str, Any]) -> Table:
+    """The most promising first, those that could not be tested last."""
+    count = counts(told)
+    return Table(
+        f"{count['considered']} suspects considered, {count['fitted']} of them fitted, "
+        f"{count['untold']} not testable",
+        ["Suspect", "Kind", "Promise", "What became of it"],
+        [
+            [
+                capital(at(one["name"], one["where"])), KINDS[one["kind"]],
+                "—" if one["promised"] is None else number(one["promised"]), _fate(one),
+            ]
+            for one in told["suspects"]
+        ],
+        [False, False, True, False],
+        note="Promise: how far −ln of the probability of all recordings together would fall with the suspect "
+        "and all parameters at their best, by a linear estimate at the fitted truck, before any fit. As "
+        "long as a cause is missing, others promise some of what it explains; so only those are fitted that "
+        "do not fall far behind the best, and fits on recordings held out decide.",
+    )  # fmt: skip
+
+
+def counts(told: Mapping[str, Any]) -> dict[str, int]:
+    """How many were considered, screened (by a promise), fitted, and could not be told."""
+    suspects = told["suspects"]
+    return {
+        "considered": len(suspects),
+        "fitted": sum(one["fitted"] for one in suspects),
+        "untold": sum(bool(one["untold"]) for one in suspects),
+    }
+
+
+def _fate(one: Mapping[str, Any]) -> str:
+    if one["fitted"]:
+        beside = f", beside {' and '.join(one['beside'])}" if one["beside"] else ""
+        left = f"fitted{beside}: leaves {number(one['left_over'])}"
+        return f"named; {left}" if one["named"] else left
+    if one["named"]:
+        return "named before any fit"
+    return "not testable" if one["untold"] else "too little beside the best to be fitted"
