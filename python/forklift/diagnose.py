@@ -27,7 +27,7 @@ from forklift.diagnosis.selection import Selection, select
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.errors import ForkliftError
-from forklift.estimation.problem import Problem, Sample, sample
+from forklift.estimation.problem import Problem, Sample, sample, truck_of
 from forklift.estimation.sensors import Sensor, sensors
 from forklift.estimation.suitability import Caution, suitability
 from forklift.estimation.unknowns import unknowns
@@ -373,5 +373,5 @@ def _signal(trial: Trial) -> str:
 def _truck(campaign: Campaign, start: Truck, trial: Trial) -> Truck:
     """The truck of a trial; what moved says where it comes from."""
     source = f"estimated by diagnosis of campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
-    truck = trial.found.problem.truck_at(trial.found.x, source)
+    truck = truck_of(trial.found.problem, trial.found.x, source)
     return Truck(f"{campaign.name} diagnosed from {start.name}", truck.values, truck.sources)

@@ -64,6 +64,11 @@ class Recording:
     sha256: str = ""
     format: str = "memory"
 
+    @property
+    def group(self) -> str:
+        """What it belongs together with: the recordings of the same lift."""
+        return self.lift
+
     def __post_init__(self) -> None:
         time = _frozen(self.time_s)
         known = table()

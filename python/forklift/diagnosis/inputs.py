@@ -17,6 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from os import cpu_count
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,8 @@ from scipy.linalg import cho_factor, cho_solve
 
 from forklift.diagnosis.rounding import rounded
 from forklift.estimation.algebra import one_thread
-from forklift.estimation.problem import Linearised, Problem, Sample
+from forklift.estimation.interface import Problem, Sample
+from forklift.estimation.least_squares import Linearised
 
 Floats = NDArray[np.float64]
 
@@ -35,7 +37,7 @@ MEMORY_S = 0.4
 SIZES = tuple(float(size) for size in 10.0 ** np.arange(-4.0, 3.1, 0.5))
 """a, in units in which the port's whole response has unit mean square."""
 
-Respond = Callable[[Problem, Floats, int, str, Floats], Floats]
+Respond = Callable[[Any, Floats, int, str, Floats], Floats]
 """(times, outputs, hats) of one recording at the unknown vector x, for the port of this name."""
 
 
@@ -110,7 +112,7 @@ def _noise(problem: Problem, channel: str) -> float:
     for sample in problem.samples:
         for seen in sample.observed:
             if seen.sensor.channel == channel:
-                return seen.sensor.noise
+                return float(seen.sensor.noise)
     return 1.0
 
 
@@ -118,7 +120,7 @@ def _known(problem: Problem, k: int, sample: Sample, run: Linearised, noise: Map
     jacobian, residual = [], []
     for seen in sample.observed:
         name = seen.sensor.channel
-        off = run.model[name] - seen.values - 0.5 * seen.sensor.count
+        off = -seen.left(run.model[name])
         jacobian.append(rounded(seen.sensor, run.slope[name] / noise[name]))
         residual.append(rounded(seen.sensor, off / noise[name]))
     time = sample.recording.time_s

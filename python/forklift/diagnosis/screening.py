@@ -8,7 +8,7 @@ suspect's amplitude and all other unknowns took the best linear step together is
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from forklift.diagnosis.rounding import rounded
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.errors import ForkliftError
-from forklift.estimation.problem import OWN, Problem
+from forklift.estimation.interface import Problem
 
 Floats = NDArray[np.float64]
 
@@ -125,9 +125,7 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
 def _weighted(problem: Problem) -> Problem:
     """The problem with the sensors' own noise, and encoders with edges soft enough for a linear step."""
     sensors = [seen.sensor for sample in problem.samples for seen in sample.observed]
-    return replace(
-        problem, sigma={one.channel: SOFT * one.count if one.count else one.noise for one in sensors}
-    )
+    return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})
 
 
 def _probe(
@@ -165,7 +163,7 @@ def _moved(problem: Problem, trial: Problem, suspect: Suspect) -> list[int]:
         return [[unknown.name for unknown in trial.unknowns].index(suspect.amplitude)]
     places = []
     for k, (was, now) in enumerate(zip(problem.samples, trial.samples, strict=True)):
-        wider = [place for place in range(len(OWN)) if now.width[place] > was.width[place]]
+        wider = [place for place in range(len(was.width)) if now.width[place] > was.width[place]]
         places += [trial.starts[k] + int(np.flatnonzero(now.free == place)[0]) for place in wider]
     return places
 

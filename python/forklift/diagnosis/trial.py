@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.estimation import geodesic
 from forklift.estimation.algebra import one_thread
+from forklift.estimation.interface import Problem
 from forklift.estimation.judgement import Judged, judge
 from forklift.estimation.knowledge import Knowledge, knowledge
-from forklift.estimation.problem import Problem
 from forklift.estimation.search import STAGES, Found, Progress, Stage, search
 from forklift.estimation.sensors import Sensor
 
@@ -156,9 +156,7 @@ class Bench:
     def _judged(
         self, suspects: Sequence[Suspect], found: Found, rough: float, *, early: Found, finished: bool
     ) -> Trial:
-        everyone = replace(
-            _with(self.everyone, suspects), sigma=found.problem.sigma, substeps=found.problem.substeps
-        )
+        everyone = _with(self.everyone, suspects).weighted(found.problem.sigma, found.problem.substeps)
         with one_thread():
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]

@@ -19,7 +19,8 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 if TYPE_CHECKING:
-    from forklift.estimation.problem import Linearised, Problem, Sample
+    from forklift.estimation.interface import Problem, Sample
+    from forklift.estimation.least_squares import Linearised
     from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
@@ -45,7 +46,8 @@ class Judged:
 
     file: str
     role: str
-    lift: str
+    group: str
+    """What the recording belongs together with."""
     channel: str
     samples: int
     mean_square: float
@@ -116,7 +118,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
         name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]
         slope = at.slope[name]
         said = at.model[name] + slope @ step
-        left = (seen.values + 0.5 * sensor.count - said) / sensor.noise
+        left = seen.left(said) / sensor.noise
         if sensor.count:
             left = left - np.clip(left.mean(), -ROUNDING, ROUNDING)
         even = len(left) == len(sample.recording)
@@ -125,7 +127,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
             Judged(
                 sample.recording.file,
                 sample.recording.role,
-                sample.recording.lift,
+                sample.recording.group,
                 name,
                 len(left),
                 float(np.mean(left**2)),
