@@ -69,6 +69,11 @@ class Recording:
         """What it belongs together with: the recordings of the same lift."""
         return self.lift
 
+    @property
+    def blocks(self) -> int:
+        """How many stretches of it err independently."""
+        return 1
+
     def __post_init__(self) -> None:
         time = _frozen(self.time_s)
         known = table()

@@ -14,7 +14,7 @@ from forklift.estimation import geodesic
 from forklift.estimation.algebra import one_thread
 from forklift.estimation.interface import Problem
 from forklift.estimation.judgement import Judged, judge
-from forklift.estimation.knowledge import Knowledge, knowledge
+from forklift.estimation.knowledge import Knowledge, covariance_at_noise, knowledge
 from forklift.estimation.search import STAGES, Found, Progress, Stage, search
 from forklift.estimation.sensors import Sensor
 
@@ -41,6 +41,8 @@ class Trial:
     """On every recording, held out or not."""
     rough: float
     """−ln posterior after the tempered stages, with their weights: trials compare by it."""
+    doubt: float
+    """Factor on deviations, for what is left over."""
     finished: bool
     """Whether the search went on to the sensors' own noise."""
     early: Found
@@ -77,14 +79,19 @@ class Trial:
         if suspect.amplitude is None or suspect.kind == "unknown":
             return True
         place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
-        deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, self.left_over))
+        deviation = self.knowledge.estimates[place].deviation * self.doubt
         return bool(abs(self.found.x[place]) >= CLEAR * deviation)
 
     def by_recording(self) -> dict[str, float]:
-        """Sum of squares of each recording held out."""
+        """Sum of squares of each recording held out, or of each of its stretches that err independently."""
         sums: dict[str, float] = {}
         for found in self.held_out:
-            sums[found.file] = sums.get(found.file, 0.0) + found.samples * found.mean_square
+            if found.blocks == 1:
+                sums[found.file] = sums.get(found.file, 0.0) + found.samples * found.mean_square
+                continue
+            for k, part in enumerate(np.array_split(found.left, found.blocks)):
+                name = f"{found.file}, stretch {k + 1}"
+                sums[name] = sums.get(name, 0.0) + float(part @ part)
         return sums
 
 
@@ -98,6 +105,12 @@ class Bench:
     """The same over all recordings."""
     sensors: Mapping[str, Sensor]
     progress: Progress | None = None
+    strict: bool = False
+    """Whether recordings held out may move parameters only as far as a complete model's would be uncertain,
+    and not by what the fit leaves over: where that is large, a wrong model's would explain anything."""
+    later: float = 0.5
+    """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
+    noise can be reached: what one law of another shape leaves over invites a second that is none."""
 
     def problem(self, suspects: Sequence[Suspect]) -> Problem:
         return _with(self.start, suspects)
@@ -160,8 +173,21 @@ class Bench:
         with one_thread():
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]
-            judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
-        return Trial(tuple(suspects), found, known, judged, rough, finished, early)
+            granted = known.covariance
+            if self.strict:
+                granted = covariance_at_noise(found.problem, found.x, self.sensors)
+            judged = tuple(judge(everyone, theta, granted, self.sensors))
+        doubt = _doubt(judged, found.problem.sigma if self.strict else {}, self.sensors)
+        return Trial(tuple(suspects), found, known, judged, rough, doubt, finished, early)
+
+
+def _doubt(judged: Sequence[Judged], weights: Mapping[str, float], sensors: Mapping[str, Sensor]) -> float:
+    """√ of the mean square left over on what is held out, at least 1; in units of the sensors' noise, or of
+    the weights that the deviations were told with."""
+    held = [found for found in judged if found.role == "validate"] or judged
+    scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
+    square = sum(found.samples * found.mean_square * scale.get(found.channel, 1.0) ** 2 for found in held)
+    return float(np.sqrt(max(1.0, square / sum(found.samples for found in held))))
 
 
 def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:

@@ -36,6 +36,10 @@ class Recording(Protocol):
         """What it belongs together with."""
 
     @property
+    def blocks(self) -> int:
+        """How many stretches of it err independently: credibility resamples these."""
+
+    @property
     def time_s(self) -> Floats:
         """(samples,) [s]."""
 

@@ -62,6 +62,8 @@ class Judged:
 
     independent: float = 1.0
     """Share of the samples whose noise is independent."""
+    blocks: int = 1
+    """How many stretches of the recording err independently."""
 
     @property
     def explained(self) -> bool:
@@ -135,6 +137,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
                 seen.rows,
                 left,
                 sensor.independent,
+                sample.recording.blocks,
             )
         )
     return judged

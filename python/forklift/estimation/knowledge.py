@@ -19,6 +19,7 @@ from forklift.estimation.judgement import ljung_box
 
 if TYPE_CHECKING:
     from forklift.estimation.interface import Problem
+    from forklift.estimation.sensors import Sensor
     from forklift.estimation.unknowns import Unknown
 
 Floats = NDArray[np.float64]
@@ -111,6 +112,20 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     )
     groups, untold = _untold(problem.unknowns, covariance, x[:shared], alone)
     return Knowledge(covariance, estimates, groups, untold, wide)
+
+
+def covariance_at_noise(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Floats:
+    """Covariance of θ as it would be if what is left over were the sensors' noise and nothing else.
+
+    It is what a complete model does not know of its parameters: a model that misses something is granted no
+    more.
+    """
+    problem = problem.weighted({name: sensor.noise for name, sensor in sensors.items()})
+    _, jacobian = problem.compressed(x)
+    normal = jacobian.T @ jacobian
+    everything = cho_solve(cho_factor(normal), np.eye(len(normal)))
+    shared = len(problem.unknowns)
+    return np.asarray(0.5 * (everything + everything.T)[:shared, :shared])
 
 
 def widening(problem: Problem, x: Floats) -> dict[str, float]:
