@@ -41,13 +41,14 @@ class Trial:
     """On every recording, held out or not."""
     rough: float
     """−ln posterior after the tempered stages, with their weights: trials compare by it."""
-    doubt: float
-    """Factor on deviations, for what is left over."""
     finished: bool
     """Whether the search went on to the sensors' own noise."""
     early: Found
     """Where the tempered stages ended: parameters have not yet gone to extremes to make up for what is
     missing, so that a linear step from there tells who could."""
+
+    left_at_weights: float | None = None
+    """Mean square left over in units of the weights that deviations were told with; None: of the noise."""
 
     @property
     def held_out(self) -> tuple[Judged, ...]:
@@ -79,7 +80,8 @@ class Trial:
         if suspect.amplitude is None or suspect.kind == "unknown":
             return True
         place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
-        deviation = self.knowledge.estimates[place].deviation * self.doubt
+        left = self.left_over if self.left_at_weights is None else self.left_at_weights
+        deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, left))
         return bool(abs(self.found.x[place]) >= CLEAR * deviation)
 
     def by_recording(self) -> dict[str, float]:
@@ -177,17 +179,16 @@ class Bench:
             if self.strict:
                 granted = covariance_at_noise(found.problem, found.x, self.sensors)
             judged = tuple(judge(everyone, theta, granted, self.sensors))
-        doubt = _doubt(judged, found.problem.sigma if self.strict else {}, self.sensors)
-        return Trial(tuple(suspects), found, known, judged, rough, doubt, finished, early)
+        left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
+        return Trial(tuple(suspects), found, known, judged, rough, finished, early, left)
 
 
-def _doubt(judged: Sequence[Judged], weights: Mapping[str, float], sensors: Mapping[str, Sensor]) -> float:
-    """√ of the mean square left over on what is held out, at least 1; in units of the sensors' noise, or of
-    the weights that the deviations were told with."""
+def _left_at(weights: Mapping[str, float], judged: Sequence[Judged], sensors: Mapping[str, Sensor]) -> float:
+    """Mean square left over on what is held out, in units of these weights."""
     held = [found for found in judged if found.role == "validate"] or judged
     scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
-    square = sum(found.samples * found.mean_square * scale.get(found.channel, 1.0) ** 2 for found in held)
-    return float(np.sqrt(max(1.0, square / sum(found.samples for found in held))))
+    square = sum(found.samples * found.mean_square * scale[found.channel] ** 2 for found in held)
+    return square / sum(found.samples for found in held)
 
 
 def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:

@@ -19,6 +19,7 @@ from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
+from forklift.diagnosis.twins import Twin, twins
 from forklift.errors import ForkliftError
 from forklift.estimation.knowledge import QUANTILE
 from forklift.plant.parts import Plant
@@ -35,6 +36,9 @@ where there are as many."""
 LATER = 0.2
 """Share of what is left over that an explanation beside another must remove: on a machine whose model never
 reaches the sensors' noise, several effects are the rule, and a second one seldom halves what is left."""
+
+NEAR = 2
+"""How many of the trials that came nearest a recording is asked to part from what was found."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,8 @@ class PlantDiagnosis:
     screening: Screening
     scores: tuple[Score, ...]
     groups: tuple[LeftOut, ...]
+    twins: tuple[Twin, ...]
+    """What could stand for a cause on these recordings, to first order."""
     numbers: tuple[Number, ...]
     next_recording: Proposal | None
     """What would part the rivals, of the candidates that were given."""
@@ -169,6 +175,10 @@ class PlantDiagnosis:
                 for one in self.shapes
             ],
             "scores": [vars(one) for one in self.scores],
+            "twins": [
+                {"cause": one.accepted.label, "other": one.other.label, "share": one.share}
+                for one in self.twins
+            ],
             "lawless": list(self.lawless),
             "groups": [one.to_dict() for one in self.groups],
             "parameters": [vars(one) for one in self.numbers],
@@ -232,12 +242,15 @@ def diagnose_plant(
         "plant",
         width_s(everyone),
     )
-    found = investigate(bench, suspects(plant, recordings), site, clock)
+    everybody = suspects(plant, recordings)
+    found = investigate(bench, everybody, site, clock)
     selection = found.selection
     with clock.stage("leaving groups out"):
         groups = left_out(bench, selection.baseline, selection.final)
+    with clock.stage("asking what could stand for it"):
+        alike = twins(selection.final, everybody)
     with clock.stage("choosing the next recording"):
-        proposal = _proposal(plant, selection, found.causes, candidates, bench)
+        proposal = _proposal(plant, selection, alike, candidates, bench)
     return PlantDiagnosis(
         plant,
         verdict(selection, found.causes),
@@ -248,6 +261,7 @@ def diagnose_plant(
         found.screening,
         _scores(bench, selection),
         groups,
+        alike,
         _numbers(selection.final),
         proposal,
         clock.seconds,
@@ -311,19 +325,22 @@ def _numbers(trial: Trial) -> tuple[Number, ...]:
 def _proposal(
     plant: Plant,
     selection: Selection,
-    causes: Sequence[Cause],
+    alike: Sequence[Twin],
     candidates: Sequence[Recording],
     bench: Bench,
 ) -> Proposal | None:
-    """Of the candidates the one that parts the final model from what came nearest to it."""
-    if not candidates or not causes or not selection.steps:
+    """Of the candidates the one that best parts the final model from its rivals.
+
+    These are what came nearest to it, and itself with a cause exchanged for what could stand for it.
+    """
+    final = selection.final
+    if not candidates or not final.suspects:
         return None
     last = [step for step in selection.steps if step.accepted][-1:]
-    tried = [trial for step in last for trial in step.trials if trial.finished]
-    rivals = [
-        selection.final,
-        *[one for one in tried if set(one.suspects) != set(selection.final.suspects)][:2],
-    ]
+    near = [one for step in last for one in step.trials if one.finished and one.suspects != final.suspects]
+    first = {twin.accepted: twin for twin in reversed(alike)}.values()
+    exchanged = [_exchanged(bench, final, twin) for twin in first]
+    rivals = [final, *near[:NEAR], *exchanged]
     if len(rivals) < 2:
         return None
     shown = [
@@ -333,6 +350,12 @@ def _proposal(
     problem = pose(plant, shown, bench.sensors)
     pieces = [Candidate(one.recording.file, one) for one in problem.samples]
     return part(rivals, pieces)
+
+
+def _exchanged(bench: Bench, final: Trial, twin: Twin) -> Trial:
+    """The final model with a twin in a cause's place."""
+    others = tuple(twin.other if one is twin.accepted else one for one in final.suspects)
+    return bench.finish(others, *bench.rough(others, final))
 
 
 def _lines(found: PlantDiagnosis) -> list[str]:
@@ -353,6 +376,10 @@ def _lines(found: PlantDiagnosis) -> list[str]:
         )
         if cause.not_separable_from:
             lines.append(f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}.")
+        stand = [one for one in found.twins if one.accepted is cause.suspect]
+        if stand:
+            named = ", ".join(f"{one.other.label} ({100.0 * one.share:.0f} %)" for one in stand)
+            lines.append(f"  These recordings cannot tell it from {named}.")
         for rival, share, square in cause.rivals[:6]:
             lines.append(
                 f"  rival {' + '.join(one.label for one in rival) or 'none'}: credibility {share:.2f}, "

@@ -162,6 +162,9 @@ def candidates() -> list[Recording]:
                     group=f"{bar} bar",
                 )
             )
+        time = np.arange(0.0, 30.0, INTERVAL_S)
+        still = {"p": np.full(len(time), float(bar)), "x": np.full(len(time), 17.0)}
+        found.append(Recording(f"30 s at rest and {bar} bar", time, still, {}, group=f"{bar} bar"))
     return found
 
 
