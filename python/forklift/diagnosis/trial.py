@@ -26,6 +26,8 @@ SETTLING = (replace(STAGES[2], evaluations=8),)
 """A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
+NEAR, MOVES = 1e-3, 12
+"""A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
 CLEAR = 3.0
 """An amplitude is there if it lies this many of its standard deviations from its quiet value."""
 
@@ -109,7 +111,8 @@ class Bench:
     progress: Progress | None = None
     strict: bool = False
     """Whether recordings held out may move parameters only as far as a complete model's would be uncertain,
-    and not by what the fit leaves over: where that is large, a wrong model's would explain anything."""
+    and not by what the fit leaves over: where that is large, a wrong model's would explain anything. What
+    they have of their own is then sought to the end."""
     later: float = 0.5
     """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
     noise can be reached: what one law of another shape leaves over invites a second that is none."""
@@ -175,10 +178,11 @@ class Bench:
         with one_thread():
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]
-            granted = known.covariance
             if self.strict:
                 granted = covariance_at_noise(found.problem, found.x, self.sensors)
-            judged = tuple(judge(everyone, theta, granted, self.sensors))
+                judged = tuple(judge(everyone, theta, granted, self.sensors, far=NEAR, moves=MOVES))
+            else:
+                judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
         left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
         return Trial(tuple(suspects), found, known, judged, rough, finished, early, left)
 

@@ -39,6 +39,10 @@ class Observed:
                 residual[at], slope[at] = likelihood.censored(end, said[at], sigma, sign)
         return residual, slope
 
+    def reading(self, said: Floats) -> Floats:
+        """What the sensor ought to read, within its ends."""
+        return np.clip(said, *self.ends)
+
     def left(self, said: Floats) -> Floats:
         """Measured less what the model says; of a sample at an end what the model falls short of it."""
         off = self.values + 0.5 * self.sensor.count - said

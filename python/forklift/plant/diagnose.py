@@ -285,7 +285,7 @@ def _scores(bench: Bench, selection: Selection) -> tuple[Score, ...]:
 
 
 def _errors(bench: Bench, trial: Trial) -> dict[tuple[str, str, str], Floats]:
-    """What is left over of each, nothing adjusted; what a recording has of its own is as fitted."""
+    """What was read less what ought to be, nothing adjusted; what a recording has of its own is as fitted."""
     problem = trial.found.problem
     own = {one.recording.file: problem.own(trial.found.x, k) for k, one in enumerate(problem.samples)}
     samples = bench.everyone.samples
@@ -293,9 +293,8 @@ def _errors(bench: Bench, trial: Trial) -> dict[tuple[str, str, str], Floats]:
     x = np.concatenate([trial.found.x[: len(problem.unknowns)], *phi])
     said = problem.over(samples).values(x)
     return {
-        (sample.recording.file, sample.recording.role, seen.sensor.channel): seen.left(
-            model[seen.sensor.channel]
-        )
+        (sample.recording.file, sample.recording.role, seen.sensor.channel): seen.values
+        - seen.reading(model[seen.sensor.channel])
         for sample, model in zip(samples, said, strict=True)
         for seen in sample.observed
     }

@@ -44,6 +44,8 @@ class State:
         Where it ends: it is held there (a stop, an empty tank). A free start lies between them.
     guess
         Of a free start; by default amid its range.
+    spread
+        Standard deviation of a free start's prior; by default a quarter of its range.
     shared
         Whether a free start is the same in all recordings.
     """
@@ -54,6 +56,7 @@ class State:
     lower: float = -inf
     upper: float = inf
     guess: float | None = None
+    spread: float | None = None
     shared: bool = False
 
 
@@ -73,6 +76,8 @@ class Param:
         ``"plant"``: the same in all recordings; ``"recording"``: each has its own, about `value`.
     starts
         Of an effect's: from which values the search may start; by default from `value` alone.
+    spread
+        Standard deviation of the prior, if it is not a quarter of the range.
     source
         Where the number comes from.
     """
@@ -85,16 +90,21 @@ class Param:
     known: bool = False
     per: Literal["plant", "recording"] = "plant"
     starts: tuple[float, ...] = ()
+    spread: float | None = None
     source: str = ""
 
     @property
     def scale(self) -> str:
         """``"log"`` if it is positive and its range spans a factor of ten, else ``"linear"``."""
+        if self.spread is not None:
+            return "linear"
         return "log" if self.lower > 0.0 and self.upper >= WIDE * self.lower else "linear"
 
     @property
     def width(self) -> float:
         """Standard deviation of its prior, on its scale."""
+        if self.spread is not None:
+            return self.spread
         if not np.isfinite([self.lower, self.upper]).all():
             return max(abs(self.value), 1e-6)
         ends = (log(self.lower), log(self.upper)) if self.scale == "log" else (self.lower, self.upper)
@@ -143,7 +153,8 @@ class Output:
     Attributes
     ----------
     sigma
-        Standard deviation of its noise; None: told from the samples.
+        Standard deviation of its noise; None: told from the samples, which must then be even and follow the
+        truth smoothly over seven of them.
     count
         Step of a reading that is rounded down; 0: none.
     lower, upper

@@ -15,7 +15,7 @@ from forklift.estimation.least_squares import LeastSquares
 from forklift.estimation.observed import Observed
 from forklift.estimation.sensors import Sensor, encoder_count, white_noise
 from forklift.estimation.unknowns import Unknown
-from forklift.plant.parts import DEVIATIONS, Param, Plant, State
+from forklift.plant.parts import Param, Plant, State
 from forklift.plant.recording import Recording
 from forklift.plant.run import Machine, run
 
@@ -301,7 +301,7 @@ def _pieces(plant: Plant, recording: Recording) -> list[Recording]:
 def _start(state: State) -> Param:
     """The free start of a state as a parameter."""
     guess = 0.5 * (state.lower + state.upper) if state.guess is None else state.guess
-    return Param(f"{state.name}.start", state.unit, guess, state.lower, state.upper)
+    return Param(f"{state.name}.start", state.unit, guess, state.lower, state.upper, spread=state.spread)
 
 
 def _sample(plant: Plant, recording: Recording, known: Mapping[str, Sensor]) -> PlantSample:
@@ -311,9 +311,7 @@ def _sample(plant: Plant, recording: Recording, known: Mapping[str, Sensor]) -> 
         if state.start == "free":
             if not state.shared:
                 start = _start(state)
-                rows.append(
-                    (name, start.value, (state.upper - state.lower) / DEVIATIONS, state.lower, state.upper)
-                )
+                rows.append((name, start.value, start.width, state.lower, state.upper))
         elif isinstance(state.start, str) and state.start not in recording.u:
             seen = recording.y.get(state.start, np.full(1, np.nan))
             finite = seen[np.isfinite(seen)]

@@ -31,7 +31,7 @@ def simulate_plant(
         The machine, its times [s] and inputs, (times,) each.
     values
         Parameters that are not as the plant has them; of an effect as ``"effect.parameter"``, of a state's
-        start as ``"state.start"``.
+        start as ``"state.start"``: one that an output tells is 0 by default.
     present
         Ids of the effects that act.
 
@@ -54,7 +54,7 @@ def simulate_plant(
         begin = given.pop(name, state.start)
         if isinstance(begin, str):
             guess = 0.5 * (state.lower + state.upper) if state.guess is None else state.guess
-            begin = float(recording.u[begin][0]) if begin in recording.u else guess
+            begin = float(recording.u[begin][0]) if begin in recording.u else float(np.nan_to_num(guess))
         start[state.name] = np.array([begin])
     for name in given:
         if name not in known:

@@ -32,6 +32,8 @@ Floats = NDArray[np.float64]
 CEILING_V = 10.0
 SMOOTH_V = 0.05
 """Over which a level passes a rim, or a voltage a threshold."""
+WEIR_S = 0.05
+"""Flow over a rim of hardness one half, per level above it [1/s]."""
 FILE = "dataBenchmark.csv"
 UPPER, LOWER, PUMP, LEVEL = "upper balance", "lower balance", "pump flow", "level reading"
 UPPER_OUT, LOWER_OUT = "upper outflow", "lower outflow"
@@ -67,13 +69,13 @@ def plant() -> Plant:
     return Plant(
         name="cascaded tanks",
         states=(
-            State("h1", "V", "free", 0.0, 25.0, guess=5.0, shared=True),
-            State("h2", "V", "free", 0.0, 15.0, guess=5.0, shared=True),
+            State("h1", "V", "free", 0.0, 60.0, guess=5.0, spread=3.0, shared=True),
+            State("h2", "V", "free", 0.0, 15.0, guess=5.0, spread=3.0, shared=True),
         ),
         params=(
-            Param("k_p", "1/s", 0.05, 0.005, 0.5),
-            Param("k_1", "V^0.5/s", 0.05, 0.005, 0.5),
-            Param("k_2", "V^0.5/s", 0.05, 0.005, 0.5),
+            Param("k_p", "1/s", 0.05, 0.01, 0.25),
+            Param("k_1", "V^0.5/s", 0.05, 0.01, 0.25),
+            Param("k_2", "V^0.5/s", 0.05, 0.01, 0.25),
         ),
         inputs=(Input("u", "V", hold="zero"),),
         outputs=(Output("y", "V", upper=CEILING_V),),
@@ -128,7 +130,7 @@ def above(value: Any, threshold: Any) -> Any:
 
 
 def _over_upper(x: Values, u: Values, p: Values, bus: Values) -> dict[str, Any]:
-    over = p["weir"] * above(x["h1"], p["rim"])
+    over = _weir(p) * above(x["h1"], p["rim"])
     return {UPPER: -over, LOWER: p["share"] * over}
 
 
@@ -144,20 +146,29 @@ def _of(port: str, law: Any) -> Any:
     return lambda x, u, p, bus: {port: law(x, u, p, bus)}
 
 
-_WEIR = Param("weir", "1/s", 0.0, 0.0, 0.4)
+_RIM = Param("hardness", "1", 0.0, 0.0, 0.9)
+
+
+def _weir(p: Values) -> Any:
+    """Flow per level above a rim [1/s]: none at hardness 0, as much as one likes towards 1.
+
+    How hard a rim is, recordings tell; how much flows over a hard one per level, they do not.
+    """
+    return WEIR_S * p["hardness"] / (1.0 - p["hardness"])
+
 
 EFFECTS = (
     Effect(
         "upper_overflow", "the upper tank flows over its rim, partly into the lower one",
-        (_WEIR, Param("rim", "V", 9.0, 3.0, 20.0, starts=(6.0, 9.0, 13.0)),
+        (_RIM, Param("rim", "V", 12.0, 3.0, 40.0, starts=(7.0, 12.0, 20.0)),
          Param("share", "1", 0.5, 0.0, 1.0)),
         (UPPER, LOWER), _over_upper, confused_with=("pump_saturation", "lower_overflow"),
         source="linear weir",
     ),
     Effect(
         "lower_overflow", "the lower tank flows over its rim",
-        (_WEIR, Param("rim", "V", 9.5, 5.0, 12.0, starts=(8.0, 10.0))),
-        (LOWER,), _of(LOWER, lambda x, u, p, bus: -p["weir"] * above(x["h2"], p["rim"])),
+        (_RIM, Param("rim", "V", 9.5, 5.0, 12.0, starts=(8.0, 10.0))),
+        (LOWER,), _of(LOWER, lambda x, u, p, bus: -_weir(p) * above(x["h2"], p["rim"])),
         confused_with=("sensor_curve",), source="linear weir",
     ),
     Effect(

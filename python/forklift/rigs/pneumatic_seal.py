@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.errors import ForkliftError
+from forklift.plant.diagnose import PlantDiagnosis
 from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port, Values
 from forklift.plant.recording import Recording
 
@@ -112,6 +113,23 @@ def repeatability(recordings: Sequence[Recording]) -> dict[str, float]:
     return floors
 
 
+def gone(found: PlantDiagnosis, recordings: Sequence[Recording]) -> float:
+    """Share of the variance above the repeatability that is gone on the held-out end of each file."""
+    floors = repeatability(recordings)
+    group = {one.file: one.group for one in recordings}
+    held = [one for one in found.scores if one.role == "validate"]
+    before = sum(one.rmse_before**2 - floors[group[one.file]] ** 2 for one in held)
+    return float(1.0 - sum(one.rmse_after**2 - floors[group[one.file]] ** 2 for one in held) / before)
+
+
+def gone_left_out(found: PlantDiagnosis, recordings: Sequence[Recording], sigma: float) -> float:
+    """The same of each pressure, foreseen from the others; `sigma` as the plant has it [N]."""
+    floors = repeatability(recordings)
+    before = sum(one.before * sigma**2 - floors[one.group] ** 2 for one in found.groups)
+    after = sum(one.after * sigma**2 - floors[one.group] ** 2 for one in found.groups)
+    return float(1.0 - after / before)
+
+
 def plant(sigma: float | None = None) -> Plant:
     """The textbook's model, and what a piston with a seal may have beside it.
 
@@ -145,27 +163,27 @@ def direction(v: Any) -> Any:
 
 
 def candidates() -> list[Recording]:
-    """Recordings that could be made: strokes over 35 mm at every pressure, slow and fast."""
+    """Recordings that could be made at every pressure: strokes, slow and fast; many short ones; rest."""
     found = []
     for bar in PRESSURES_BAR:
         for speed in (2.0, 8.0, 30.0):
-            time = np.arange(0.0, 6.0 * 35.0 / speed, max(INTERVAL_S, 0.5 / speed))
-            phase = (time * speed / 35.0) % 2.0
-            x = 35.0 * np.where(phase < 1.0, phase, 2.0 - phase)
-            p = np.full(len(time), float(bar))
-            found.append(
-                Recording(
-                    f"strokes at {speed:g} mm/s and {bar} bar",
-                    time,
-                    {"p": p, "x": x},
-                    {},
-                    group=f"{bar} bar",
-                )
-            )
+            found.append(_strokes(f"6 strokes at {speed:g} mm/s and {bar} bar", bar, speed, 35.0, 6))
+        for speed in (3.0, 12.0):
+            found.append(_strokes(f"60 strokes of 4 mm at {speed:g} mm/s and {bar} bar", bar, speed, 4.0, 60))
         time = np.arange(0.0, 30.0, INTERVAL_S)
-        still = {"p": np.full(len(time), float(bar)), "x": np.full(len(time), 17.0)}
-        found.append(Recording(f"30 s at rest and {bar} bar", time, still, {}, group=f"{bar} bar"))
+        found.append(_driven(f"30 s at rest and {bar} bar", bar, time, np.full(len(time), 17.0)))
     return found
+
+
+def _strokes(name: str, bar: float, speed: float, length: float, count: int) -> Recording:
+    """Out and in with a constant speed [mm/s], over a length [mm]."""
+    time = np.arange(0.0, count * length / speed, INTERVAL_S)
+    phase = (time * speed / length) % 2.0
+    return _driven(name, bar, time, 17.0 + length * (np.where(phase < 1.0, phase, 2.0 - phase) - 0.5))
+
+
+def _driven(name: str, bar: float, time: Floats, position: Floats) -> Recording:
+    return Recording(name, time, {"p": np.full(len(time), float(bar)), "x": position}, {}, group=f"{bar} bar")
 
 
 def _averaged(time: Floats, *columns: Floats) -> list[Floats]:
