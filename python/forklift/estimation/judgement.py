@@ -96,6 +96,23 @@ def judge(
     others; what is left is then told in units of the sensors' noise. A recording's own unknowns that move by
     more than `far` are linearised anew, at most in `moves` places.
     """
+    _, runs, steps = _settled(problem, theta, covariance, far, moves)
+    judged = []
+    for sample, at, step in zip(problem.samples, runs, steps, strict=True):
+        judged += _judge(sample, at, step, sensors)
+    return judged
+
+
+def settled(problem: Problem, theta: Floats, *, far: float, moves: int) -> Floats:
+    """The unknown vector at θ with each recording's own unknowns where they explain it best."""
+    x, _, steps = _settled(problem, theta, np.zeros((len(theta), len(theta))), far, moves)
+    return np.asarray(x + np.concatenate([np.zeros(len(theta)), *(step[len(theta) :] for step in steps)]))
+
+
+def _settled(
+    problem: Problem, theta: Floats, covariance: Floats, far: float, moves: int
+) -> tuple[Floats, list[Linearised], list[Floats]]:
+    """Where the recordings were last linearised, how, and the steps from there."""
     x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
     for _ in range(moves):
         runs = problem.linearise(x)
@@ -108,10 +125,7 @@ def judge(
             break
         there = np.clip(x + np.concatenate([np.zeros(len(theta)), own]), *problem.bounds())
         x = _towards(problem, x, there)
-    judged = []
-    for sample, at, step in zip(problem.samples, runs, steps, strict=True):
-        judged += _judge(sample, at, step, sensors)
-    return judged
+    return x, runs, steps
 
 
 def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:

@@ -18,9 +18,12 @@ from forklift.diagnosis.region import Shape
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.suspect import Suspect
-from forklift.diagnosis.trial import Bench, Trial
+from forklift.diagnosis.trial import MOVES, Bench, Trial
+from forklift.diagnosis.trial import NEAR as NEARLY
 from forklift.diagnosis.twins import Twin, twins
 from forklift.errors import ForkliftError
+from forklift.estimation.algebra import one_thread
+from forklift.estimation.judgement import settled
 from forklift.estimation.knowledge import QUANTILE
 from forklift.plant.parts import Plant
 from forklift.plant.problem import completed, pose, sensors
@@ -285,17 +288,15 @@ def _scores(bench: Bench, selection: Selection) -> tuple[Score, ...]:
 
 
 def _errors(bench: Bench, trial: Trial) -> dict[tuple[str, str, str], Floats]:
-    """What was read less what ought to be, nothing adjusted; what a recording has of its own is as fitted."""
-    problem = trial.found.problem
-    own = {one.recording.file: problem.own(trial.found.x, k) for k, one in enumerate(problem.samples)}
-    samples = bench.everyone.samples
-    phi = [own.get(one.recording.file, np.zeros(len(one.free))) for one in samples]
-    x = np.concatenate([trial.found.x[: len(problem.unknowns)], *phi])
-    said = problem.over(samples).values(x)
+    """What was read less what ought to be; nothing is adjusted but what a recording has of its own."""
+    problem = trial.found.problem.over(bench.everyone.samples)
+    with one_thread():
+        x = settled(problem, trial.found.x[: len(problem.unknowns)], far=NEARLY, moves=MOVES)
+        said = problem.values(x)
     return {
         (sample.recording.file, sample.recording.role, seen.sensor.channel): seen.values
         - seen.reading(model[seen.sensor.channel])
-        for sample, model in zip(samples, said, strict=True)
+        for sample, model in zip(problem.samples, said, strict=True)
         for seen in sample.observed
     }
 
