@@ -99,6 +99,12 @@ def variations(*arguments):
     return run(PYTHON, "proofs/variations.py", *arguments)
 
 
+def campaigns(*arguments):
+    """are the bounds of the four simulated campaigns kept; further arguments go to proofs/campaigns.py"""
+    install()
+    return run(PYTHON, "proofs/campaigns.py", *arguments)
+
+
 def separability(*arguments):
     """what recordings cannot part, from the second plant; further arguments go to proofs/separability.py"""
     install()
@@ -162,8 +168,8 @@ def run(*command, cwd=ROOT):
     return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
 
 
-TASKS = (demo, test, lint, docs, bench, bench_fit, coverage, starts, variations, separability)
-PASSED_ON = ("test", "bench", "bench-fit", "coverage", "starts", "variations", "separability")
+TASKS = (demo, test, lint, docs, bench, bench_fit, coverage, starts, campaigns, variations, separability)
+PASSED_ON = ("test", "bench", "bench-fit", "coverage", "starts", "campaigns", "variations", "separability")
 """Tasks that take further arguments."""
 
 

@@ -1,6 +1,6 @@
 """Does a diagnosis name what is missing? Told by trucks of a second plant, each with something concealed.
 
-    python proofs/variations.py [SET ...] [--only PATTERN] [--out variations] [--jobs 1]
+    python proofs/variations.py [SET ...] [--only PATTERN] [--without STEP] [--out variations] [--jobs 1]
 
 SETs: effects, others, traps, null (these four by default); pairs, complete, warming. README.md beside this
 file says what is simulated, and how it is judged. Each case is one file in the folder, written whole: a run
@@ -27,12 +27,13 @@ from reference.plant import campaign
 
 ROOT = Path(__file__).resolve().parents[1]
 SEPARABLE = Path(__file__).with_name("separable.json")
+WITHOUT = Path(__file__).with_name("without.py")
 LIMIT_S = 3600.0
 DEFAULT = ("effects", "others", "traps", "null")
 
 
-def one(variation):
-    """The case: made, recorded, diagnosed, judged; for JSON."""
+def one(variation, step=None):
+    """The case: made, recorded, diagnosed (without a step of it, if asked), judged; for JSON."""
     began = time.monotonic()
     case, laws, concealed = variation.case, [], []
     for name, points in variation.concealed:
@@ -45,7 +46,8 @@ def one(variation):
         folder, out = Path(scratch) / "campaign", Path(scratch) / "out"
         campaign.record(replace(case, laws=tuple(laws)), folder)
         made_s = time.monotonic() - began
-        command = [sys.executable, "-m", "forklift", "diagnose", str(folder), "--out", str(out)]
+        diagnose = [str(WITHOUT), step] if step else ["-m", "forklift", "diagnose"]
+        command = [sys.executable, *diagnose, str(folder), "--out", str(out)]
         began = time.monotonic()
         try:
             ran = subprocess.run(
@@ -114,6 +116,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("sets", nargs="*", default=DEFAULT, metavar="SET")
     parser.add_argument("--only", metavar="PATTERN", help="cases whose name matches, as of files")
+    parser.add_argument("--without", metavar="STEP", help="leave out location, rivals or held-out")
     parser.add_argument("--out", type=Path, default=ROOT / "variations")
     parser.add_argument("--jobs", type=int, default=1)
     given = parser.parse_args()
@@ -126,7 +129,7 @@ def main():
     os.environ |= {"RAYON_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": "1"}
 
     def run_one(variation):
-        result = one(variation)
+        result = one(variation, given.without)
         write(paths[variation.name], json.dumps(result, indent=1, ensure_ascii=False) + "\n")
         return result
 

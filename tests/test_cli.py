@@ -240,7 +240,7 @@ def test_commands_alone_say_why_no_velocity_can_be_judged(capfd, demo, tmp_path)
     status, out, _ = called(capfd, "compare", tmp_path / "plain", "--out", tmp_path / "out")
     assert status == 0
     assert out.startswith("Free lift: no velocity can be judged: no recording of it has fork_height_m")
-    assert "no velocity can be judged" in (tmp_path / "out" / "compare.html").read_text(encoding="utf-8")
+    assert "no velocity can be judged" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_broken_truck_file_is_told_with_file_and_line(capfd, demo, tmp_path):

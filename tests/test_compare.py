@@ -16,7 +16,8 @@ from forklift.compare import PREDICTED, Comparison, _operating_points
 from forklift.demo import measured, scattered
 from forklift.names import amount
 from forklift.phases import PHASES, phases, shut_current
-from forklift.plots import MOST_POINTS, comparison_page, decimate
+from forklift.report.of_comparison import comparison_page
+from forklift.report.traces import MOST_POINTS, decimate
 
 HEAD = "time_s," + ",".join(PREDICTED)
 
@@ -168,7 +169,7 @@ def test_the_valve_is_shut_up_to_the_foot_of_its_table(thesis):
 def test_a_folder_holds_predictions_fits_and_a_page(tmp_path, comparison, campaign):
     out = comparison.write(tmp_path / "out")
     files = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()}
-    assert files == {"fit.csv", "compare.json", "compare.html"} | {
+    assert files == {"fit.csv", "compare.json", "report.html"} | {
         f"predictions/baseline/{name}.csv" for name in ("free_1", "free_2", "sub/main_2", "both")
     }
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
@@ -210,13 +211,17 @@ def test_the_json_says_what_it_was_made_from(tmp_path, comparison, campaign, the
 
 
 def test_the_page_is_self_contained_and_its_script_stands_in_it_once(tmp_path, comparison):
-    page = (comparison.write(tmp_path / "out") / "compare.html").read_text(encoding="utf-8")
+    page = (comparison.write(tmp_path / "out") / "report.html").read_text(encoding="utf-8")
     assert page.count("plotly.js v") == 1
     assert not re.search(r'<(script|link|img)[^>]+(src|href)="', page)
-    assert page.index(comparison.verdict[0].split("'")[0]) < page.index("<table") < page.index('class="plot"')
-    assert page.count('class="plot"') == 2 * 5  # a pair for each commanded lift
-    data = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
-    assert set(data[0]["curves"]) == {"measured", "simulated"}
+    assert page.index(comparison.verdict[0].split("'")[0]) < page.index('class="plot"') < page.index("<table")
+    drawn = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
+    assert page.count('class="plot"') == len(drawn)
+    recordings = drawn[0]["recordings"]
+    assert {one["title"] for one in recordings} == {one.recording.file for one in comparison.predictions}
+    for one in recordings:
+        for signal in one["signals"]:
+            assert set(signal["curves"]) == {"x", "measured", "simulated"}
 
 
 def test_a_file_name_cannot_break_the_page(tmp_path, campaign, thesis):
@@ -231,7 +236,7 @@ def test_thinned_curves_keep_their_extremes():
     time = np.linspace(0, 100, 50_000)
     curve = np.sin(time)
     curve[12_345], curve[40_000] = 5.0, np.nan
-    thin, kept = decimate(time, curve)
+    thin, kept = decimate(MOST_POINTS, time, curve)
     assert len(thin) <= MOST_POINTS + 2
     assert np.nanmax(kept) == 5.0
     assert (thin[0], thin[-1]) == (time[0], time[-1])
@@ -263,7 +268,7 @@ def test_a_failure_while_writing_leaves_the_earlier_result(tmp_path, comparison,
     def interrupted(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("forklift.plots.comparison_page", interrupted)
+    monkeypatch.setattr("forklift.report.of_comparison.comparison_page", interrupted)
     with pytest.raises(KeyboardInterrupt):
         comparison.write(out)
     assert (out / "compare.json").read_bytes() == before

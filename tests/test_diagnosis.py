@@ -1,25 +1,20 @@
 """What the simulated campaigns conceal is found, named, and closes the gap; where nothing is, nothing."""
 
+import html
 import json
-from functools import cache
 
 import numpy as np
 import pytest
 
 from campaigns import CAMPAIGNS
-from forklift import Campaign, Truck, compare, diagnose
-from forklift.diagnose import Diagnosis
+from diagnosed import diagnosed
+from forklift import Campaign, Truck, compare
 from forklift.estimation.judgement import AT_NOISE
 
 CONCEALED = {
     "thermfric": ("free", "friction", "friction_temperature", "free.friction_temperature.rate", 0.018),
     "leak": ("main", "cylinder-pressure", "leakage", "main.leakage.coefficient", 1.5e-12),
 }
-
-
-@cache
-def diagnosed(name: str) -> Diagnosis:
-    return diagnose(Campaign.read(CAMPAIGNS / name), Truck.read("thesis"))
 
 
 def test_a_complete_truck_raises_no_alarm():
@@ -80,6 +75,7 @@ def test_the_folder_holds_the_schema_and_a_truck_that_every_command_takes(tmp_pa
         "schema", "campaign", "verdict", "location", "causes", "untestable", "not_separable",
         "next_recording", "fit", "fit_summary", "runtime_s",
     } <= set(told)  # fmt: skip
+    assert told["sentence"] in html.unescape((out / "report.html").read_text(encoding="utf-8"))
     truck = Truck.read(out / "truck.toml")
     assert truck.effects == ("free.friction_temperature",)
     campaign = Campaign.read(CAMPAIGNS / "thermfric")

@@ -71,7 +71,7 @@ def test_it_prints_verdict_and_tables_and_says_what_it_wrote(capfd, tmp_path, nu
     for title in ("as Table 5.1", "as Table 5.4", "What is left over"):
         assert title in told
     assert told.endswith(
-        "".join(f"Written: {out / name}\n" for name in ("fit.html", "truck.toml", "fit.json"))
+        "".join(f"Written: {out / name}\n" for name in ("report.html", "truck.toml", "fit.json"))
     )
 
 

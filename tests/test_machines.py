@@ -36,9 +36,7 @@ ENGINE = [
         )
     ),
 ]
-OF_A_MACHINE = re.compile(
-    r"truck|(?<!fork)lift|tank|seal|hydraul|cylinder|valve|oil", re.IGNORECASE
-)
+OF_A_MACHINE = re.compile(r"truck|(?<!fork)lift|tank|seal|hydraul|cylinder|valve|oil", re.IGNORECASE)
 
 
 def decay(**changed):
@@ -243,3 +241,26 @@ def test_a_file_that_fits_no_law_is_flagged():
     recordings = pneumatic_seal.read(folder("pneumatic_seal"), "X-ring257")
     sigma = float(np.median(list(pneumatic_seal.repeatability(recordings).values())))
     assert diagnose_plant(pneumatic_seal.plant(sigma), recordings).lawless == ("7 bar",)
+
+
+def test_the_tanks_lack_more_than_one_thing():
+    """A small part of the catalogue, for the time it takes; `proofs/rigs.py` asks all of it."""
+    from dataclasses import replace
+
+    from forklift.rigs import cascaded_tanks
+
+    recordings = cascaded_tanks.read(folder("cascaded_tanks"))
+    whole = cascaded_tanks.plant()
+    asked = {"sensor_curve", "upper_overflow", "pump_lag"}
+    small = replace(
+        whole,
+        effects=tuple(one for one in whole.effects if one.id in asked),
+        inputs=tuple(replace(one, gain_range=0.0, offset_range=0.0) for one in whole.inputs),
+        outputs=tuple(replace(one, gain_range=0.0, offset_range=0.0, lag_range=0.0) for one in whole.outputs),
+    )
+    found = diagnose_plant(small, recordings)
+    before, after = found.rmse()
+    assert 0.6 < before < 0.72
+    assert after <= 0.35
+    assert {cause.suspect.label for cause in found.causes} == {"sensor_curve", "upper_overflow"}
+    assert all(cause.form == "uncertain" for cause in found.causes)

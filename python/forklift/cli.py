@@ -28,8 +28,8 @@ REFUSED = 2
 INTERRUPTED = 130
 """Exit status after Ctrl-C (128 + SIGINT)."""
 
-PAGE = (".html",)
-"""Suffix of a page."""
+PAGES = (".html",)
+"""Suffixes of a page."""
 
 
 class _Commands(typer.core.TyperGroup):
@@ -132,7 +132,7 @@ def simulate(
     from forklift.simulate import simulate as verb
     from forklift.truck import Truck
 
-    for path, suffixes in ((out, FORMATS), (plot, PAGE)):
+    for path, suffixes in ((out, FORMATS), (plot, PAGES)):
         if path:
             output.check_file(path)
             output.check_suffix(path, suffixes)
@@ -153,7 +153,7 @@ def simulate(
     if out:
         written.append(result.write(out, with_states=with_states))
     if plot:
-        from forklift.plots import simulation_page
+        from forklift.report.of_simulation import simulation_page
 
         written.append(output.write_text(plot, simulation_page(result)))
     if as_json:
@@ -169,7 +169,7 @@ def compare(
     truck: TruckName = "thesis",
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="Folder to write predictions, fit.csv, compare.json and compare.html to."),
+        typer.Option("--out", help="Folder to write predictions, fit.csv, compare.json and report.html to."),
     ] = None,
     temperature: Annotated[
         float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
@@ -180,7 +180,7 @@ def compare(
     from forklift import compare as verb
     from forklift import output, tables
     from forklift.campaign import Campaign
-    from forklift.compare import MARK, earlier_files
+    from forklift.compare import MARK, PAGE, earlier_files
     from forklift.truck import Truck
 
     if out:
@@ -198,14 +198,14 @@ def compare(
         typer.echo(sentence)
     _print(*tables.comparison_tables(result))
     if out:
-        _say_written(out / "compare.html", out / "fit.csv", out / "predictions")
+        _say_written(out / PAGE, out / "fit.csv", out / "predictions")
 
 
 @app.command(epilog="Example: forklift fit campaign --truck thesis --out fitted")
 def fit(
     campaign: Annotated[Path, typer.Argument(help="The campaign's folder, with its campaign.toml.")],
     out: Annotated[
-        Path, typer.Option("--out", help="Folder to write truck.toml, fit.html, fit.json and tables to.")
+        Path, typer.Option("--out", help="Folder to write truck.toml, report.html, fit.json and tables to.")
     ],
     truck: TruckName = "thesis",
     starts: Annotated[
@@ -241,6 +241,7 @@ def fit(
     from forklift import fit as verb
     from forklift import fit_files, output, tables
     from forklift.campaign import Campaign
+    from forklift.compare import PAGE
     from forklift.truck import Truck
 
     output.check_folder(out, fit_files.earlier(out), fit_files.MARK)
@@ -267,7 +268,7 @@ def fit(
         for sentence in result.verdict:
             typer.echo(sentence)
         _print(*tables.fit_tables(result))
-        _say_written(*(out / name for name in (fit_files.PAGE, fit_files.TRUCK, fit_files.MARK)))
+        _say_written(*(out / name for name in (PAGE, fit_files.TRUCK, fit_files.MARK)))
     if result.interrupted:
         print(f"forklift: interrupted; the best truck so far is in {out}.", file=sys.stderr)
         raise typer.Exit(INTERRUPTED)
@@ -277,7 +278,10 @@ def fit(
 def diagnose(
     campaign: Annotated[Path, typer.Argument(help="The campaign's folder, with its campaign.toml.")],
     out: Annotated[
-        Path, typer.Option("--out", help="Folder to write diagnosis.json, truck.toml and predictions to.")
+        Path,
+        typer.Option(
+            "--out", help="Folder to write report.html, truck.toml, diagnosis.json and predictions to."
+        ),
     ],
     truck: TruckName = "thesis",
     temperature: Annotated[
@@ -289,6 +293,7 @@ def diagnose(
     from forklift import diagnose as verb
     from forklift import diagnosis_files, output
     from forklift.campaign import Campaign
+    from forklift.compare import PAGE
     from forklift.truck import Truck
 
     output.check_folder(out, diagnosis_files.earlier(out), diagnosis_files.MARK)
@@ -301,7 +306,7 @@ def diagnose(
         _print_json(result.to_dict())
     else:
         typer.echo(str(result))
-        _say_written(out / diagnosis_files.MARK, out / diagnosis_files.TRUCK, out / "predictions")
+        _say_written(out / PAGE, out / diagnosis_files.TRUCK, out / diagnosis_files.MARK)
 
 
 @app.command(epilog="Example: forklift info thesis")
@@ -396,7 +401,7 @@ def demo(
     if as_json:
         _print_json(found.to_dict())
         return
-    campaign, page = out / "campaign", out / "compare" / "compare.html"
+    campaign, page = out / "campaign", out / "compare" / "report.html"
     truth = out / "truth.toml"
     typer.echo(f"{campaign} holds {len(RECORDINGS)} recordings of a simulated truck, {truth}.")
     typer.echo(f"How far the thesis's truck is from them: look at {page} in a browser.")
@@ -404,7 +409,8 @@ def demo(
     typer.echo(str(found))
     typer.echo("")
     typer.echo(
-        f"All of it is in {out / 'found'}; {out / 'found' / 'truck.toml'} is the truck with what was found."
+        f"All of it is in {out / 'found'}: look at {out / 'found' / 'report.html'}; "
+        f"{out / 'found' / 'truck.toml'} is the truck with what was found."
     )
     typer.echo(f"The same again: forklift diagnose {campaign} --truck thesis --out {out / 'found'}")
 

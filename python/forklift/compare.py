@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -45,6 +46,10 @@ SAME_TEMPERATURE_K = 5.0
 """Recordings whose oil temperatures lie this closely above the coldest's count as one operating point."""
 
 MARK = "compare.json"
+PAGE = "report.html"
+
+CHANGES = ("nmse_percent", "nrmse_percent", "rmse")
+"""The columns of a fit that differ before and after."""
 
 FIT_COLUMNS = {
     "file": pl.String,
@@ -149,7 +154,7 @@ class Comparison:
         )
 
     def write(self, out: str | Path) -> Path:
-        """Write ``predictions/baseline/FILE.csv``, ``fit.csv``, ``compare.json`` and ``compare.html``.
+        """Write ``predictions/baseline/FILE.csv``, ``fit.csv``, ``compare.json`` and ``report.html``.
 
         The folder appears whole or not at all; an earlier result there is replaced.
 
@@ -158,13 +163,13 @@ class Comparison:
         ForkliftError
             ``"output-exists"`` if `out` holds anything but an earlier result, ``"not-writable"``.
         """
-        from forklift.plots import comparison_page
+        from forklift.report.of_comparison import comparison_page
 
         with output.folder(out, earlier_files(out), MARK) as temporary:
             self.write_predictions(temporary)
             self.fits.write_csv(temporary / "fit.csv")
             (temporary / MARK).write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
-            (temporary / "compare.html").write_text(comparison_page(self), encoding="utf-8")
+            (temporary / PAGE).write_text(comparison_page(self), encoding="utf-8", newline="\n")
         return Path(out)
 
     def write_predictions(self, folder: Path, model: str = "baseline") -> None:
@@ -194,6 +199,11 @@ class Comparison:
         from forklift.tables import comparison_tables, plain
 
         return "\n".join([*self.verdict, "", *map(plain, comparison_tables(self))])
+
+    def _repr_html_(self) -> str:
+        from forklift.report.notebook import of_comparison
+
+        return of_comparison(self)
 
     def __repr__(self) -> str:
         return (
@@ -257,7 +267,7 @@ def compare(
 
 def result_files(recordings: Sequence[str]) -> frozenset[str]:
     """The files that `Comparison.write` makes of a campaign with these recordings."""
-    return frozenset({"fit.csv", "compare.html", MARK, *prediction_files(recordings)})
+    return frozenset({"fit.csv", PAGE, MARK, *prediction_files(recordings)})
 
 
 def earlier_files(
@@ -272,6 +282,32 @@ def earlier_files(
         return files([recording["file"] for recording in found[facts]["recordings"]])
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
         return frozenset()
+
+
+def validation_change(before: Comparison, after: Comparison, lift: Lift) -> pl.DataFrame:
+    """`Comparison.validation` of one lift by two trucks: its fits end with ``_before`` and ``_after``."""
+    names = {name: f"{name}_before" for name in CHANGES}
+    told = after.validation(lift).rename({name: f"{name}_after" for name in CHANGES})
+    known = before.validation(lift).select("file", *CHANGES).rename(names)
+    return told.join(known, on="file", maintain_order="left")
+
+
+def command_line(verb: str, campaign: Campaign, truck: Truck, options: Sequence[str] = ()) -> str | None:
+    """The command that does the same; None if the campaign or the truck does not come from a file."""
+    if campaign.folder is None or truck.origin == "Python":
+        return None
+    name = truck.name if truck.origin == "shipped" else truck.origin
+    return shlex.join(["forklift", verb, str(campaign.folder), "--truck", name, *options, "--out", "result"])
+
+
+def temperature_option(comparison: Comparison) -> list[str]:
+    """The option that gave recordings without an oil temperature theirs."""
+    given = [
+        one.oil_temperature_degc
+        for one in comparison.predictions
+        if not np.isfinite(one.recording.channels.get("oil_temperature_degc", np.nan)).any()
+    ]
+    return ["--temperature", repr(given[0])] if given else []
 
 
 def campaign_facts(campaign: Campaign) -> dict[str, Any]:

@@ -122,7 +122,7 @@ class Diagnosis:
         return diagnosis_files.sentence(self)
 
     def write(self, out: str | Path) -> Path:
-        """Write ``diagnosis.json``, ``truck.toml`` and the predictions of both models into a folder.
+        """Write ``report.html``, ``diagnosis.json``, ``truck.toml`` and predictions of both models.
 
         The folder appears whole or not at all; an earlier diagnosis there is replaced.
 
@@ -136,6 +136,11 @@ class Diagnosis:
     def to_dict(self) -> dict[str, Any]:
         """As ``diagnosis.json`` has it."""
         return diagnosis_files.to_dict(self)
+
+    def _repr_html_(self) -> str:
+        from forklift.report.notebook import of_diagnosis
+
+        return of_diagnosis(self)
 
     def __repr__(self) -> str:
         return (

@@ -12,7 +12,16 @@ import polars as pl
 from scipy.stats import norm
 
 from forklift import operation, output
-from forklift.compare import campaign_facts, defined, earlier_files, prediction_files, truck_facts
+from forklift.compare import (
+    PAGE,
+    campaign_facts,
+    command_line,
+    defined,
+    earlier_files,
+    prediction_files,
+    temperature_option,
+    truck_facts,
+)
 from forklift.estimation.readings import Reading
 
 if TYPE_CHECKING:
@@ -50,8 +59,7 @@ def sentence(found: Diagnosis) -> str:
             f"A sensor is stuck: {' and '.join(_named(cause) for cause in found.causes)}; without these "
             f"samples the fitted truck explains all {len(judged)} recordings held out to the sensors' noise."
         )
-    before, after = _velocity(found)
-    rose = f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"
+    rose = _rise(found)
     if not found.causes:
         assert found.location
         return (
@@ -66,6 +74,17 @@ def sentence(found: Diagnosis) -> str:
         f"{found.final.worst.mean_square:.3g} times the noise's is left over"
     )
     return f"{named[:1].upper()}{named[1:]}{rose}, and {left}."
+
+
+def _rise(found: Diagnosis) -> str:
+    """What the causes gain: in the velocity, unless they are none of the truck's, whose curves keep them."""
+    if any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes):
+        return (
+            f"; what is left over falls from {found.baseline.worst.mean_square:.3g} to "
+            f"{found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
+        )
+    before, after = _velocity(found)
+    return f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} % (NRMSE)"
 
 
 def _named(cause: Cause) -> str:
@@ -156,6 +175,7 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
         "campaign_facts": campaign_facts(found.campaign),
         "start": truck_facts(found.start),
         "truck": truck_facts(found.truck),
+        "command": command_line("diagnose", found.campaign, found.start, temperature_option(found.before)),
         "verdict": found.verdict,
         "sentence": found.sentence,
         "location": None
@@ -186,6 +206,7 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
             "worst_after": found.final.worst.mean_square,
             "gap_closed": defined(found.gap_closed),
         },
+        "parameters": list(_changes(found)),
         "deficient": {
             "before": found.deficiency[0].to_dict(),
             "after": found.deficiency[1].to_dict(),
@@ -252,6 +273,30 @@ def _parameters(found: Diagnosis, suspect: Suspect) -> Iterator[dict[str, Any]]:
             }
 
 
+def _changes(found: Diagnosis) -> Iterator[dict[str, Any]]:
+    """Every parameter that was estimated: by the fitted truck, and with what was found missing."""
+    before, after = (
+        {estimate.name: estimate for estimate in trial.knowledge.estimates}
+        for trial in (found.baseline, found.final)
+    )
+    for name, estimate in {**before, **after}.items():
+        row: dict[str, Any] = {
+            "name": name,
+            "unit": estimate.unknown.unit,
+            "start": estimate.unknown.start[0],
+            "level": 0.95,
+        }
+        for when, side in (("before", before), ("after", after)):
+            known = side.get(name)
+            row[when] = known and {
+                "value": known.value,
+                "lower": known.lower,
+                "upper": known.upper,
+                "told": known.told,
+            }
+        yield row
+
+
 def _fit(found: Diagnosis) -> list[dict[str, Any]]:
     keys = ["file", "role", "lift", "channel"]
     sides = [
@@ -294,14 +339,18 @@ def _summary(found: Diagnosis) -> dict[str, Any]:
 
 def write(found: Diagnosis, out: str | Path) -> Path:
     """See `Diagnosis.write`."""
+    from forklift.report.of_diagnosis import diagnosis_page
+
+    told = to_dict(found)
     with output.folder(out, earlier(out), MARK) as temporary:
         found.truck.write(temporary / TRUCK)
         found.before.write_predictions(temporary)
         found.after.write_predictions(temporary, "final")
         if found.next_recording:
             found.next_recording.write(temporary / COMMAND)
-        text = json.dumps(to_dict(found), indent=1, ensure_ascii=False, allow_nan=False)
+        text = json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
         (temporary / MARK).write_text(text + "\n", encoding="utf-8", newline="\n")
+        (temporary / PAGE).write_text(diagnosis_page(found, told), encoding="utf-8", newline="\n")
     return Path(out)
 
 
@@ -313,4 +362,4 @@ def earlier(out: str | Path) -> frozenset[str]:
 def files(recordings: Sequence[str]) -> frozenset[str]:
     """What a diagnosis of these recordings may hold."""
     before, after = prediction_files(recordings), prediction_files(recordings, "final")
-    return frozenset({MARK, TRUCK, COMMAND, *before, *after})
+    return frozenset({MARK, PAGE, TRUCK, COMMAND, *before, *after})

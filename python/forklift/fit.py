@@ -147,7 +147,7 @@ class Fit:
     def write(self, out: str | Path) -> Path:
         """Write the fitted truck, the page to look at, and all that is known of the fit, into a folder.
 
-        ``truck.toml``, ``fit.html``, ``fit.json``, ``fit.csv``, ``parameters.csv``,
+        ``truck.toml``, ``report.html``, ``fit.json``, ``fit.csv``, ``parameters.csv``,
         ``predictions/baseline/FILE.csv``, and ``speed_table_free.csv`` or ``speed_table_main.csv`` of each
         fitted lift. The folder appears whole or not at all; an earlier fit there is replaced.
 
@@ -165,6 +165,11 @@ class Fit:
         from forklift import fit_files
 
         return fit_files.to_dict(self)
+
+    def _repr_html_(self) -> str:
+        from forklift.report.notebook import of_fit
+
+        return of_fit(self)
 
     def __repr__(self) -> str:
         return (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,12 +12,16 @@ import polars as pl
 
 from forklift import output
 from forklift.compare import (
+    CHANGES,
+    PAGE,
     campaign_facts,
+    command_line,
     defined,
     earlier_files,
     json_rows,
     prediction_files,
     truck_facts,
+    validation_change,
 )
 from forklift.errors import ForkliftError
 from forklift.estimation.knowledge import QUANTILE
@@ -34,7 +37,6 @@ if TYPE_CHECKING:
     from forklift.names import Lift
 
 MARK = "fit.json"
-PAGE = "fit.html"
 TRUCK = "truck.toml"
 
 PRIOR_QUANTILE = 2.7764451051977987
@@ -56,9 +58,6 @@ PARAMETER_COLUMNS = {
     "alone": pl.Float64,
     "moves_with": pl.String,
 }
-
-CHANGES = ("nmse_percent", "nrmse_percent", "rmse")
-"""The columns of a fit that differ before and after."""
 
 
 def parameters(fit: Fit) -> pl.DataFrame:
@@ -116,11 +115,7 @@ def fits(fit: Fit) -> pl.DataFrame:
 
 def validation(fit: Fit, lift: Lift) -> pl.DataFrame:
     """`Comparison.validation` of one lift, before and after."""
-    before, after = fit.before.validation(lift), fit.after.validation(lift)
-    names = {name: f"{name}_before" for name in CHANGES}
-    return after.rename({name: f"{name}_after" for name in CHANGES}).join(
-        before.select("file", *CHANGES).rename(names), on="file", maintain_order="left"
-    )
+    return validation_change(fit.before, fit.after, lift)
 
 
 def speed_tables(fit: Fit) -> dict[Lift, SpeedTable]:
@@ -137,11 +132,8 @@ def speed_tables(fit: Fit) -> dict[Lift, SpeedTable]:
 
 def command(fit: Fit) -> str | None:
     """The command that repeats the fit; None if the campaign or the truck does not come from a file."""
-    if fit.campaign.folder is None or fit.start.origin == "Python":
-        return None
-    truck = fit.start.name if fit.start.origin == "shipped" else fit.start.origin
-    words = ["forklift", "fit", str(fit.campaign.folder), "--truck", truck]
     options = fit.options
+    words: list[str] = []
     if options["starts"] is not None:
         words += ["--starts", str(options["starts"])]
     for option, names in (("profile", "profiles"), ("hold", "hold"), ("also", "also")):
@@ -153,7 +145,7 @@ def command(fit: Fit) -> str | None:
         words += ["--temperature", repr(options["oil_temperature_degc"])]
     if options["seed"] != 1:
         words += ["--seed", str(options["seed"])]
-    return shlex.join([*words, "--out", "result"])
+    return command_line("fit", fit.campaign, fit.start, words)
 
 
 def to_dict(fit: Fit, tables: dict[Lift, SpeedTable] | None = None) -> dict[str, Any]:
@@ -245,7 +237,7 @@ def _judged(found: Judged) -> dict[str, Any]:
 
 def write(fit: Fit, out: str | Path) -> Path:
     """See `Fit.write`."""
-    from forklift.fit_page import fit_page
+    from forklift.report.of_fit import fit_page
 
     tables = speed_tables(fit)
     with output.folder(out, earlier(out), MARK) as temporary:

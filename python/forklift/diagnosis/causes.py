@@ -79,8 +79,9 @@ def _shaped(named: Suspect, final: Trial) -> bool:
 
 def _unnamed(suspect: Suspect, selection: Selection) -> Cause:
     """What has no name has no form of its own: nobody knows its law."""
-    trials = [selection.final, *selection.steps[0].trials]
-    trials += [trial for trial in selection.unnamed if trial is not selection.final]
+    final = selection.final
+    others = [*selection.steps[0].trials, *selection.unnamed]
+    trials = [final, *(one for one in others if not set(final.suspects) <= set(one.suspects))]
     shares = credibility(trials)
     rivals = tuple(
         (_new(trial, set()), share, trial.left_over) for trial, share in zip(trials, shares, strict=True)

@@ -12,7 +12,7 @@ from forklift.diagnosis.causes import Cause, causes
 from forklift.diagnosis.inputs import WIDTH_S, Respond, UnknownInput, unknown_inputs
 from forklift.diagnosis.region import Shape
 from forklift.diagnosis.screening import Screening, screen
-from forklift.diagnosis.selection import General, Selection, select
+from forklift.diagnosis.selection import General, Selection, alarming, select
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 
@@ -100,9 +100,12 @@ def investigate(
     """
     with clock.stage(f"fitting the {site.noun}"):
         baseline = bench.baseline()
+    with clock.stage("screening the suspects"):
+        at = baseline.found if baseline.complete else baseline.early
+        screening = screen(at.problem, at.x, suspects)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
-    if baseline.complete or hopeless:
+    if hopeless or (baseline.complete and not alarming(screening)):
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("locating the mismatch"):
@@ -110,12 +113,8 @@ def investigate(
             inputs = unknown_inputs(early.problem, early.x, site.places, site.respond, site.width_s)
             seen = site.shapes(baseline, inputs[0])
         with clock.stage("trying the suspects"):
-            selection = select(bench, baseline, suspects, clock.say, site.general({baseline: inputs}))
-    if selection.steps:
-        screening = selection.steps[0].screening
-    else:
-        with clock.stage("screening the suspects"):
-            screening = screen(baseline.found.problem, baseline.found.x, suspects)
+            general = site.general({baseline: inputs})
+            selection = select(bench, baseline, screening, suspects, clock.say, general)
     return Investigation(tuple(inputs), tuple(seen), selection, screening, causes(selection))
 
 

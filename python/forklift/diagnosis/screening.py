@@ -1,7 +1,7 @@
 """Which suspects could explain what is left over: all of them at once, without a refit.
 
-At an early optimum every suspect's first step is simulated once. How far the cost would fall if the
-suspect's amplitude and all other unknowns took the best linear step together is ½ gᵀN⁻¹g: a score test
+At an early optimum every suspect is differentiated once, at its quiet value. How far the cost would fall if
+the suspect's amplitude and all other unknowns took the best linear step together is ½ gᵀN⁻¹g: a score test
 (Rao 1948) with all parameters of the truck projected off. Any pair costs no more than solving once again.
 """
 
@@ -21,18 +21,10 @@ from forklift.estimation.interface import Problem
 
 Floats = NDArray[np.float64]
 
-PROBE = 1.0
-"""First step of a suspect's amplitude, in its prior's deviations."""
-FARTHEST = 0.5
-"""Largest root mean square that a step may move the residuals by; a longer one is shortened. A step beyond an
-encoder's counts would be no derivative."""
 SOFT = 0.3
 """Softness of an encoder's edges, in counts."""
-SHORTER = 0.2
 UNTOLD = 0.5
 """An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
-MOST_TRIES = 8
-
 
 Stack = Callable[[Sequence[Mapping[str, Floats]]], list[Floats]]
 """All channels of each recording in one column."""
@@ -84,7 +76,6 @@ class _Column:
     """Per recording (samples, columns)."""
     own: bool
     """Each recording has columns of its own."""
-    step: float
 
 
 def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int = 8) -> Screening:
@@ -102,7 +93,7 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
     jacobian = stack([run.jacobian for run in runs])
     columns, untestable = [], []
     for suspect in suspects:
-        column = _probe(problem, x, suspect, residual, stack)
+        column = _probe(problem, x, suspect, stack)
         if column is None:
             untestable.append(suspect)
         else:
@@ -128,44 +119,36 @@ def _weighted(problem: Problem) -> Problem:
     return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})
 
 
-def _probe(
-    problem: Problem, x: Floats, suspect: Suspect, residual: list[Floats], stack: Stack
-) -> _Column | None:
-    """How the residuals answer the suspect's first step."""
+def _probe(problem: Problem, x: Floats, suspect: Suspect, stack: Stack) -> _Column | None:
+    """How the residuals answer the suspect, at its quiet value, with all else held at x."""
     trial = suspect.add(problem)
     start = carry(x, problem, trial)
-    moved = _moved(problem, trial, suspect)
-    step = PROBE
-    for _ in range(MOST_TRIES):
-        ahead = start.copy()
-        ahead[moved] += step
-        try:
-            answers = stack(trial.residuals(ahead))
-        except ForkliftError as error:
-            if error.code == "interrupted":
-                raise
-            step *= SHORTER
-            continue
-        blocks = [(there - here)[:, None] / step for there, here in zip(answers, residual, strict=True)]
-        square = sum(float(np.sum(block**2)) for block in blocks)
-        count = sum(len(block) for block in blocks)
-        if square == 0.0:
-            return None
-        if step * np.sqrt(square / count) <= FARTHEST:
-            return _Column(suspect, blocks, suspect.amplitude is None, step)
-        step *= SHORTER
-    return None
+    try:
+        held, at = trial.held(start, suspect.amplitude)
+        runs = held.linearise(at)
+    except ForkliftError as error:
+        if error.code == "interrupted":
+            raise
+        return None
+    names = [unknown.name for unknown in held.unknowns]
+    blocks = []
+    for k, jacobian in enumerate(stack([run.jacobian for run in runs])):
+        if suspect.amplitude is not None:
+            blocks.append(jacobian[:, names.index(suspect.amplitude)][:, None])
+        else:
+            place = _wider(problem, trial, k)
+            blocks.append(
+                jacobian[:, len(names) + int(np.flatnonzero(trial.samples[k].free == place)[0])][:, None]
+            )
+    if not any(block.any() for block in blocks):
+        return None
+    return _Column(suspect, blocks, suspect.amplitude is None)
 
 
-def _moved(problem: Problem, trial: Problem, suspect: Suspect) -> list[int]:
-    """Which coordinates of the trial's unknown vector the first step moves."""
-    if suspect.amplitude is not None:
-        return [[unknown.name for unknown in trial.unknowns].index(suspect.amplitude)]
-    places = []
-    for k, (was, now) in enumerate(zip(problem.samples, trial.samples, strict=True)):
-        wider = [place for place in range(len(was.width)) if now.width[place] > was.width[place]]
-        places += [trial.starts[k] + int(np.flatnonzero(now.free == place)[0]) for place in wider]
-    return places
+def _wider(problem: Problem, trial: Problem, k: int) -> int:
+    """Which of a recording's own conditions the suspect widens."""
+    was, now = problem.samples[k].width, trial.samples[k].width
+    return int(np.flatnonzero(now > was)[0])
 
 
 class _Base:

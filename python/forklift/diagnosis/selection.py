@@ -6,14 +6,14 @@ complete only if nothing above the sensors' noise is left in any channel of any 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
 from forklift.diagnosis.screening import Screened, Screening, screen
-from forklift.diagnosis.suspect import Suspect
+from forklift.diagnosis.suspect import Kind, Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.estimation.search import Found
 
@@ -39,6 +39,11 @@ CLEARLY = 30.0
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
 in likelihood, which samples of one recording, that err together, may well make up for."""
+ALARM: Mapping[Kind, float] = {"physics": 15.0, "parameter": 30.0, "sensor": 50.0, "unknown": np.inf}
+"""Fall of −ln posterior that a suspect must promise to be asked for where no channel of a recording held out
+shows by itself that anything is missing: 5.5 deviations of an amplitude, among some sixty. Conditions have an
+unknown for every recording; and sensors promise up to 25 where nothing is amiss, since an encoder that starts
+from the same place in every recording is rounded alike in all of them."""
 MOST_ACCEPTED = 3
 
 Say = Callable[[str], None]
@@ -68,30 +73,45 @@ class Selection:
     """What was tried that has no name."""
 
 
+def alarming(screening: Screening) -> bool:
+    """Whether a suspect promises so much that it is asked for although no channel shows it by itself."""
+    return any(found.gain >= ALARM[found.suspects[0].kind] for found in screening.singles)
+
+
 def select(
-    bench: Bench, baseline: Trial, suspects: Sequence[Suspect], say: Say, general: General
+    bench: Bench,
+    baseline: Trial,
+    screening: Screening,
+    suspects: Sequence[Suspect],
+    say: Say,
+    general: General,
 ) -> Selection:
-    """Rounds until nothing is left over, or no suspect removes enough of it; then shapes without a name."""
-    best, steps = baseline, []
-    while not best.complete and len(best.suspects) < MOST_ACCEPTED:
-        known = {suspect.label for suspect in best.suspects}
-        left = [suspect for suspect in suspects if suspect.label not in known]
-        step = _round(bench, best, left, say)
-        steps.append(step)
-        if step.accepted is None:
+    """Rounds until nothing is left over, or no suspect removes enough of it; then shapes without a name.
+
+    `screening` is the baseline's.
+    """
+    best, steps = baseline, [_round(bench, baseline, screening, say)]
+    while (accepted := steps[-1].accepted) is not None:
+        best = accepted
+        if best.complete or len(best.suspects) >= MOST_ACCEPTED:
             break
-        best = step.accepted
+        known = {suspect.label for suspect in best.suspects}
+        say("screening the suspects")
+        left = [suspect for suspect in suspects if suspect.label not in known]
+        steps.append(_round(bench, best, screen(best.early.problem, best.early.x, left), say))
     best = _needed(bench, best, say)
     named = [step.accepted for step in steps if step.accepted]
     unnamed = _unnamed(bench, baseline, named, best, say, general)
     chosen = _choice([trial for trial in unnamed if _replaces(trial, best)], best, bench.later)
-    return Selection(baseline, tuple(steps), chosen or best, unnamed)
+    final = chosen or best
+    if not final.finished:
+        say("fitting the final model")
+        final = bench.finish(final.suspects, final.early, final.rough)
+    return Selection(baseline, tuple(steps), final, unnamed)
 
 
-def _round(bench: Bench, best: Trial, suspects: Sequence[Suspect], say: Say) -> Step:
+def _round(bench: Bench, best: Trial, screening: Screening, say: Say) -> Step:
     """The most promising; further ones if none explains everything; what the winner is confused with."""
-    say("screening the suspects")
-    screening = screen(best.early.problem, best.early.x, suspects)
     share = bench.later if best.suspects else LEAST_GAIN
     ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
@@ -134,12 +154,12 @@ def _unnamed(
 
 def _replaces(trial: Trial, best: Trial) -> bool:
     """Whether what has no name may stand for names: only where it explains clearly more."""
-    return not best.complete or best.excess - trial.excess > AS_NEAR
+    return not best.complete or best.squares - trial.squares > AS_NEAR
 
 
 def _rank(trial: Trial) -> tuple[bool, float, float]:
     """What explains everything first, and of that what says least."""
-    return not trial.complete, len(trial.suspects) if trial.complete else 0, trial.excess
+    return not trial.complete, len(trial.suspects) if trial.complete else 0, trial.squares
 
 
 def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
@@ -147,7 +167,7 @@ def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
     enough = [
         trial
         for trial in trials
-        if best.excess - trial.excess >= max(CLEARLY, share * best.excess)
+        if best.squares - trial.squares >= max(CLEARLY, share * best.excess)
         and all(trial.clear(suspect) for suspect in trial.suspects)
     ]
     if not enough:
@@ -157,7 +177,7 @@ def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
         trial
         for trial in enough
         if _rank(trial)[:2] == _rank(first)[:2]
-        and trial.excess - first.excess < AS_NEAR
+        and trial.squares - first.squares < AS_NEAR
         and not any(suspect.unlikely for suspect in trial.suspects)
     ]
     return first if first in likely or not likely else min(likely, key=_rank)
@@ -185,7 +205,7 @@ def _needed(bench: Bench, best: Trial, say: Say) -> Trial:
         if len(best.suspects) > 1:
             say(f"checking whether {suspect.label} is needed")
             trial = bench.without(suspect, best)
-            if trial.complete or trial.excess <= best.excess + CLEARLY:
+            if trial.complete or trial.squares <= best.squares + CLEARLY:
                 best = trial
     return best
 

@@ -28,6 +28,10 @@ MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
 NEAR, MOVES = 1e-3, 12
 """A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
+FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
+LESS = 0.95
+"""Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
+be quicker than the model without it."""
 CLEAR = 3.0
 """An amplitude is there if it lies this many of its standard deviations from its quiet value."""
 
@@ -40,7 +44,7 @@ class Trial:
     found: Found
     knowledge: Knowledge
     judged: tuple[Judged, ...]
-    """On every recording, held out or not."""
+    """On every recording if it is finished, else on those held out."""
     rough: float
     """−ln posterior after the tempered stages, with their weights: trials compare by it."""
     finished: bool
@@ -60,8 +64,7 @@ class Trial:
     @cached_property
     def left_over(self) -> float:
         """Mean square over all held-out samples, in units of the sensors' noise."""
-        samples = sum(found.samples for found in self.held_out)
-        return sum(found.samples * found.mean_square for found in self.held_out) / samples
+        return self.squares / sum(found.samples for found in self.held_out)
 
     @cached_property
     def worst(self) -> Judged:
@@ -71,6 +74,11 @@ class Trial:
     def complete(self) -> bool:
         """Whether nothing is left over in any channel of any recording held out."""
         return all(found.explained for found in self.held_out)
+
+    @cached_property
+    def squares(self) -> float:
+        """Sum of squares on recordings held out."""
+        return sum(found.samples * found.mean_square for found in self.held_out)
 
     @cached_property
     def excess(self) -> float:
@@ -138,7 +146,7 @@ class Bench:
         ends = [(suspects, *self.rough(suspects, stages=ROUGH[:1])) for suspects in several]
         suspects, first, _ = min(ends, key=lambda end: end[2])
         found, cost = self._searched(first.problem, first.x, ROUGH[1:])
-        return suspects, replace(found, evaluations=found.evaluations + first.evaluations), cost
+        return suspects, _after(first, found), cost
 
     def _searched(self, problem: Problem, x: Floats, stages: tuple[Stage, ...]) -> tuple[Found, float]:
         found = search(problem, x, self.sensors, stages, self.progress)
@@ -153,9 +161,25 @@ class Bench:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
         clearly = self.stop(suspects, found, rough).worst.mean_square >= MISFIT
         fine = search(found.problem, found.x, self.sensors, SETTLING if clearly else FINE, self.progress)
-        evaluations = found.evaluations + fine.evaluations
-        done = replace(fine, evaluations=evaluations)
-        return self._judged(suspects, done, rough, early=found, finished=True)
+        trial = self._judged(suspects, _after(found, fine), rough, early=found, finished=True)
+        return trial if clearly or trial.complete else self._finer(trial)
+
+    def _finer(self, trial: Trial) -> Trial:
+        """The same with shorter substeps, if what is left over is the simulation's own error."""
+        problem = trial.found.problem.weighted(trial.found.problem.sigma, FINEST.substeps)
+        exact = self._judged(
+            trial.suspects,
+            replace(trial.found, problem=problem),
+            trial.rough,
+            early=trial.early,
+            finished=True,
+        )
+        if exact.worst.mean_square > LESS * trial.worst.mean_square:
+            return trial
+        found = search(problem, trial.found.x, self.sensors, (FINEST,), self.progress)
+        return self._judged(
+            trial.suspects, _after(trial.found, found), trial.rough, early=trial.early, finished=True
+        )
 
     def without(self, suspect: Suspect, trial: Trial) -> Trial:
         """The same trial without one of its suspects, from where it ended."""
@@ -175,6 +199,9 @@ class Bench:
         self, suspects: Sequence[Suspect], found: Found, rough: float, *, early: Found, finished: bool
     ) -> Trial:
         everyone = _with(self.everyone, suspects).weighted(found.problem.sigma, found.problem.substeps)
+        if not finished:  # where it stands, only those held out tell
+            held = tuple(one for one in everyone.samples if one.recording.role == "validate")
+            everyone = everyone.over(held or everyone.samples)
         with one_thread():
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]
@@ -193,6 +220,11 @@ def _left_at(weights: Mapping[str, float], judged: Sequence[Judged], sensors: Ma
     scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
     square = sum(found.samples * found.mean_square * scale[found.channel] ** 2 for found in held)
     return square / sum(found.samples for found in held)
+
+
+def _after(before: Found, found: Found) -> Found:
+    """With the evaluations of both searches."""
+    return replace(found, evaluations=before.evaluations + found.evaluations)
 
 
 def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:

@@ -62,7 +62,7 @@ class Judged:
     """(samples,) residual in units of noise, measured less simulated."""
 
     independent: float = 1.0
-    """Share of the samples whose noise is independent."""
+    """Share of the samples whose noise is independent: an encoder at rest is rounded once."""
     blocks: int = 1
     """How many stretches of the recording err independently."""
 
@@ -187,11 +187,19 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
                 whiteness,
                 seen.rows,
                 left,
-                sensor.independent,
+                _stretches(seen.values) / len(left) if sensor.count else sensor.independent,
                 sample.recording.blocks,
             )
         )
     return judged
+
+
+def _stretches(values: Floats) -> float:
+    """Of how many samples with independent rounding the mean is as good: n²/Σ l², l the lengths of the
+    stretches in which the reading stands still."""
+    ends = np.flatnonzero(np.diff(values) != 0.0)
+    lengths = np.diff(np.r_[-1, ends, len(values) - 1])
+    return float(len(values) ** 2 / np.sum(lengths**2.0))
 
 
 def ljung_box(residual: Floats, lags: int = LAGS) -> float | None:

@@ -188,9 +188,8 @@ class LeastSquares(ABC):
 
     def _each(self, x: Floats, use: Callable[[Sample, Floats, Floats, Floats], T]) -> Iterator[T]:
         theta = x[: len(self.unknowns)]
-        chain = block_diag(
-            *(unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True))
-        )
+        columns = [unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True)]
+        chain = block_diag(np.zeros((0, 0)), *columns)
         runs = self._simulate(x, derivatives=True)
         with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
             yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)

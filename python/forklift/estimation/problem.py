@@ -7,7 +7,7 @@ offset if that is free. All else is as `forklift.estimation.least_squares` has i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -107,6 +107,17 @@ class Problem(LeastSquares):
             _read(sample.recording.time_s, run, readings, len(names) if derivatives else 0)
             for sample, run in zip(self.samples, runs, strict=True)
         ]
+
+    def held(self, x: Floats, amplitude: str | None) -> tuple[Problem, Floats]:
+        """All of the truck held at x but the amplitude, and the same place: so much is cheaper to
+        differentiate."""
+        kept = [
+            k
+            for k, unknown in enumerate(self.unknowns)
+            if unknown.name == amplitude or isinstance(unknown, Reading)
+        ]
+        problem = replace(self, truck=self.truck_at(x), unknowns=tuple(self.unknowns[k] for k in kept))
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :]])
 
     def truck_at(self, x: Floats, source: str = "fit") -> Truck:
         """The truck at x; its moved values carry `source`.

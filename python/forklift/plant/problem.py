@@ -25,6 +25,8 @@ STEP = 1e-4
 """Of the difference quotients, in standard deviations of a prior."""
 LEAST_NOISE = 1e-6
 """No sensor is taken to be better than this share of its range."""
+USUAL = 8
+"""Substeps of the engine's stages that stand for the plant's own steps."""
 CORRELATED = 16
 """Residuals may be correlated over one in so many of a recording's samples."""
 
@@ -71,6 +73,13 @@ class PlantProblem(LeastSquares):
             unknowns=(*self.unknowns, *more),
             values_at={**self.values_at, **values},
         )
+
+    def held(self, x: Floats, amplitude: str | None) -> tuple[PlantProblem, Floats]:
+        """All parameters held at x but the amplitude, and the same place: so much is cheaper to
+        differentiate."""
+        kept = [k for k, unknown in enumerate(self.unknowns) if unknown.name == amplitude]
+        problem = replace(self, values_at=self.parameters(x), unknowns=tuple(self.unknowns[k] for k in kept))
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :]])
 
     def parameters(self, x: Floats) -> dict[str, float]:
         """All shared numbers at x, by name."""
@@ -130,7 +139,7 @@ class PlantProblem(LeastSquares):
             start[state.name] = self._begins(state, flat, which, lanes)
         p = flat
         time, u = self._driven(which, lanes, flat)
-        said, seen = run(self.machine, time, u, start, p)
+        said, seen = run(self.machine, time, u, start, p, finer=max(1, self.substeps // USUAL))
         return [self._one(k, row, lanes, time, said, seen, flat, moved[row]) for row, k in enumerate(which)]
 
     def _begins(self, state: State, p: Mapping[str, Floats], which: Sequence[int], lanes: int) -> Floats:

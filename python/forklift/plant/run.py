@@ -64,7 +64,13 @@ class Machine:
 
 
 def run(
-    machine: Machine, time: Floats, u: Values, start: Values, p: Values, push: Push | None = None
+    machine: Machine,
+    time: Floats,
+    u: Values,
+    start: Values,
+    p: Values,
+    push: Push | None = None,
+    finer: int = 1,
 ) -> tuple[dict[str, Floats], dict[str, Floats]]:
     """Outputs and the variables of every moment, each (times, lanes).
 
@@ -78,6 +84,8 @@ def run(
         States at the start, (lanes,).
     p
         Parameters, (lanes,) or numbers.
+    finer
+        By how much shorter the integrator's steps are than the plant has them.
 
     Raises
     ------
@@ -86,7 +94,7 @@ def run(
     """
     shape = time.shape
     with np.errstate(all="ignore"):
-        states = _integrate(machine, time, u, start, p, push) if machine.states else {}
+        states = _integrate(machine, time, u, start, p, push, finer) if machine.states else {}
         pushed = {}
         if push:
             pushed = dict(push(time))
@@ -107,7 +115,7 @@ def run(
 
 
 def _integrate(
-    machine: Machine, time: Floats, u: Values, start: Values, p: Values, push: Push | None
+    machine: Machine, time: Floats, u: Values, start: Values, p: Values, push: Push | None, finer: int
 ) -> dict[str, Floats]:
     names = [state.name for state in machine.states]
     least = np.array([state.lower for state in machine.states])[:, None]
@@ -130,7 +138,7 @@ def _integrate(
 
     path[0] = x
     steps = np.diff(time, axis=0)
-    substeps = np.maximum(1, np.ceil(steps.max(axis=1) / machine.plant.max_dt - 1e-9).astype(int))
+    substeps = finer * np.maximum(1, np.ceil(steps.max(axis=1) / machine.plant.max_dt - 1e-9).astype(int))
     for k, step in enumerate(steps):
         count = int(substeps[k])
         h = step / count

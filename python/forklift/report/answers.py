@@ -1,0 +1,281 @@
+"""The first screen of a diagnosis: what a reader asks first, each answered in a few words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from forklift import operation
+from forklift.diagnosis_files import TELLING
+from forklift.estimation.judgement import AT_NOISE
+from forklift.report import words
+from forklift.report.blocks import Fact
+
+if TYPE_CHECKING:
+    from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.causes import Cause
+
+
+ENTERED = ("sensor", "parameter")
+"""Kinds of cause that are not put right in the curves: they are none of the machine's."""
+AS_LITTLE = 1.05
+"""A rival that leaves no more than this many times what the cause leaves explains as much."""
+
+
+def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
+    """What is wrong, where, how sure, how much, what it improves, what else it could be, what to do next."""
+    if found.unexcited:
+        return _unexcited(found, told)
+    what = [] if found.causes else [_nothing(found, told), _tested(told)]
+    for cause, row in zip(found.causes, told["causes"], strict=True):
+        what += [_what(cause, row), _sure(cause, row)]
+    where = [_where(told)] if told["location"] else []
+    return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(found, told)]
+
+
+def _unexcited(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
+    """Where nothing moves, nothing can be told, and it is no good news."""
+    return [
+        Fact("What is wrong?", "It cannot be told.", [words.prose(found.unexcited)]),
+        Fact(
+            "What could it be?",
+            f"Any of {len(told['untestable'])} suspects, or nothing",
+            ["These recordings tell nothing of any of them: see Doubts."],
+        ),
+        Fact(
+            "What to record next?", "Lowerings that move a lift.", ["At several currents, loads and speeds."]
+        ),
+    ]
+
+
+def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
+    judged = len({one.file for one in found.final.held_out})
+    worst = told["left_over"]["worst_before"]
+    if told["verdict"] == "no-mismatch":
+        return Fact(
+            "What is wrong?",
+            "Nothing that these recordings show.",
+            [
+                f"With its parameters fitted, the truck explains all {judged} recordings that it was not "
+                f"fitted on. At worst one signal is left with {words.number(worst)} {words.NOISE}; up to "
+                f"about {AT_NOISE:g} counts as explained."
+            ],
+        )
+    return Fact(
+        "What is wrong?",
+        "Something that has no name yet.",
+        ["No effect of the catalogue, no sensor and no condition entered wrongly explains the difference."],
+    )
+
+
+def _tested(told: Mapping[str, Any]) -> Fact:
+    """How sure one may be that nothing is amiss, or that something is."""
+    tests = told["deficient"]["after"]["tests"]
+    failed = sum(test["failed"] for test in tests)
+    if not failed:
+        return Fact(
+            "How sure is that?",
+            f"All {len(tests)} tests pass",
+            [
+                "What is left over has the size of the sensors' noise, is as random, and depends on nothing "
+                "that was measured. A complete model passes all of them 99 times in 100."
+            ],
+        )
+    return Fact(
+        "How sure is that?",
+        f"{failed} of {len(tests)} tests fail",
+        ["They ask whether what is left over is noise alone: see Doubts. A complete model passes all of them "
+         "99 times in 100."],
+    )  # fmt: skip
+
+
+def _what(cause: Cause, row: Mapping[str, Any]) -> Fact:
+    sizes = []
+    for one in row["parameters"][:1] if row["kind"] != "unknown" else ():
+        value, lower, upper = words.size(one["value"], one["lower"], one["upper"])
+        unit = words.printed(one["unit"])
+        sizes.append(
+            f"{value} {unit} ({100 * one['level']:g} % interval {lower} to {upper})".replace("  ", " ")
+        )
+    name = words.suspect(cause.suspect)
+    return Fact(
+        f"What is wrong{', and how much' if sizes else ''}?",
+        words.capital(name),
+        [
+            *([words.sentence(cause.suspect, row["parameters"])] if sizes else []),
+            *(f"Size: {size}." for size in sizes),
+            *(
+                ["It has no name in the catalogue; its curve is drawn below."]
+                if row["kind"] == "unknown"
+                else []
+            ),
+        ],
+    )
+
+
+def _where(told: Mapping[str, Any]) -> Fact:
+    location = told["location"]
+    where = words.EQUATIONS[location["equation"]]
+    details = [f"It shows most in the {words.signal(location['signal'])}."]
+    telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
+    details += [
+        "Found without knowing any cause: something unseen acts on the "
+        f"{words.place(told['unknown_inputs'][0]['port'])[0]}, and {100 * one['explained']:.0f} % of it is a "
+        f"function of the {operation.words(one['variable'], 'main')[0]}."
+        for one in telling
+    ]
+    lift = "" if location["equation"] == "operating-point" else f"{words.lifts(location['lift'])}: "
+    return Fact("Where?", words.capital(f"{lift}{where}"), details)
+
+
+def _sure(cause: Cause, row: Mapping[str, Any]) -> Fact:
+    question = f"How sure is “{cause.suspect.name}”?"
+    if not cause.suspect.amplitude and row["kind"] == "sensor":
+        return Fact(
+            question,
+            "It is seen in the samples themselves",
+            [
+                "The signal stands still while the command moves, which no working sensor does; these "
+                "samples were left out of everything below."
+            ],
+        )
+    share = 100.0 * row["credibility"]
+    if row["form"] != "complete":
+        law = (
+            "Its law is uncertain: the place is right, but something is left over, or only a curve without a "
+            "name explains it."
+        )
+    elif row["kind"] in ENTERED:
+        law = "With it nothing but the sensors' noise is left over."
+    else:
+        law = (
+            "Nothing but the sensors' noise is left over: its law is right, as far as these recordings tell."
+        )
+    draws = (
+        f"The recordings held out were drawn anew at random many times; in {share:.0f} % of the draws this "
+        "explains them better than everything else that was tried."
+        if cause.rivals
+        else "No rival came near enough to be tried."
+    )
+    alike = [words.suspect(one) for one in cause.not_separable_from]
+    if alike:
+        return Fact(
+            question,
+            f"Not sure: it cannot be told from {_listed(alike)}",
+            [
+                f"Credibility {row['credibility']:.2f} of 1. {draws}",
+                "Each of them leaves nothing but the sensors' noise over.",
+            ],
+        )
+    return Fact(question, f"Credibility {row['credibility']:.2f} of 1", [draws, law])
+
+
+def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
+    left, gain = told["left_over"], told["fit_summary"].get("validate")
+    if not found.final.suspects:
+        answer = "There is nothing to gain." if told["verdict"] == "no-mismatch" else "Nothing was added."
+        fit = (
+            f"The velocity fits to {gain['nrmse_before']:.1f} % (NRMSE) on recordings held out."
+            if gain
+            else ""
+        )
+        return Fact("How much better does the model get?", answer, [fit] if fit else [])
+    details = [
+        f"What is left over falls in the worst signal from {words.number(left['worst_before'])} to "
+        f"{words.number(left['worst_after'])} {words.NOISE}, and on average from "
+        f"{words.number(left['before'])} to {words.number(left['after'])}."
+    ]
+    if not gain or any(cause.suspect.kind in ENTERED for cause in found.causes):
+        return Fact(
+            "How much better does the model get?",
+            f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}",
+            [
+                *details,
+                "The curves and fits of the velocity below are the truck's own: what a sensor reads wrongly, "
+                "or was entered wrongly, is not put right in them.",
+            ][: 2 if gain else 1],
+        )
+    return Fact(
+        "How much better does the model get?",
+        f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
+        [
+            f"A gain of {gain['gain']:.2f} points (NRMSE; 95 % interval {gain['gain_lower']:.2f} to "
+            f"{gain['gain_upper']:.2f}) on recordings it was not fitted on; 100 % is perfect.",
+            *details,
+        ],
+    )
+
+
+def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
+    question = "What could it be instead?"
+    alike = dict.fromkeys(words.suspect(one) for cause in found.causes for one in cause.not_separable_from)
+    if alike:
+        return Fact(
+            question,
+            f"{words.capital(' or '.join(alike))}: these recordings cannot tell.",
+            ["These explain the recordings held out as well, and are not ruled out."],
+        )
+    rivals = sorted(
+        (
+            (left, share, names)
+            for cause in found.causes
+            for names, share, left in cause.rivals
+            if words.suspect(cause.suspect) not in map(words.suspect, names)  # the cause and more
+        ),
+        key=lambda one: one[0],
+    )
+    untestable = len(told["untestable"])
+    open_ = (
+        [f"Of {untestable} other suspects these recordings can tell nothing: see Doubts."]
+        if untestable
+        else []
+    )
+    if not rivals:
+        none = "Nothing else was needed." if told["verdict"] == "no-mismatch" else "Nothing else was tried."
+        return Fact(question, none, open_)
+    left, share, names = rivals[0]
+    nearest = " and ".join(words.suspect(one) for one in names)
+    as_little = left <= AS_LITTLE * told["left_over"]["after"]
+    return Fact(
+        question,
+        f"{words.capital(nearest)} explains as much."
+        if as_little
+        else "Nothing that was tried explains it as well.",
+        [
+            f"Nearest: {nearest}, which leaves {words.number(left)} {words.NOISE}, with a credibility of "
+            f"{share:.2f}.",
+            *open_,
+        ],
+    )
+
+
+def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
+    question, proposed = "What to record next?", told["next_recording"]
+    alike = [words.suspect(one) for cause in found.causes for one in cause.not_separable_from]
+    uncertain = bool(found.causes) and not found.final.complete
+    if proposed is None:
+        if alike or uncertain:
+            return Fact(
+                question,
+                "No recording would settle it.",
+                ["None that this machine can make would tell the explanations apart: see Next recording."],
+            )
+        return Fact(question, "Nothing more is needed.", [words.prose(told["next_recording_why"])])
+    if alike:
+        why = f"It would tell the cause from this: {_listed(alike)}."
+    elif uncertain:
+        why = "It would tell the cause from what comes nearest to it."
+    elif found.causes:
+        why = "It would tell the size of the cause more closely."
+    else:
+        why = words.prose(told["next_recording_why"])
+    return Fact(
+        question,
+        f"{words.capital(words.lifts(proposed['lift']))}, {proposed['load_kg']:g} kg, "
+        f"oil at {proposed['oil_temperature_degc']:.0f} °C",
+        [why, f"The command is in {proposed['command']}, beside this page."],
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " or ".join(f"“{name}”" for name in dict.fromkeys(names))

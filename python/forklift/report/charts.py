@@ -1,0 +1,193 @@
+"""Small drawings, each of one kind of number."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from forklift import operation, unknown_ports
+from forklift.estimation.knowledge import QUANTILE
+from forklift.report.blocks import Bars, Figure, Panel
+from forklift.report.traces import numbers
+from forklift.report.words import capital, drawn, number, place, printed
+
+if TYPE_CHECKING:
+    from forklift.candidates import NextRecording
+    from forklift.estimation.knowledge import Knowledge
+    from forklift.report.law import Against
+
+ROW_PX = 17
+"""Height of a row of the correlations."""
+
+
+def law(port: str, found: Sequence[Against], own: bool) -> Figure:
+    """The unknown input against each variable, with its band and what the final model has there.
+
+    `own`: whether the place is that of the cause that was named.
+    """
+    where, unit, scale = place(port)
+    lift = unknown_ports.lift_of(port) or "main"
+    return Figure(
+        f"What the recordings ask for: {where}",
+        "Dots: what has to act there, moment by moment, for the fitted truck to follow the recordings, "
+        "without knowing any cause. Dotted line and band: the same as a function of one variable, with its "
+        "95 % interval. Solid line: what the final model has there. Where the lines lie on each other, the "
+        "cause that was named has the right law."
+        + ("" if own else " No single place stands for that cause; of those there are, this explains most."),
+        [_against(one, unit, scale, *operation.words(one.variable, lift)) for one in found],
+        height=400,
+        choose="Against",
+    )
+
+
+def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str) -> Panel:
+    its_unit, its_scale = drawn(its_unit)
+    at = numbers(its_scale * one.at)
+    curve = scale * one.curve
+    data: list[dict[str, Any]] = [
+        {
+            "type": "scatter", "mode": "markers", "name": "asked for, moment by moment",
+            "x": numbers(its_scale * one.values), "y": numbers(scale * one.found), "hoverinfo": "skip",
+            "marker": {"size": 4, "color": "@measured", "opacity": 0.35},
+        }
+    ]  # fmt: skip
+    if np.isfinite(one.band).all():
+        data.append(
+            {
+                "type": "scatter", "mode": "lines", "name": "95 % of the curve", "x": at + at[::-1],
+                "y": numbers(curve + scale * one.band) + numbers((curve - scale * one.band)[::-1]),
+                "fill": "toself", "fillcolor": "@band", "line": {"width": 0}, "hoverinfo": "skip",
+            }
+        )  # fmt: skip
+    data.append(_line("asked for, as a function", at, numbers(curve), "@before", "dot"))
+    if one.law is not None:
+        data.append(_line("what the final model has there", at, numbers(scale * one.law), "@after", "solid"))
+    axis = f"{capital(variable)} [{its_unit}]" if its_unit else capital(variable)
+    layout = {
+        "xaxis": {"title": {"text": axis}},
+        "yaxis": {
+            "title": {"text": unit},
+            "exponentformat": "power",
+            "range": [scale * end for end in _range(one)],
+        },
+        "showlegend": True,
+    }
+    return Panel(f"{variable} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
+
+
+def _range(one: Against) -> list[float]:
+    """The curves and all but the wildest moments."""
+    low, high = np.quantile(one.found, [0.01, 0.99]) if len(one.found) else (0.0, 0.0)
+    lines = [one.curve] + ([] if one.law is None else [one.law])
+    low, high = min(low, *(line.min() for line in lines)), max(high, *(line.max() for line in lines))
+    return [float(low - 0.1 * (high - low)), float(high + 0.1 * (high - low))]
+
+
+def _line(name: str, x: Sequence[Any], y: Sequence[Any], colour: str, dash: str) -> dict[str, Any]:
+    return {
+        "type": "scatter", "mode": "lines+markers", "name": name, "x": x, "y": y,
+        "line": {"color": colour, "width": 2.5, "dash": dash},
+        "marker": {"size": 6, "symbol": "circle" if dash == "solid" else "x"},
+        "hovertemplate": "%{y:.3g}",
+    }  # fmt: skip
+
+
+def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
+    """What explanations leave over: name, mean square, and ``before``, ``after`` or ``rival``."""
+    ends = [*(max(value, 1e-3) for _, value, _ in rows), 1.0]
+    low, high = np.log(0.5 * min(ends)), np.log(max(*ends, 2.0))
+
+    def at(value: float) -> float:
+        return round(float(100.0 * (np.log(max(value, 1e-3)) - low) / (high - low)), 1)
+
+    return Bars(
+        "What each explanation leaves over",
+        note,
+        [(name, number(value), at(value), kind) for name, value, kind in rows],
+        at(1.0),
+        "noise alone",
+    )
+
+
+def command(proposed: NextRecording) -> Figure:
+    """The currents of a recording that should be made."""
+    currents = {"free": proposed.command.current_free_a, "main": proposed.command.current_main_a}
+    time = numbers(proposed.command.time_s)
+    data = [
+        {
+            "type": "scatter", "mode": "lines", "name": f"{lift} lift", "x": time, "y": numbers(current),
+            "line": {"color": colour, "width": 2, "dash": dash}, "hovertemplate": "%{y:.3g} A",
+        }
+        for (lift, current), colour, dash in zip(
+            currents.items(), ("@after", "@before"), ("solid", "dot"), strict=True
+        )
+        if np.any(current)
+    ]  # fmt: skip
+    layout = {
+        "xaxis": {"title": {"text": "Time [s]"}},
+        "yaxis": {"title": {"text": "Current [A]"}},
+        "showlegend": len(data) > 1,
+    }
+    return Figure("The command to record", "", [Panel("", data, layout)], height=260)
+
+
+def profile(name: str, unit: str, values: Any, rise: Any, normal: Any, interval: str) -> Figure:
+    """How much worse everything fits with one parameter held."""
+    level = QUANTILE**2
+    x = numbers(values)
+    curves = (("profile", rise, "@after", "solid"), ("parabola", normal, "@measured", "dot"))
+    data = [
+        {
+            "type": "scatter", "mode": "lines", "name": label, "x": x, "y": numbers(curve),
+            "line": {"color": colour, "width": 2, "dash": dash, "shape": "spline"},
+            "hovertemplate": "%{y:.3g}",
+        }
+        for label, curve, colour, dash in curves
+    ]  # fmt: skip
+    layout = {
+        "xaxis": {"title": {"text": f"{name} [{printed(unit) or '1'}]"}},
+        "yaxis": {"title": {"text": "Rise of −2 ln posterior"}},
+        "showlegend": True,
+        "shapes": [
+            {
+                "type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": level, "y1": level,
+                "line": {"color": "@soft", "width": 1, "dash": "dash"},
+            }
+        ],
+    }  # fmt: skip
+    note = (
+        f"{interval}. How much worse everything fits with {name} held and all else fitted anew; dotted: the "
+        "parabola that the intervals in the table assume. The dashed level bounds 95 %."
+    )
+    return Figure(f"Profile of {name}", note, [Panel("", data, layout)])
+
+
+def correlations(names: Sequence[str], known: Knowledge) -> Figure:
+    """Of the estimates' errors."""
+    matrix = [[round(v, 2) if np.isfinite(v) else None for v in row] for row in known.correlation.tolist()]
+    places = [str(k + 1) for k in range(len(names))]
+    trace = {
+        "type": "heatmap", "z": matrix, "x": places,
+        "y": [f"{name}  {k}" for name, k in zip(names, places, strict=True)],
+        "customdata": [[[row, column] for column in names] for row in names],
+        "hovertemplate": "%{customdata[0]}<br>%{customdata[1]}<br>%{z:.2f}<extra></extra>",
+        "zmin": -1, "zmax": 1, "xgap": 1, "ygap": 1,
+        "colorscale": [[0, "@before"], [0.5, "@panel"], [1, "@after"]],
+        "colorbar": {"thickness": 8, "len": 0.5, "y": 1, "yanchor": "top", "outlinewidth": 0,
+                     "tickvals": [-1, 0, 1]},
+    }  # fmt: skip
+    plain = {"showgrid": False, "zeroline": False, "type": "category", "fixedrange": True}
+    layout = {
+        "hovermode": "closest",
+        "dragmode": False,
+        "xaxis": plain | {"tickangle": 0, "tickfont": {"size": 9}},
+        "yaxis": plain | {"autorange": "reversed", "dtick": 1, "tickfont": {"size": 10}},
+    }
+    note = (
+        "Of the estimates' errors. Near 1 or −1, two parameters are known together only: as a difference or "
+        "a sum, a ratio or a product. Columns carry the rows' numbers."
+    )
+    return Figure("Correlations", note, [Panel("", [trace], layout)], 60 + ROW_PX * len(names),
+                  260 + 12 * len(names))  # fmt: skip

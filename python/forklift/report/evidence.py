@@ -1,0 +1,189 @@
+"""The evidence for a diagnosis, in pictures first and in numbers below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from forklift.effects import EFFECTS
+from forklift.report import charts, heat, law, parameters, words
+from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
+from forklift.report.gains import every_fit, gains, validation
+from forklift.report.traces import HOW_TO_READ, place, replays
+from forklift.suspects import effect_specs
+from forklift.tables import mean_square, percent, share
+
+if TYPE_CHECKING:
+    from forklift.diagnose import Diagnosis
+
+NOT_PUT_RIGHT = (
+    "The curves are the truck's own: what a sensor reads wrongly, or was entered wrongly, is not put right "
+    "in them, but in what is said to be left over."
+)
+TELLING = 0.05
+"""A variable that explains less than this share of the input is not worth a drawing."""
+
+
+def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
+    """Everything that speaks for the verdict."""
+    changed = bool(found.final.suspects)
+    blocks: list[Block] = [
+        explorer(found, changed),
+        _heat(found, changed),
+        *_law(found),
+        *_added(found),
+        *_rivals(found, told),
+        *_places(told),
+        *(gains(found.before, found.after) if changed else validation(found.after)),
+        _shares(told),
+        every_fit(told["fit"], ["_before", "_after"] if changed else ["_after"]),
+        *parameters.diagnosed(found, told["parameters"]),
+    ]
+    lead = (
+        "Before is the truck with its parameters fitted to these recordings as well as can be; after is the "
+        "same with what was found, fitted anew. Both were fitted on some of the recordings only; what counts "
+        "are the others, held out."
+        if changed
+        else "The truck with its parameters fitted to some of the recordings; what counts are the others, "
+        "held out. Nothing was added to it."
+    )
+    return Section("evidence", "Evidence", lead, blocks)
+
+
+def explorer(found: Diagnosis, changed: bool) -> Explorer:
+    """Every recording before and after, where it differs most first."""
+    known = {(row["file"], row["channel"]): row for row in _fits(found)}
+    left = [
+        {(one.file, one.channel): one.mean_square for one in trial.judged}
+        for trial in (found.baseline, found.final)
+    ]
+
+    def note(file: str, channel: str) -> str:
+        row = known.get((file, channel))
+        said = []
+        if row and row["before"] is not None:
+            both = [percent(row["before"]), *([percent(row["after"])] if changed else [])]
+            said.append(f"fit {' → '.join(both)} % (NRMSE)")
+        squares = [mean_square(side[file, channel]) for side in left if (file, channel) in side]
+        if squares:
+            said.append(f"left over {' → '.join(squares if changed else squares[:1])} times the noise")
+        return "; ".join(said)
+
+    misread = any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes)
+    sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
+    recordings = replays(sides, note)
+    return Explorer(
+        "Measured, before and after" if changed else "Measured and simulated",
+        f"{HOW_TO_READ} {NOT_PUT_RIGHT}" if misread else HOW_TO_READ,
+        list(sides),
+        recordings,
+        place(recordings, found.baseline.worst.file, found.baseline.worst.channel),
+    )
+
+
+def _fits(found: Diagnosis) -> Iterator[dict[str, Any]]:
+    after = {(r["file"], r["channel"]): r["nrmse_percent"] for r in found.after.fits.iter_rows(named=True)}
+    for row in found.before.fits.iter_rows(named=True):
+        key = row["file"], row["channel"]
+        yield {"file": key[0], "channel": key[1], "before": row["nrmse_percent"], "after": after[key]}
+
+
+def _heat(found: Diagnosis, changed: bool) -> Figure:
+    models = {"before": found.baseline.judged, "after": found.final.judged}
+    return heat.heat(
+        found.campaign,
+        found.start,
+        models if changed else {"": found.final.judged},
+        heat.note_on_noise(),
+    )
+
+
+def _law(found: Diagnosis) -> list[Figure]:
+    """At the place of the cause, if an unknown input can act there, else where the recordings want one."""
+    one = law.place_of(found)
+    drawn = law.against(found, one) if one else []
+    telling = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
+    own = not found.causes or (one is not None and law.is_at(one.port, found.causes[0].suspect))
+    return [charts.law(one.port, telling, own)] if one and telling else []
+
+
+def _added(found: Diagnosis) -> list[Points]:
+    """The equation of each cause that the catalogue knows, how it shows itself, and where it comes from."""
+    effects = {effect.id: effect for effect in EFFECTS}
+    said = []
+    for suspect in dict.fromkeys(cause.suspect for cause in found.causes):
+        if suspect.kind == "physics":
+            spec = effect_specs()[suspect.id]
+            said += [
+                f"{words.capital(words.suspect(suspect))}: {spec['equation']}",
+                f"How it shows itself: {effects[suspect.id].signature}",
+                f"Source: {spec['source']}.",
+            ]
+    return [Points(said, "What was added to the model")] if said else []
+
+
+def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
+    for cause, row in zip(found.causes, told["causes"], strict=True):
+        if not cause.rivals:
+            continue
+        rivals = sorted(cause.rivals, key=lambda one: one[2])
+        name = words.suspect(cause.suspect)
+        after = told["left_over"]["after"]
+        bars = [
+            ("nothing added: the fitted truck", told["left_over"]["before"], "before"),
+            (f"{name}: credibility {row['credibility']:.2f}", after, "after"),
+            *(
+                (
+                    f"{' and '.join(map(words.suspect, suspects))}: credibility {credible:.2f}",
+                    left,
+                    "rival",
+                )
+                for suspects, credible, left in rivals
+            ),
+        ]
+        yield charts.left_over(
+            bars,
+            f"On recordings held out, {words.NOISE}; on a logarithmic scale. Rivals that fell far behind on "
+            "the way were stopped early, so that theirs may be a little too much.",
+        )
+
+
+def _places(told: Mapping[str, Any]) -> list[Table]:
+    if not told["unknown_inputs"]:
+        return []
+    return [
+        Table(
+            "Where an unknown influence would explain most",
+            ["Place", "ln evidence", "Left over"],
+            [
+                [words.place(one["port"])[0], f"{one['ln_evidence']:.0f}", mean_square(one["left_over"])]
+                for one in told["unknown_inputs"]
+            ],
+            [False, True, True],
+            note="Without knowing any cause: an influence that may vary freely in time is put at each place "
+            "in turn. The greater the evidence, the better the recordings are explained; a difference of 5 "
+            "is strong. Left over: mean square in units of the sensors' noise.",
+            folded=True,
+        )
+    ]
+
+
+def _shares(told: Mapping[str, Any]) -> Table:
+    kinds = {
+        "recording": "recording",
+        "signal": "signal",
+        "phase": "phase of the motion",
+        "band": "frequency",
+    }
+    return Table(
+        "What the fitted truck leaves over, shared out",
+        ["By", "Name", "Mean square", "Share of misfit [%]"],
+        [
+            [kinds[one["by"]], one["name"], mean_square(one["mean_square"]), share(one["share"])]
+            for one in told["misfit"]
+        ],
+        [False, False, True, True],
+        note="Of all recordings, those fitted on too. Shares of each kind add up to 100 %; no share: no more "
+        "than chance.",
+        folded=True,
+    )

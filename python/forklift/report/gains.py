@@ -1,0 +1,89 @@
+"""How well each operating point fits, laid out as the thesis's Tables 5.4 and 5.5."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from forklift.compare import validation_change
+from forklift.names import LIFTS, Lift
+from forklift.report.blocks import Table
+from forklift.tables import change_rows, percent, validation_rows
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    import polars as pl
+
+    from forklift.compare import Comparison
+
+FITS = (
+    "100 % is perfect; 0 % is no better than the measured velocity's mean. NMSE and NRMSE are (3.39) and "
+    "(3.40) of the thesis."
+)
+
+
+def gains(before: Comparison, after: Comparison) -> list[Table]:
+    """One table per lift: each operating point's fit of the velocity, before and after."""
+    return [
+        _gain(validation_change(before, after, lift), lift) for lift in LIFTS if len(after.validation(lift))
+    ]
+
+
+def _gain(table: pl.DataFrame, lift: Lift) -> Table:
+    gained = (table["nrmse_percent_after"] - table["nrmse_percent_before"]).to_list()
+    rows = [
+        [*cells[:4], "—" if gain is None else f"{gain:+.1f}", cells[4]]
+        for cells, gain in zip(change_rows(table), gained, strict=True)
+    ]
+    return Table(
+        f"Velocity of the {lift} lift, before → after, laid out as Table {_like(lift)}{_judged(table)}",
+        ["Oil [°C]", "Load [kg]", "Fit (NMSE) [%]", "Fit (NRMSE) [%]", "Gain (NRMSE)", "Recording"],
+        rows,
+        [True, True, True, True, True, False],
+        note=FITS,
+    )
+
+
+def validation(comparison: Comparison) -> list[Table]:
+    """One table per lift: each operating point's fit of the velocity."""
+    return [
+        Table(
+            f"Velocity of the {lift} lift, laid out as Table {_like(lift)}{_judged(table)}",
+            ["Oil [°C]", "Load [kg]", "Fit (NMSE) [%]", "Fit (NRMSE) [%]", "Recording"],
+            validation_rows(table),
+            [True, True, True, True, False],
+            note=FITS,
+        )
+        for lift in LIFTS
+        if len(table := comparison.validation(lift))
+    ]
+
+
+def _like(lift: Lift) -> str:
+    return "5.4" if lift == "free" else "5.5"
+
+
+def _judged(table: pl.DataFrame) -> str:
+    return "" if (table["role"] == "validate").all() else " (no recordings are held out, so all of them)"
+
+
+def every_fit(rows: Sequence[dict[str, Any]], sides: Sequence[str]) -> Table:
+    """Every recording and signal; `sides` are the endings of the columns, ``""`` where there is one."""
+    heads = {side: side.replace("_", " ") if len(sides) > 1 else "" for side in sides}
+    return Table(
+        "Every recording and signal",
+        [
+            "Recording", "Role", "Signal",
+            *(f"{fit}{heads[side]} [%]" for fit in ("NMSE", "NRMSE") for side in sides),
+        ],
+        [
+            [
+                row["file"], row["role"], row["channel"],
+                *(percent(row[f"{fit}{side}"]) for fit in ("nmse", "nrmse") for side in sides),
+            ]
+            for row in rows
+        ],
+        [False, False, False, *[True] * (2 * len(sides))],
+        folded=True,
+    )  # fmt: skip

@@ -1,0 +1,56 @@
+"""Results in a notebook: the verdict and a short table, not the whole page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from forklift.names import LIFTS
+from forklift.report import words
+from forklift.report.gains import gains, validation
+from forklift.report.page import fragment
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from forklift.compare import Comparison
+    from forklift.diagnose import Diagnosis
+    from forklift.fit import Fit
+    from forklift.report.blocks import Table
+
+
+def of_diagnosis(found: Diagnosis) -> str:
+    """The sentence, and each cause with its size and credibility."""
+    told = found.to_dict()
+    rows = []
+    for cause, row in zip(found.causes, told["causes"], strict=True):
+        first = next(iter(row["parameters"]), None)
+        size = "—"
+        if first:
+            value, lower, upper = words.size(first["value"], first["lower"], first["upper"])
+            size = f"{value} {words.printed(first['unit'])} ({lower} to {upper})"
+        rows.append(
+            [words.suspect(cause.suspect), size, f"{row['credibility']:.2f}", row["form"],
+             ", ".join(words.suspect(one) for one in cause.not_separable_from) or "—"]
+        )  # fmt: skip
+    head = ["Cause", "Size (99 % interval)", "Credibility", "Form", "Not separable from"]
+    return _summary([found.sentence], [(head, rows)] if rows else [])
+
+
+def of_fit(fit: Fit) -> str:
+    """The first sentence, and the velocity's fit before and after."""
+    return _summary(fit.verdict[:1], _tables(gains(fit.before, fit.after)))
+
+
+def of_comparison(comparison: Comparison) -> str:
+    """The verdict, and the velocity's fit."""
+    return _summary(comparison.verdict[: len(LIFTS)], _tables(validation(comparison)))
+
+
+def _tables(tables: Sequence[Table]) -> list[tuple[Sequence[str], Sequence[Sequence[object]]]]:
+    return [(table.head, table.rows) for table in tables]
+
+
+def _summary(
+    sentences: Sequence[str], tables: Sequence[tuple[Sequence[str], Sequence[Sequence[object]]]]
+) -> str:
+    return fragment("summary.html", sentences=sentences, tables=tables)

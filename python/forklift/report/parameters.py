@@ -1,0 +1,128 @@
+"""Parameters with their intervals before and after, in numbers and as bars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from forklift.estimation.knowledge import QUANTILE
+from forklift.fit_files import PRIOR_QUANTILE
+from forklift.names import LIFTS, Lift
+from forklift.report.blocks import Bar, Table
+from forklift.report.words import printed
+from forklift.tables import HOW_KNOWN, of_lift
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from forklift.diagnose import Diagnosis
+    from forklift.fit import Fit
+
+
+BEFORE, AFTER = ["Before", "95 % before"], (["Fitted", "95 % interval"], ["After", "95 % after"])
+"""Heads of columns; of what was fitted without a cause, and with one."""
+
+
+def fitted(fit: Fit) -> list[Table]:
+    """One table per lift: what was known before the fit, and what is after it."""
+    bars = dict(zip(fit.parameters["name"], _bars(fit), strict=True))
+    lifts: list[Lift | None] = [*LIFTS, None]
+    tables = []
+    for lift in lifts:
+        rows = [
+            [
+                row["name"], f"{row['start']:.5g}", f"{row['start_lower']:.3g} to {row['start_upper']:.3g}",
+                f"{row['value']:.5g}", f"{row['lower']:.4g} to {row['upper']:.4g}", printed(row["unit"]),
+                HOW_KNOWN[row["told"]], bars[row["name"]],
+            ]
+            for row in of_lift(fit.parameters, lift).iter_rows(named=True)
+        ]  # fmt: skip
+        if rows:
+            tables.append(
+                Table(
+                    f"Parameters of {f'the {lift} lift' if lift else 'the truck'}",
+                    ["Parameter", "Start", "95 % before", "Value", "95 % after", "Unit", "Known", ""],
+                    rows,
+                    [False, True, True, True, True, False, False, False],
+                    note="Bars: thin, 95 % before; thick, 95 % after; upright, the start.",
+                )
+            )
+    return tables
+
+
+def _bars(fit: Fit) -> list[Bar]:
+    """One per name, in the order of `Fit.parameters`."""
+    bars = []
+    for estimate, theta in zip(fit.knowledge.estimates, fit.found.x.tolist(), strict=False):
+        half = QUANTILE * estimate.deviation
+        bar = _bar(
+            (-PRIOR_QUANTILE, PRIOR_QUANTILE),
+            (theta - half, theta + half),
+            f"{estimate.deviation:.2g} of the spread before",
+        )
+        bars += [bar] * len(estimate.unknown.names)
+    return bars
+
+
+def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table]:
+    """One table per lift: the fitted truck's parameters, and the final one's; `rows` as the JSON has them."""
+    bars, changed = _changes(found), bool(found.final.suspects)
+    groups = dict.fromkeys(row["name"].partition(".")[0] for row in rows)
+    order = [*(lift for lift in LIFTS if lift in groups), *(name for name in groups if name not in LIFTS)]
+    tables = []
+    for group in order:
+        own = [row for row in rows if row["name"].partition(".")[0] == group]
+        tables.append(
+            Table(
+                f"Parameters of the {group} lift" if group in LIFTS else f"Further: {group}",
+                ["Parameter", "Start", *BEFORE[: 2 * changed], *AFTER[changed], "Unit", ""],
+                [[*_cells(row, changed), bars[row["name"]]] for row in own],
+                [False, True, *[True] * (4 if changed else 2), False, False],
+                note="Intervals of 95 %. Upright: the start."
+                if not changed
+                else "Before: fitted without what was found; after: with it. Intervals hold if the model is "
+                "right, so those before do not if something was missing. Bars: thin, 95 % before; thick, 95 "
+                "% after; upright, the start.",
+                folded=True,
+            )
+        )
+    return tables
+
+
+def _cells(row: Mapping[str, Any], changed: bool) -> list[str]:
+    cells = [row["name"], f"{row['start']:.5g}"]
+    for when in ("before", "after") if changed else ("after",):
+        known = row[when]
+        cells += (
+            ["—", "—"]
+            if known is None
+            else [f"{known['value']:.5g}", f"{known['lower']:.4g} to {known['upper']:.4g}"]
+        )
+    return [*cells, printed(row["unit"])]
+
+
+def _changes(found: Diagnosis) -> dict[str, Bar]:
+    """By parameter, its intervals in the prior's deviations from the start."""
+    sides: list[dict[str, tuple[float, float]]] = [{}, {}]
+    for side, trial in zip(sides, (found.baseline, found.final), strict=True):
+        for estimate, theta in zip(trial.knowledge.estimates, trial.found.x.tolist(), strict=False):
+            half = QUANTILE * estimate.deviation
+            side[estimate.name] = theta - half, theta + half
+    before, after = sides
+    if not found.final.suspects:
+        before = {}
+    return {
+        name: _bar(before.get(name), after.get(name, before.get(name, (0.0, 0.0))), "")
+        for name in {**before, **after}
+    }
+
+
+def _bar(before: tuple[float, float] | None, after: tuple[float, float], title: str) -> Bar:
+    ends = [*(before or ()), *after, 0.0]
+    least, most = min(ends), max(ends)
+    width = (most - least) or 1.0
+
+    def span(pair: tuple[float, float]) -> tuple[float, float]:
+        return round(100.0 * (pair[0] - least) / width, 1), round(100.0 * (pair[1] - pair[0]) / width, 1)
+
+    return Bar(title, before and span(before), span(after), round(100.0 * (0.0 - least) / width, 1))

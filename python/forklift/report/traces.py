@@ -1,0 +1,129 @@
+"""Recordings signal by signal, measured beside what models say, thinned to what a page can carry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.names import channels, commanded, outputs
+from forklift.report.blocks import Replay, Signal
+from forklift.report.words import SHOWN, capital, lifts, signal
+
+if TYPE_CHECKING:
+    from forklift.compare import Comparison, Prediction
+
+Floats = NDArray[np.float64]
+
+MOST_POINTS = 1000
+"""Of a curve: about as many as a figure has pixels."""
+BUDGET = 320_000
+"""Numbers of all curves of a page together: with 30 recordings it stays below 8 MB, plotly's script too."""
+DIGITS = 5
+"""Of a point: finer than a pixel."""
+
+HOW_TO_READ = (
+    "Above: measured and simulated; in the middle: simulated less measured; below: the command. Drag over a "
+    "stretch to zoom, double-click to see all again, or use the buttons."
+)
+
+Note = Callable[[str, str], str]
+"""What is said of a file's channel."""
+
+
+def replays(sides: Mapping[str, Comparison], note: Note) -> list[Replay]:
+    """Every recording in every comparison, those held out first; `note` by file and channel."""
+    first, *others = sides.values()
+    by_file = [{one.recording.file: one for one in other.predictions} for other in others]
+    together = [[one, *(known[one.recording.file] for known in by_file)] for one in first.predictions]
+    together.sort(key=lambda told: told[0].recording.role != "validate")
+    curves = sum(len(told[0].signals) for told in together) * (2 + len(sides))
+    most = int(np.clip(BUDGET / max(curves, 1), 100, MOST_POINTS))
+    return [_replay(list(sides), told, note, most) for told in together]
+
+
+def place(recordings: Sequence[Replay], file: str, channel: str) -> tuple[int, int]:
+    """Where a file's channel is among them; the first if it is not."""
+    title = capital(signal(channel))
+    for k, one in enumerate(recordings):
+        if one.title == file:
+            names = [shown.title for shown in one.signals]
+            return k, names.index(title) if title in names else 0
+    return 0, 0
+
+
+def conditions(prediction: Prediction) -> str:
+    """Lift, load and oil temperature in words."""
+    recording = prediction.recording
+    return (
+        f"{lifts(recording.lift)}, {recording.load_kg:g} kg on the forks, "
+        f"oil at {prediction.oil_temperature_degc:.0f} °C"
+    )
+
+
+def _replay(sides: Sequence[str], told: Sequence[Prediction], note: Note, most: int) -> Replay:
+    recording = told[0].recording
+    time = recording.time_s
+    signals = []
+    for one in told[0].signals:
+        said = [prediction.signal(one.channel) for prediction in told]
+        simulated = {side: s.simulated for side, s in zip(sides, said, strict=True) if s is not None}
+        signals.append(
+            _signal(one.channel, time, one.measured, simulated, note(recording.file, one.channel), most)
+        )
+    currents = {lift: recording.channels[f"current_{lift}_a"] for lift in commanded(recording.lift)}
+    thin, *kept = decimate(most, time, *currents.values())
+    command = {"x": numbers(thin)} | {
+        lift: numbers(current) for lift, current in zip(currents, kept, strict=True)
+    }
+    group = "Held out" if recording.role == "validate" else "Fitted on"
+    return Replay(recording.file, group, conditions(told[0]), signals, command)
+
+
+def _signal(
+    channel: str, time: Floats, measured: Floats, simulated: Mapping[str, Floats], note: str, most: int
+) -> Signal:
+    unit, scale = shown(channel)
+    curves = {"measured": measured, **simulated}
+    off = [values - measured for values in simulated.values()]  # their peaks are drawn, too
+    thin, *kept = decimate(most, time, *curves.values(), *off)
+    drawn = {name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)}
+    return Signal(capital(signal(channel)), unit, note, {"x": numbers(thin)} | drawn)
+
+
+def shown(channel: str) -> tuple[str, float]:
+    """The unit that a channel is drawn in, and how many of it one of its own is."""
+    _, unit, scale = SHOWN[(outputs() | channels())[channel]["unit"]]
+    return unit, scale
+
+
+def decimate(most: int, time: Floats, *curves: Floats) -> tuple[Floats, ...]:
+    """`time` and `curves`, thinned to about `most` samples that keep each stretch's extremes.
+
+    Curves share the kept samples, so that they can be read against each other.
+    """
+    if len(time) <= most:
+        return (time, *curves)
+    stretches = max(1, most // (2 * len(curves)))
+    width = -(-len(time) // stretches)
+    keep = {0, len(time) - 1}
+    for curve in curves:
+        padded = np.full(-(-len(curve) // width) * width, np.nan)
+        padded[: len(curve)] = curve
+        rows = padded.reshape(-1, width)
+        some = np.isfinite(rows).any(axis=1)
+        begin, known = width * np.flatnonzero(some), rows[some]
+        keep |= set((width * np.flatnonzero(~some)).tolist())
+        keep |= {
+            *(begin + np.nanargmin(known, axis=1)).tolist(),
+            *(begin + np.nanargmax(known, axis=1)).tolist(),
+        }
+    at = np.array(sorted(keep))
+    return (time[at], *(curve[at] for curve in curves))
+
+
+def numbers(values: Floats) -> list[float | None]:
+    """For the page's data: rounded, and None for what is not finite."""
+    return [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values.tolist()]

@@ -1,0 +1,185 @@
+"""Names and numbers as a page says them, to a reader who does not know the engine."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from forklift.effects import EFFECTS, Equation
+from forklift.free_shape import ports
+from forklift.names import LIFTS, channels, outputs
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    from forklift.diagnosis.suspect import Suspect
+
+SHOWN: Mapping[str, tuple[str, str, float]] = {
+    "m/s": ("velocity", "m/s", 1.0),
+    "Pa": ("pressure", "MPa", 1e-6),
+    "m": ("position", "m", 1.0),
+    "A": ("current", "A", 1.0),
+    "degC": ("temperature", "°C", 1.0),
+}
+"""By unit: what the quantity is called, and the unit and scale it is drawn in."""
+
+FAST = "\u00a0"
+"""A space at which no line is broken."""
+HIGH = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+RAISED = str.maketrans("23456", "²³⁴⁵⁶")
+
+EQUATIONS: Mapping[Equation, str] = {
+    "force-balance": "the balance of forces on the cylinder",
+    "friction": "the friction of the cylinder",
+    "cylinder-pressure": "the oil balance of the cylinder, which sets its pressure",
+    "bulk-modulus": "the stiffness of the oil",
+    "valve-dynamics": "how the valve follows its command",
+    "valve-flow": "the flow through the valve",
+    "compensator": "the pressure compensator",
+    "control-volume": "the oil between valve and compensator",
+    "viscosity": "the viscosity of the oil",
+    "tank": "the return to the tank",
+    "mast-coupling": "how the lifts push each other through the mast",
+    "chassis": "the truck's chassis",
+    "sensor": "a sensor, not the machine",
+    "operating-point": "the conditions entered with the recordings, not the machine",
+    "any": "a place that could not be told",
+}
+"""Where in the model something may be wrong."""
+
+GLOSSARY: dict[str, str] = {
+    "Held out": "Recordings that the model was not fitted on (role validate). Only they say how good it is: "
+    "on those it was fitted on, any model can be made to look good.",
+    "Fit": "Of the simulated to the measured velocity. NRMSE is 100 % less the root mean square error in per "
+    "cent of the measured signal's standard deviation, NMSE the same with squares. 100 % is perfect, 0 % no "
+    "better than a constant.",
+    "Noise power": "The mean square of measured less simulated over the sensor's own noise squared. At 1 "
+    "nothing is left but noise, so that no model could do better; at 4 the error is twice the noise. "
+    "An encoder that stands still may be below 1.",
+    "Free run": "A simulation from the start of a recording to its end, which gets the command and sees no "
+    "measurement.",
+}
+"""Words that every page has."""
+CAUSES: dict[str, str] = {
+    "Before, after": "Before: the truck with its parameters fitted as well as can be. After: the same with "
+    "what was found, fitted anew.",
+    "Credibility": "In which share of random redraws of the recordings held out a cause leaves less over "
+    "than everything else that was tried. It compares what was tried, and does not say that nothing else "
+    "exists.",
+    "Interval": "Where the true value lies with the probability given, if the model is right. Those of a "
+    "cause are widened by what is left over.",
+}
+"""Words of a diagnosis."""
+
+NOISE = "times the sensors' noise power (1 is noise alone)"
+"""The unit of what is left over, in words."""
+
+
+DRAWN: Mapping[str, tuple[str, float]] = {
+    "Pa": ("MPa", 1e-6), "m3/s": ("l/min", 6e4), "N": ("kN", 1e-3), "degC": ("°C", 1.0),
+}  # fmt: skip
+"""By unit: the one that figures have instead, and how many of it one is."""
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A few digits, as print has them; a dash for what is not defined."""
+    if value is None:
+        return "—"
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e6:
+        decimals = 0 if rounded == 0.0 else max(0, digits - 1 - int(np.floor(np.log10(abs(rounded)))))
+        said = f"{rounded:.{decimals}f}"
+        said = said.rstrip("0").rstrip(".") if "." in said else said
+        return said.replace("-", "−")
+    said, _, power = f"{rounded:.{digits - 1}e}".partition("e")
+    said = said.rstrip("0").rstrip(".") if "." in said else said
+    return f"{said.replace('-', '−')}{FAST}×{FAST}10{str(int(power)).translate(HIGH)}"
+
+
+def amount(value: float, unit: str, digits: int = 3) -> str:
+    """A value in its own unit."""
+    return f"{number(value, digits)} {printed(unit)}".rstrip()
+
+
+def size(value: float, lower: float, upper: float) -> tuple[str, str, str]:
+    """A value and the ends of its interval, with as many digits as tell the ends apart."""
+    width = abs(upper - lower)
+    largest = max(abs(lower), abs(upper))
+    digits = 3 if not width else int(np.clip(np.ceil(np.log10(largest / width)) + 1, 3, 6))
+    return number(value, digits), number(lower, digits), number(upper, digits)
+
+
+def drawn(unit: str) -> tuple[str, float]:
+    """The unit that figures have instead of this one, and how many of it one is."""
+    return DRAWN.get(unit, (printed(unit), 1.0))
+
+
+def printed(unit: str) -> str:
+    """A unit as print has it; nothing for a pure number."""
+    if unit == "1":
+        return ""
+    return "°C" if unit == "degC" else re.sub(r"(?<=[A-Za-z])[2-6]", lambda at: at[0].translate(RAISED), unit)
+
+
+def signal(channel: str) -> str:
+    """A channel in words: ``"pressure of the main lift"``."""
+    known = (outputs() | channels()).get(channel)
+    lift = next((lift for lift in LIFTS if f"_{lift}_" in channel), None)
+    if known is None or lift is None or known["unit"] not in SHOWN:
+        return channel.rpartition("_")[0].replace("_", " ") or channel
+    return f"{SHOWN[known['unit']][0]} of the {lift} lift"
+
+
+def place(port: str) -> tuple[str, str, float]:
+    """A port of a lift, or a channel's sensor, in words; what an unknown input there is drawn in.
+
+    And how many of that unit one of its own is.
+    """
+    lift, _, name = port.partition(".")
+    spec = ports().get(name)
+    if spec is None:
+        unit = (outputs() | channels())[port]["unit"] if port in outputs() | channels() else ""
+        return f"sensor of the {signal(port)}", *drawn(unit)
+    meaning = spec["meaning"].partition(",")[0].partition(" (3")[0].rstrip(".")
+    meaning = meaning[:1].lower() + meaning[1:]
+    unit, scale = ("relative change", 1.0) if spec["join"] == "factor" else drawn(spec["unit"])
+    return f"{meaning}, {lift} lift", unit, scale
+
+
+def lifts(lift: str) -> str:
+    """``"the main lift"`` or ``"both lifts"``."""
+    return "both lifts" if lift == "both" else f"the {lift} lift"
+
+
+def capital(text: str) -> str:
+    """With a capital first."""
+    return text[:1].upper() + text[1:]
+
+
+def prose(text: str) -> str:
+    """A clause of the engine's as a sentence."""
+    text = capital(text.replace(" degC", " °C"))
+    return text if text.endswith((".", "?")) else f"{text}."
+
+
+def suspect(one: Suspect) -> str:
+    """A suspect with where it acts."""
+    if not one.where:
+        return one.name
+    return f"{one.name} ({f'{one.where} lift' if one.where in LIFTS else signal(one.where)})"
+
+
+def sentence(one: Suspect, rows: Sequence[Mapping[str, Any]]) -> str:
+    """What is the matter, with its numbers: an effect's own sentence, else the suspect's name."""
+    effect = next((effect for effect in EFFECTS if effect.id == one.id), None)
+    said = {row["name"].rpartition(".")[2]: amount(row["value"], row["unit"]) for row in rows}
+    if effect is None:
+        return f"{capital(suspect(one))}."
+    try:
+        return effect.sentence.format(lift=one.where, **said).replace(" degC", " °C")
+    except KeyError:  # a parameter that was not estimated
+        return f"{capital(suspect(one))}."

@@ -1,0 +1,407 @@
+"""The page of a diagnosis says what its JSON says, needs no other file, and escapes what files hold."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from string import Formatter
+from typing import get_args
+
+import numpy as np
+import pytest
+from plotly.offline import get_plotlyjs
+
+from campaigns import CAMPAIGNS
+from diagnosed import diagnosed
+from forklift import Campaign, Truck, commands, compare
+from forklift.candidates import NextRecording
+from forklift.effects import EFFECTS, Equation
+from forklift.names import channels, outputs
+from forklift.report import law, words
+from forklift.report.blocks import Explorer, Page, Section
+from forklift.report.of_diagnosis import diagnosis_page
+from forklift.report.page import html
+from forklift.report.traces import decimate, replays
+from forklift.tables import mean_square, percent
+
+ROOMY_BYTES = 8_000_000
+"""More than a page may weigh: a mail's attachment."""
+FETCHING = re.compile(
+    r"""(src|href)\s*=\s*["']?\s*(https?:|//)|<link|<img|<iframe|@import|url\(""", re.IGNORECASE
+)
+
+
+class Text(HTMLParser):
+    """The texts of the elements of a page, by tag; tables as rows of cells."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.seen: list[tuple[str, str]] = []
+        self.rows: list[list[str]] = []
+        self.open: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in ("meta", "br", "link"):
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        while self.open and self.open.pop() != tag:
+            pass
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] in ("script", "style") or not data.strip():
+            return
+        self.seen.append((self.open[-1], " ".join(data.split())))
+        if "td" in self.open or "th" in self.open:
+            self.rows[-1][-1] += data.strip()
+
+    def of(self, tag: str) -> list[str]:
+        return [text for at, text in self.seen if at == tag]
+
+    @property
+    def everything(self) -> str:
+        return " ".join(text for _, text in self.seen)
+
+
+@pytest.fixture(scope="module")
+def leak():
+    return diagnosed("leak")
+
+
+@pytest.fixture(scope="module")
+def folder(leak, tmp_path_factory):
+    return leak.write(tmp_path_factory.mktemp("diagnosis") / "found")
+
+
+@pytest.fixture(scope="module")
+def told(folder):
+    return json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def said(page):
+    return Text(page)
+
+
+@pytest.fixture(scope="module")
+def drawn(page):
+    return json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
+
+
+def test_the_verdict_comes_first(told, said):
+    assert said.of("h1") == [told["sentence"]]
+    before = said.everything.partition(told["sentence"])[0]
+    assert not re.search(r"\d", before)
+
+
+def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(told, said):
+    first = said.everything[: said.everything.index("Before is the truck")]
+    (cause,) = told["causes"]
+    row = cause["parameters"][0]
+    value, lower, upper = words.size(row["value"], row["lower"], row["upper"])
+    gain = told["fit_summary"]["validate"]
+    for what in (
+        "Oil leaks from the cylinder (main lift)",
+        "The main lift: the oil balance of the cylinder",
+        f"{value} m³/(s Pa) (99 % interval {lower} to {upper})",
+        f"Credibility {cause['credibility']:.2f} of 1",
+        f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
+        f"{gain['gain']:.2f} points (NRMSE; 95 % interval {gain['gain_lower']:.2f} to "
+        f"{gain['gain_upper']:.2f})",
+        words.number(told["left_over"]["worst_before"]),
+        words.number(told["left_over"]["worst_after"]),
+        "What could it be instead?",
+        "What to record next?",
+    ):
+        assert " ".join(what.split()) in first, what
+    assert "NaN" not in first
+    assert "posterior" not in first
+
+
+def test_every_number_of_the_tables_is_the_jsons(told, said):
+    rows = {tuple(row) for row in said.rows}
+    for fit in told["fit"]:
+        numbers = (fit["nmse_before"], fit["nmse_after"], fit["nrmse_before"], fit["nrmse_after"])
+        assert (fit["file"], fit["role"], fit["channel"], *map(percent, numbers)) in rows
+    for one in told["unknown_inputs"]:
+        place = words.place(one["port"])[0]
+        assert (place, f"{one['ln_evidence']:.0f}", mean_square(one["left_over"])) in rows
+    for share in told["misfit"]:
+        assert any(row[1:3] == (share["name"], mean_square(share["mean_square"])) for row in rows)
+    for one in told["parameters"]:
+        sides = [
+            text
+            for when in ("before", "after")
+            for text in (
+                (f"{one[when]['value']:.5g}", f"{one[when]['lower']:.4g} to {one[when]['upper']:.4g}")
+                if one[when]
+                else ("—", "—")
+            )
+        ]
+        assert (one["name"], f"{one['start']:.5g}", *sides, words.printed(one["unit"]), "") in rows
+    for file in told["campaign_facts"]["recordings"]:
+        assert any(row[0] == file["file"] and row[2:] == (file["sha256"],) for row in rows)
+    for test in told["deficient"]["after"]["tests"]:
+        assert any(row[:2] == ("after", test["test"]) and row[5] == f"{test['p']:.1g}" for row in rows)
+
+
+def test_rivals_stand_with_what_they_leave_over_and_their_credibility(told, said):
+    numbers = said.of("b")
+    assert numbers[0] == words.number(told["left_over"]["before"])
+    assert numbers[1] == words.number(told["left_over"]["after"])
+    for rival in told["causes"][0]["rivals"]:
+        assert words.number(rival["left_over"]) in numbers
+        assert f"credibility {rival['credibility']:.2f}" in said.everything
+
+
+def test_gains_are_laid_out_as_table_5_5(leak, said):
+    assert "Velocity of the main lift, before → after, laid out as Table 5.5" in said.everything
+    before, after = (
+        {row["file"]: row["nrmse_percent"] for row in side.validation("main").iter_rows(named=True)}
+        for side in (leak.before, leak.after)
+    )
+    for file in after:
+        change = f"{percent(before[file])} → {percent(after[file])}"
+        assert any(row[-1] == file and change in row for row in said.rows), file
+
+
+def test_doubts_next_recording_and_provenance_are_told(told, said):
+    assert said.of("h2") == ["Evidence", "Doubts", "Next recording", "Provenance"]
+    assert told["next_recording_why"][1:] in said.everything
+    assert told["deficient"]["after"]["sentence"] in said.of("li")
+    for sha256 in (told["campaign_facts"]["sha256"], told["start"]["sha256"], told["truck"]["sha256"]):
+        assert sha256 in said.everything
+    assert said.of("code") == [told["command"]]
+    assert told["command"].startswith("forklift diagnose ")
+    assert told["forklift"] in said.everything
+
+
+def test_every_recording_is_drawn_and_keeps_its_peaks(leak, drawn):
+    explorer = next(block for block in drawn if "recordings" in block)
+    assert explorer["sides"] == ["before", "after"]
+    assert explorer["recordings"][0]["title"].startswith("main_prms2")  # held out first
+    by_file = {one["title"]: one for one in explorer["recordings"]}
+    assert set(by_file) == {one.file for one in leak.campaign.recordings}
+    for prediction in leak.after.predictions:
+        signals = {one["title"]: one for one in by_file[prediction.recording.file]["signals"]}
+        assert len(signals) == len(prediction.signals)
+        for signal in prediction.signals:
+            curves = signals[words.capital(words.signal(signal.channel))]["curves"]
+            scale = words.SHOWN[(outputs() | channels())[signal.channel]["unit"]][2]
+            for name, values in (("measured", signal.measured), ("after", signal.simulated)):
+                shown = np.array(curves[name], float)
+                for end in (np.nanmin, np.nanmax):
+                    assert end(shown) == pytest.approx(scale * end(values), rel=1e-4, abs=1e-9)
+    first = explorer["recordings"][explorer["first"][0]]
+    assert first["title"] == leak.baseline.worst.file
+
+
+def test_the_mismatch_is_seen_in_the_colours_where_it_is(leak, drawn):
+    heat = next(block for block in drawn if block.get("title") == "Where the difference lies")
+    before, after = (panel["data"][0] for panel in heat["panels"])
+    assert [panel["label"] for panel in heat["panels"]] == ["before", "after"]
+    assert set(before["y"]) == {one.file for one in leak.campaign.recordings}
+    strong = [value for row in before["z"] for value in row if value is not None]
+    weak = [value for row in after["z"] for value in row if value is not None]
+    assert max(strong) > 0.8
+    assert max(weak) < 0.4
+
+
+def test_the_final_model_has_the_law_that_the_recordings_ask_for(leak):
+    """Found without knowing any cause, and fitted: both curves lie on each other."""
+    place = law.place_of(leak)
+    assert place.port == "main.cylinder_flow"
+    for found in law.against(leak, place):
+        assert found.law is not None
+        assert (np.abs(found.law - found.curve) <= found.band).mean() >= 0.8
+        assert (found.band > 0.0).all()
+
+
+def test_the_page_is_self_contained_and_small_enough_to_send(page):
+    assert len(page.encode()) < ROOMY_BYTES
+    script = get_plotlyjs()
+    assert page.count(script) == 1
+    rest = page.replace(script, "")
+    assert not FETCHING.search(rest)
+    assert "http" not in rest
+
+
+def test_thirty_recordings_fit_a_mail():
+    null = Campaign.read(CAMPAIGNS / "null")
+    many = tuple(
+        replace(one, file=f"{copy}_{one.file}")
+        for copy in range(3)
+        for one in null.recordings
+    )[:30]  # fmt: skip
+    both = compare(Campaign("many", null.sample_rate_hz, many), Truck.read("thesis"))
+    recordings = replays({"before": both, "after": both}, lambda file, channel: "")
+    explorer = Explorer("", "", ["before", "after"], recordings)
+    page = html(Page("", "", "", (), (), [Section("evidence", "Evidence", "", [explorer])], {}))
+    assert len(page.encode()) < 0.95 * ROOMY_BYTES  # tables and the other figures come on top
+
+
+def test_nothing_from_a_file_reaches_the_page_unescaped(leak):
+    evil = "</script><script>alert(1)</script><b>'\"&"
+    files = {leak.campaign.recordings[0].file: evil}
+    campaign = replace(
+        leak.campaign,
+        name=evil,
+        recordings=tuple(
+            replace(one, file=files.get(one.file, one.file)) for one in leak.campaign.recordings
+        ),
+    )
+    sides = {
+        when: replace(
+            side,
+            predictions=tuple(
+                replace(one, recording=recording)
+                for one, recording in zip(side.predictions, campaign.recordings, strict=True)
+            ),
+            fits=side.fits.with_columns(side.fits["file"].replace(files)),
+        )
+        for when, side in (("before", leak.before), ("after", leak.after))
+    }
+    trials = {
+        when: replace(
+            trial, judged=tuple(replace(one, file=files.get(one.file, one.file)) for one in trial.judged)
+        )
+        for when, trial in (("baseline", leak.baseline), ("final", leak.final))
+    }
+    other = replace(leak, campaign=campaign, **sides, selection=replace(leak.selection, **trials))
+    page = diagnosis_page(other)
+    assert "alert(1)" in page
+    assert "<script>alert" not in page
+    assert "<b>'" not in page
+    assert page.count("</script>") == diagnosis_page(leak).count("</script>")
+    assert "<script>alert" not in other._repr_html_()
+
+
+def test_no_mismatch_is_said_as_plainly():
+    found = diagnosed("null")
+    said = Text(diagnosis_page(found))
+    assert said.of("h1") == [found.sentence]
+    assert "Nothing that these recordings show." in said.of("strong")
+    assert "There is nothing to gain." in said.of("strong")
+    assert "→" not in " ".join(cell for row in said.rows for cell in row)  # there is no before
+
+
+def test_notebooks_get_a_short_table(leak, null_fit):
+    for result, first in (
+        (leak, leak.sentence),
+        (null_fit, null_fit.verdict[0]),
+        (null_fit.after, null_fit.after.verdict[0]),
+    ):
+        shown = result._repr_html_()
+        assert len(shown) < 5_000
+        assert "<script" not in shown
+        text = Text(shown)
+        assert text.of("p")[0] == first
+        assert text.rows
+
+
+def test_every_equation_and_every_effect_has_words():
+    assert set(words.EQUATIONS) == set(get_args(Equation))
+    for effect in EFFECTS:
+        named = {name for _, name, _, _ in Formatter().parse(effect.sentence) if name} - {"lift"}
+        suspect = replace(diagnosed("leak").causes[0].suspect, id=effect.id, name=effect.name, where="main")
+        rows = [{"name": f"main.{effect.id}.{name}", "value": 0.0123, "unit": "1/K"} for name in named]
+        text = words.sentence(suspect, rows)
+        assert "{" not in text
+        assert "degC" not in text
+        if named:
+            assert "0.0123 1/K" in text
+        assert text == words.sentence(suspect, rows)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "—"), (0.0, "0"), (1.5e-12, "1.5\u00a0×\u00a010⁻¹²"), (19447.0, "19400"), (-0.25, "−0.25"),
+        (999.96, "1000"), (0.78612, "0.786"), (2.5e9, "2.5\u00a0×\u00a010⁹"),
+    ],
+)  # fmt: skip
+def test_numbers_are_said_as_print_has_them(value, text):
+    assert words.number(value) == text
+
+
+def test_the_ends_of_an_interval_differ_even_if_it_is_narrow():
+    value, lower, upper = words.size(1.4991e-12, 1.494e-12, 1.504e-12)
+    assert [text.split()[0] for text in (lower, value, upper)] == ["1.494", "1.499", "1.504"]
+
+
+def test_units_are_printed():
+    assert [words.printed(unit) for unit in ("m3/(s Pa)", "degC", "1", "1/A2", "Pa s2/m6")] == [
+        "m³/(s Pa)", "°C", "", "1/A²", "Pa s²/m⁶",
+    ]  # fmt: skip
+
+
+def test_thinning_keeps_the_peaks_of_every_curve():
+    random = np.random.default_rng(1)
+    time = np.linspace(0.0, 100.0, 20_000)
+    curves = random.standard_normal((3, len(time)))
+    curves[1, 777], curves[2, 4_000:4_400] = 50.0, np.nan
+    thin, *kept = decimate(500, time, *curves)
+    assert len(thin) <= 502
+    assert (np.diff(thin) > 0.0).all()
+    for curve, thinned in zip(curves, kept, strict=True):
+        assert (np.nanmin(thinned), np.nanmax(thinned)) == (np.nanmin(curve), np.nanmax(curve))
+
+
+def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(leak):
+    (cause,) = leak.causes
+    rival = next(one for names, *_ in cause.rivals for one in names)
+    command = commands.generate("prms", "main", duration_s=4.0, seed=3)
+    other = replace(
+        leak,
+        causes=(replace(cause, not_separable_from=(rival,)),),
+        next_recording=NextRecording("main", 800.0, 40.0, command, "because"),
+        next_why="pseudo-random steps: the recording parts them",
+    )
+    page = diagnosis_page(other)
+    said, name = Text(page), words.suspect(rival)
+    assert f"Not sure: it cannot be told from “{name}”" in said.of("strong")
+    assert f"{words.capital(name)}: these recordings cannot tell." in said.of("strong")
+    assert "The main lift, 800 kg, oil at 40 °C" in said.of("strong")
+    assert f"It would tell the cause from this: “{name}”." in said.of("p")
+    assert "Pseudo-random steps: the recording parts them." in said.of("p")
+    assert ["Command file, beside this page", "next_recording.csv"] in said.rows
+    assert any(text.startswith("forklift simulate --command next_recording.csv") for text in said.of("code"))
+    drawn = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
+    shown = next(block for block in drawn if block["title"] == "The command to record")["panels"][0]["data"]
+    assert [trace["name"] for trace in shown] == ["main lift"]
+    assert max(shown[0]["y"]) == pytest.approx(command.current_main_a.max(), rel=1e-4)
+
+
+def test_recordings_in_which_nothing_moves_are_no_good_news(leak):
+    still = replace(leak, unexcited="no valve opens", causes=(), next_recording=None)
+    said = Text(diagnosis_page(still))
+    assert said.of("strong")[:3] == [
+        "It cannot be told.",
+        f"Any of {len(still.to_dict()['untestable'])} suspects, or nothing",
+        "Lowerings that move a lift.",
+    ]
+    assert "No valve opens." in said.of("p")
+
+
+def test_a_sensors_fault_is_not_told_as_a_gain_in_the_velocity(leak):
+    (cause,) = leak.causes
+    sensor = replace(
+        cause.suspect, kind="sensor", id="pressure_gain", where="pressure_main_pa", name="its gain is off"
+    )
+    other = replace(leak, causes=(replace(cause, suspect=sensor),))
+    left = other.to_dict()["left_over"]
+    said = Text(diagnosis_page(other))
+    change = f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}"
+    assert change in said.of("strong")
+    assert "velocity" not in said.of("h1")[0]
+    assert any("is not put right in them" in text for text in said.of("figcaption"))

@@ -1,0 +1,222 @@
+"""The pages in a real browser, as wide as a desk's and as a telephone's: drawn, zoomed, nothing cut off."""
+
+import shutil
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from campaigns import CAMPAIGNS
+from diagnosed import diagnosed
+from forklift import Campaign, Truck, commands, compare, simulate
+from forklift.output import write_text
+from forklift.report.of_simulation import simulation_page
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+if CHROMIUM is None:
+    pytest.skip("there is no Chromium (on Debian: apt-get install chromium)", allow_module_level=True)
+api = pytest.importorskip("playwright.sync_api", reason="playwright (the extra test) is not installed")
+
+PAGES = ("diagnosis", "fit", "comparison", "simulation")
+WIDTHS = (1280, 390)
+EXPLORED = PAGES[:3]
+
+BEYOND = """() => [...document.querySelectorAll("body *")].filter(one => {
+  const style = getComputedStyle(one), box = one.getBoundingClientRect();
+  const apart = one.closest(".scroll, .plot, .skip, #js-plotly-tester");
+  if (apart || style.display === "inline" || !box.width) return false;
+  const spilt = one.scrollWidth > one.clientWidth + 1 && one.clientWidth > 0 && style.overflowX === "visible";
+  return box.right > innerWidth + 1 || box.left < -1 || spilt;
+}).map(one => one.tagName + " " + one.className + ": " + one.textContent.slice(0, 40))"""
+"""What reaches beyond the window, or beyond its own box without a scroll bar."""
+
+UNDRAWN = """() => [...document.querySelectorAll(".plot")].filter(place => {
+  const values = trace => trace.z ? trace.z.flat() : trace.y ?? [];
+  const points = (place.data ?? []).map(trace => values(trace).filter(v => v !== null).length);
+  return !place.querySelector("svg.main-svg") || !points.length || Math.min(...points) < 2;
+}).map(place => place.closest("figure").textContent.slice(0, 60))"""
+"""Figures without an image or with a curve of no points."""
+
+RANGE = "place => place._fullLayout.xaxis.range"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with api.sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield found
+        found.close()
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, null_fit):
+    """Each page, as its result writes it."""
+    folder = tmp_path_factory.mktemp("pages")
+    null, thesis = Campaign.read(CAMPAIGNS / "null"), Truck.read("thesis")
+    prms = commands.generate("prms", "free", duration_s=6.0, seed=2)
+    lowered = simulate(thesis, prms, load_kg=800.0, oil_temperature_degc=40.0)
+    return {
+        "diagnosis": diagnosed("leak").write(folder / "diagnosis") / "report.html",
+        "fit": null_fit.write(folder / "fit") / "report.html",
+        "comparison": compare(null, thesis).write(folder / "comparison") / "report.html",
+        "simulation": write_text(folder / "simulation.html", simulation_page(lowered)),
+    }
+
+
+@pytest.fixture
+def opened(browser, files):
+    """Opens a page and, when the test is over, sees that nothing was complained of or fetched."""
+    contexts, told = [], []
+
+    def open_page(name: str, width: int = 1280, scheme: str = "light"):
+        context = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: told.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: told.append(str(error)))
+        page.on("request", partial(_note_request, told, files[name]))
+        page.goto(files[name].as_uri())
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert told == []
+
+
+def _note_request(told: list[str], file: Path, request) -> None:
+    if request.url.partition("#")[0] != file.as_uri() and not request.url.startswith(("data:", "blob:")):
+        told.append(f"fetched {request.url}")
+
+
+def scrolled_through(page) -> None:
+    """As a reader does, so that every figure comes near and is drawn."""
+    height = page.evaluate("document.documentElement.scrollHeight")
+    for top in range(0, height, 500):
+        page.evaluate("top => scrollTo(0, top)", top)
+        page.wait_for_timeout(20)
+    page.wait_for_function("[...document.querySelectorAll('.plot')].every(place => place.dataset.drawn)")
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("name", PAGES)
+def test_every_figure_is_drawn_with_data_and_nothing_reaches_beyond_the_edge(opened, name, width):
+    page = opened(name, width)
+    scrolled_through(page)
+    assert page.evaluate(UNDRAWN) == []
+    page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate(BEYOND) == []
+
+
+def test_figures_far_below_wait_until_they_come_near(opened):
+    page = opened("diagnosis")
+    page.wait_for_function("document.querySelector('.explorer .plot').dataset.drawn")
+    assert not page.evaluate("[...document.querySelectorAll('.plot')].at(-1).dataset.drawn")
+
+
+def test_the_first_screen_holds_the_answers(opened):
+    page = opened("diagnosis")
+    assert page.locator("h1").bounding_box()["y"] < 150
+    bottom = page.locator(".facts").bounding_box()
+    assert bottom["y"] + bottom["height"] < 800
+
+
+@pytest.mark.parametrize("name", EXPLORED)
+def test_dragging_zooms_and_a_double_click_shows_all_again(opened, name):
+    page = opened(name)
+    place = page.locator(".explorer .plot")
+    place.scroll_into_view_if_needed()
+    page.wait_for_function("document.querySelector('.explorer .plot').dataset.drawn")
+    before = place.evaluate(RANGE)
+    box = place.bounding_box()
+    y = box["y"] + 0.25 * box["height"]
+    page.mouse.move(box["x"] + 0.4 * box["width"], y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], y, steps=5)
+    page.mouse.up()
+    page.wait_for_function(
+        f"before => ({RANGE})(document.querySelector('.explorer .plot'))[0] > before + 1", arg=before[0]
+    )
+    near = place.evaluate(RANGE)
+    assert near[1] - near[0] < 0.4 * (before[1] - before[0])
+    page.mouse.dblclick(box["x"] + 0.5 * box["width"], y)
+    page.wait_for_function(
+        f"before => Math.abs(({RANGE})(document.querySelector('.explorer .plot'))[0] - before) < 0.1",
+        arg=before[0],
+    )
+
+
+def test_the_keyboard_alone_zooms_and_changes_recording_and_signal(opened):
+    page = opened("diagnosis")
+    place = page.locator(".explorer .plot")
+    page.wait_for_function("document.querySelector('.explorer .plot').dataset.drawn")
+    before = place.evaluate(RANGE)
+    zoom = page.get_by_role("button", name="Zoom in")
+    zoom.focus()
+    assert zoom.evaluate("one => getComputedStyle(one).outlineStyle") != "none"
+    page.keyboard.press("Enter")
+    near = place.evaluate(RANGE)
+    assert near[1] - near[0] == pytest.approx(0.5 * (before[1] - before[0]), rel=0.01)
+    told = page.locator(".explorer .conditions")
+    said = told.text_content()
+    page.locator(".explorer [data-choose=signal]").focus()
+    page.keyboard.press("ArrowUp")
+    assert told.text_content() != said
+    assert place.evaluate(RANGE) == pytest.approx(near)  # another signal of the same moment
+    page.locator(".explorer [data-choose=recording]").focus()
+    page.keyboard.press("ArrowDown")
+    assert place.evaluate(RANGE)[1] == pytest.approx(before[1], rel=0.3)
+    page.get_by_role("button", name="See all").focus()
+    page.keyboard.press("Space")
+    assert place.evaluate(RANGE)[0] == pytest.approx(before[0], abs=0.1)
+
+
+def test_the_tabulator_reaches_the_contents_and_the_first_choice(opened):
+    page = opened("diagnosis")
+    reached = []
+    for _ in range(9):
+        page.keyboard.press("Tab")
+        reached.append(page.evaluate("document.activeElement.textContent.trim()"))
+    contents = ["Verdict", "Evidence", "Doubts", "Next recording", "Provenance"]
+    assert reached[:7] == ["Skip the summary", *contents, "Colours: system"]
+    assert page.evaluate("document.activeElement.dataset.choose") == "recording"
+
+
+def test_another_model_can_be_chosen_where_the_difference_lies(opened):
+    page = opened("diagnosis")
+    scrolled_through(page)
+    heat = page.locator("figure.drawn", has=page.get_by_role("heading", name="Where the difference lies"))
+    strongest = "place => Math.max(...place.data[0].z.flat().filter(v => v !== null))"
+    before = heat.locator(".plot").evaluate(strongest)
+    heat.locator("select").select_option(label="after")
+    assert heat.locator(".plot").evaluate(strongest) < before
+
+
+def test_light_and_dark_follow_the_system_and_the_button(opened):
+    ground = "getComputedStyle(document.body).backgroundColor"
+    line = "document.querySelector('.explorer .plot')._fullData.at(1).line.color"
+    page = opened("diagnosis", scheme="dark")
+    page.wait_for_function("document.querySelector('.explorer .plot').dataset.drawn")
+    assert page.evaluate(ground) == "rgb(20, 23, 27)"
+    dark = page.evaluate(line)
+    button = page.locator("#theme")
+    button.click()
+    assert button.text_content() == "Colours: light"
+    assert page.evaluate(ground) == "rgb(255, 255, 255)"
+    assert page.evaluate(line) != dark
+    button.click()
+    assert page.evaluate(ground) == "rgb(20, 23, 27)"
+
+
+def test_paper_gets_every_figure_as_wide_as_it_is(opened, tmp_path):
+    page = opened("diagnosis", scheme="dark")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    widths = page.evaluate("[...document.querySelectorAll('.plot')].map(place => place._fullLayout.width)")
+    assert len(set(widths)) == 1
+    assert widths[0] <= 700
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 27)"
+    page.pdf(path=tmp_path / "page.pdf", format="A4")
+    assert (tmp_path / "page.pdf").stat().st_size > 50_000
