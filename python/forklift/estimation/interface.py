@@ -74,6 +74,10 @@ class Sample(Protocol):
         """(own,) lower bounds."""
 
     @property
+    def most(self) -> Floats:
+        """(own,) upper bounds."""
+
+    @property
     def free(self) -> NDArray[np.intp]:
         """Which of its own are unknown."""
 

@@ -99,11 +99,11 @@ class LeastSquares(ABC):
 
     def bounds(self) -> tuple[Floats, Floats]:
         """Least and greatest of the unknown vector."""
-        own = self.starts[-1] - len(self.unknowns)
         lower = [unknown.lower for unknown in self.unknowns]
+        upper = [unknown.upper for unknown in self.unknowns]
         for sample in self.samples:
+            upper += [*((sample.most[sample.free] - sample.centre[sample.free]) / sample.width[sample.free])]
             lower += [*((sample.least[sample.free] - sample.centre[sample.free]) / sample.width[sample.free])]
-        upper = [*(unknown.upper for unknown in self.unknowns), *[np.inf] * own]
         return np.array(lower), np.array(upper)
 
     def own(self, x: Floats, k: int) -> Floats:

@@ -70,6 +70,11 @@ class Sample:
         """(own,) lower bounds: no load is below zero."""
         return np.where(np.array(OWN) == "load", 0.0, -np.inf)
 
+    @property
+    def most(self) -> Floats:
+        """(own,) upper bounds: none."""
+        return np.full(len(self.centre), np.inf)
+
     def conditions(self, phi: Floats) -> Floats:
         """(own,) the recording's own values at φ, in prior standard deviations."""
         own = self.centre.copy()

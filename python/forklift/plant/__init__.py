@@ -6,25 +6,7 @@
     print(forklift.diagnose_plant(plant, recordings))
 """
 
-from forklift.plant.parts import (
-    Effect as Effect,
-)
-from forklift.plant.parts import (
-    Input as Input,
-)
-from forklift.plant.parts import (
-    Output as Output,
-)
-from forklift.plant.parts import (
-    Param as Param,
-)
-from forklift.plant.parts import (
-    Plant as Plant,
-)
-from forklift.plant.parts import (
-    Port as Port,
-)
-from forklift.plant.parts import (
-    State as State,
-)
-from forklift.plant.recording import Recording as Recording
+from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port, State
+from forklift.plant.recording import Recording
+
+__all__ = ["Effect", "Input", "Output", "Param", "Plant", "Port", "Recording", "State"]

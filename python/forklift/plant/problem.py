@@ -107,7 +107,6 @@ class PlantProblem(LeastSquares):
         own = [self.samples[k].names for k in which]
         directions = shared + (len(own[0]) if own else 0) if derivatives else 0
         lanes = 1 + directions
-        p: dict[str, Floats] = {}
         start: dict[str, Floats] = {}
         moved = np.ones((len(which), directions))
         base = self.parameters(x)
@@ -127,20 +126,16 @@ class PlantProblem(LeastSquares):
                 column = columns.setdefault(name, np.zeros((len(which), lanes)))
                 column[row] = here[i]
                 if derivatives and sample.width[i]:
-                    step = (
-                        STEP
-                        * sample.width[i]
-                        * (-1.0 if here[i] + STEP * sample.width[i] > sample.most[i] else 1.0)
-                    )
+                    step = STEP * sample.width[i]
+                    step = -step if here[i] + step > sample.most[i] else step
                     column[row, 1 + shared + i] += step
                     moved[row, shared + i] = step
-        flat = {name: column.ravel() for name, column in columns.items()}
+        p = {name: column.ravel() for name, column in columns.items()}
         for state in self.machine.states:
-            start[state.name] = self._begins(state, flat, which, lanes)
-        p = flat
-        time, u = self._driven(which, lanes, flat)
+            start[state.name] = self._begins(state, p, which, lanes)
+        time, u = self._driven(which, lanes, p)
         said, seen = run(self.machine, time, u, start, p, finer=max(1, self.substeps // USUAL))
-        return [self._one(k, row, lanes, time, said, seen, flat, moved[row]) for row, k in enumerate(which)]
+        return [self._one(k, row, lanes, time, said, seen, p, moved[row]) for row, k in enumerate(which)]
 
     def _begins(self, state: State, p: Mapping[str, Floats], which: Sequence[int], lanes: int) -> Floats:
         """Where a state starts in every lane: estimated, at an input's first sample, or at a number."""
