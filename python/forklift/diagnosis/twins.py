@@ -4,7 +4,7 @@ Of an accepted suspect the whole effect d on what the model says is taken, of ev
 With J how the model's other unknowns move it, all in units of the weights, a suspect stands for the accepted
 one as far as it takes away what the unknowns alone leave of d:
 
-    share = 1 − min |d − J a − c b|² / min |d − J a|²
+    share = 1 − min |d − J a − c b|² / min |d − J a|²,    b within what is plausible of its amplitude
 
 To first order, and whatever was measured: it is a property of the experiment, not of its outcome.
 """
@@ -79,10 +79,21 @@ def _of(trial: Trial, suspect: Suspect, others: Sequence[Suspect]) -> list[Twin]
         size = float(left @ left)
         if size <= ABSORBED * float(column @ column):
             continue
-        share = float(left @ rest) ** 2 / (size * square)
+        amount = float(np.clip(left @ rest / size, *_ends(problem, other)))
+        gap = rest - amount * left
+        share = 1.0 - float(gap @ gap) / square
         if share >= STANDS and (other.label not in best or share > best[other.label].share):
             best[other.label] = Twin(suspect, other, share)
     return sorted(best.values(), key=lambda twin: -twin.share)
+
+
+def _ends(problem: Problem, other: Suspect) -> tuple[float, float]:
+    """How far the other's amplitude may plausibly go, in its prior's deviations."""
+    return next(
+        (unknown.lower, unknown.upper)
+        for unknown in other.add(problem).unknowns
+        if unknown.name == other.amplitude
+    )
 
 
 def _column(problem: Problem, x: Floats, other: Suspect) -> Floats | None:

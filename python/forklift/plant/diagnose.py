@@ -40,6 +40,8 @@ LATER = 0.2
 """Share of what is left over that an explanation beside another must remove: on a machine whose model never
 reaches the sensors' noise, several effects are the rule, and a second one seldom halves what is left."""
 
+LIKELY = 0.5
+"""Credibility from which on a cause is told without a doubt in its sentence."""
 NEAR = 2
 """How many of the trials that came nearest a recording is asked to part from what was found."""
 
@@ -137,7 +139,10 @@ class PlantDiagnosis:
                 f"Something unknown acts on {self.plant.name}, most likely at {self.inputs[0].port}: nothing "
                 f"of the catalogue explains it (held-out error {before:.3g})."
             )
-        said = "; ".join(f"{cause.suspect.name} ({cause.suspect.label})" for cause in self.causes)
+        said = "; ".join(
+            f"{'' if cause.credibility >= LIKELY else 'perhaps '}{cause.suspect.name} ({cause.suspect.label})"
+            for cause in self.causes
+        )
         form = " It is not all: something is still left over." if not self.final.complete else ""
         return (
             f"{self.plant.name}: {said}. The root mean square error on what was held out falls from "
