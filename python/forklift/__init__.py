@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from forklift.diagnose import diagnose as diagnose
     from forklift.fit import Fit as Fit
     from forklift.fit import fit as fit
+    from forklift.plant.diagnose import PlantDiagnosis as PlantDiagnosis
+    from forklift.plant.diagnose import diagnose_plant as diagnose_plant
+    from forklift.plant.parts import Plant as Plant
+    from forklift.plant.simulate import simulate_plant as simulate_plant
     from forklift.recording import Recording as Recording
     from forklift.simulate import Simulation as Simulation
     from forklift.simulate import predict as predict
@@ -48,6 +52,8 @@ _HOME = {
     "Comparison": "compare",
     "Diagnosis": "diagnose",
     "Fit": "fit",
+    "Plant": "plant.parts",
+    "PlantDiagnosis": "plant.diagnose",
     "Recording": "recording",
     "Simulation": "simulate",
     "SpeedTable": "speed_table",
@@ -56,9 +62,11 @@ _HOME = {
     "compare": "compare",
     "convert": "convert",
     "diagnose": "diagnose",
+    "diagnose_plant": "plant.diagnose",
     "fit": "fit",
     "predict": "simulate",
     "simulate": "simulate",
+    "simulate_plant": "plant.simulate",
     "speed_to_current": "speed_table",
     "steady_state": "steady",
     "temperature_scaling": "speed_table",

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -16,18 +14,21 @@ from forklift import diagnosis_files, operation, unknown_ports
 from forklift.campaign import Campaign
 from forklift.candidates import NextRecording
 from forklift.compare import Comparison, check_temperature, compare
-from forklift.diagnosis.causes import Cause, causes
+from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.deficiency import Deficiency, deficiency
-from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
+from forklift.diagnosis.engine import VERDICTS as VERDICTS
+from forklift.diagnosis.engine import Clock, Site, investigate, loudest, verdict
+from forklift.diagnosis.engine import Verdict as Verdict
+from forklift.diagnosis.inputs import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.region import Shape
-from forklift.diagnosis.screening import Screening, screen
-from forklift.diagnosis.selection import Selection, alarming, select
+from forklift.diagnosis.screening import Screening
+from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.errors import ForkliftError
-from forklift.estimation.problem import Problem, Sample, sample
+from forklift.estimation.problem import Problem, Sample, sample, truck_of
 from forklift.estimation.sensors import Sensor, sensors
 from forklift.estimation.suitability import Caution, suitability
 from forklift.estimation.unknowns import unknowns
@@ -40,18 +41,6 @@ from forklift.splits import splits
 from forklift.stuck_sensors import Stuck, unstuck
 from forklift.suspects import stuck_suspect, suspects
 from forklift.truck import Truck
-
-Verdict = Literal["no-mismatch", "missing-physics", "unknown-effect", "parameter-error", "sensor-fault"]
-VERDICTS: Mapping[str, Verdict] = {
-    "physics": "missing-physics",
-    "sensor": "sensor-fault",
-    "parameter": "parameter-error",
-    "unknown": "unknown-effect",
-}
-"""By kind of the first cause."""
-
-DOUBTFUL = 1.5
-"""Mean square up to which what no suspect explains is put down to chance, or to the simulation itself."""
 
 
 @dataclass(frozen=True)
@@ -162,27 +151,6 @@ class Diagnosis:
         return diagnosis_files.text(self)
 
 
-@dataclass
-class _Clock:
-    """Tells the stage, and keeps how long each took."""
-
-    tell: Callable[[str], None] | None
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        self.say(name)
-        began = time.monotonic()
-        try:
-            yield
-        finally:
-            self.seconds[name] = time.monotonic() - began
-
-    def say(self, what: str) -> None:
-        if self.tell:
-            self.tell(what)
-
-
 def diagnose(
     campaign: Campaign,
     truck: Truck,
@@ -213,7 +181,7 @@ def diagnose(
         ``"argument-invalid"``; those of `forklift.simulate.predict`.
     """
     check_temperature(oil_temperature_degc)
-    clock = _Clock(progress)
+    clock = Clock(progress)
     campaign, stuck = unstuck(campaign, truck)
     lifts, cautions, unexcited = _suited(campaign, truck)
     every = sensors(campaign.recordings)
@@ -224,37 +192,18 @@ def diagnose(
     everyone = Problem(truck, unknowns(truck, lifts), samples, substeps=4)
     fitted = tuple(found for found in samples if found.recording.role == "estimate")
     bench = Bench(replace(everyone, samples=fitted), everyone, every)
-    with clock.stage("fitting the truck"):
-        baseline = bench.baseline()
     everybody = suspects(lifts, list(every), _travelled(samples))
     alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
     asked = tuple(one for one in everybody if not alike & set(one.told_by))
     untold = tuple({one.label: one for one in everybody if one not in asked}.values())
-    with clock.stage("screening the suspects"):
-        at = baseline.found if baseline.complete else baseline.early
-        screening = screen(at.problem, at.x, asked)
-    together = max(sensor.together for sensor in every.values())
-    nothing = bool(unexcited) or (baseline.complete and not alarming(screening, together))
-    inputs: list[UnknownInput] = []
-    seen: list[Shape] = []
-    if not nothing:
-        with clock.stage("locating the mismatch"):
-            places = [*unknown_ports.ports(lifts), *every]
-            inputs = unknown_inputs(baseline.early.problem, baseline.early.x, places, unknown_ports.respond)
-            lift = unknown_ports.lift_of(inputs[0].port) or "main"
-            seen = over_variables(baseline, inputs[0], lift)
-    if nothing:
-        selection = Selection(baseline, (), baseline)
-    else:
-        with clock.stage("trying the suspects"):
-            general = FreeSuspects(lifts, {baseline: inputs})
-            selection = select(bench, baseline, screening, asked, clock.say, general)
-    final = selection.final
+    found = investigate(bench, asked, _site(lifts, every), clock, hopeless=bool(unexcited))
+    selection, inputs, seen = found.selection, found.inputs, found.shapes
+    baseline, final = selection.baseline, selection.final
     tested, left, agreement = _evidence(campaign, truck, selection, every, clock)
-    found = (*causes(selection), *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
-    verdict = _verdict(selection, found, unexcited)
+    named = (*found.causes, *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
+    said = verdict(selection, named, hopeless=bool(unexcited))
     with clock.stage("choosing the next recording"):
-        proposed, why = propose(campaign, selection, found, cautions, every)
+        proposed, why = propose(campaign, selection, named, cautions, every)
     best = _truck(campaign, truck, final)
     fitted_truck = _truck(campaign, truck, baseline)
     with clock.stage("simulating before and after"):
@@ -266,14 +215,14 @@ def diagnose(
         campaign,
         truck,
         best,
-        verdict,
-        None if verdict == "no-mismatch" else _location(baseline, found, inputs, seen),
-        found,
-        tuple(inputs),
-        tuple(seen),
+        said,
+        None if said == "no-mismatch" else _location(baseline, named, inputs, seen),
+        named,
+        inputs,
+        seen,
         selection,
         untold,
-        screening,
+        found.screening,
         cautions,
         stuck,
         unexcited,
@@ -301,7 +250,7 @@ def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[C
 
 
 def _evidence(
-    campaign: Campaign, truck: Truck, selection: Selection, every: Mapping[str, Sensor], clock: _Clock
+    campaign: Campaign, truck: Truck, selection: Selection, every: Mapping[str, Sensor], clock: Clock
 ) -> tuple[tuple[Deficiency, Deficiency], tuple[Share, ...], tuple[Regimes, ...]]:
     """What is left over before and after, tested and shared out, and whether the causes hold everywhere."""
     recordings, (baseline, final) = campaign.recordings, (selection.baseline, selection.final)
@@ -339,12 +288,15 @@ def _travelled(samples: Sequence[Sample]) -> dict[Lift, tuple[float, float]]:
     return ends
 
 
-def _verdict(selection: Selection, found: Sequence[Cause], unexcited: str) -> Verdict:
-    baseline = selection.baseline
-    if found:
-        return VERDICTS[found[0].suspect.kind]
-    doubtful = baseline.worst.mean_square <= DOUBTFUL
-    return "no-mismatch" if unexcited or baseline.complete or doubtful else "unknown-effect"
+def _site(lifts: Sequence[Lift], every: Mapping[str, Sensor]) -> Site:
+    """What the engine must know of a forklift."""
+    return Site(
+        [*unknown_ports.ports(lifts), *every],
+        unknown_ports.respond,
+        lambda trial, found: over_variables(trial, found, unknown_ports.lift_of(found.port) or "main"),
+        lambda known: FreeSuspects(tuple(lifts), known),
+        "truck",
+    )
 
 
 def _location(
@@ -355,7 +307,7 @@ def _location(
     if first and not inputs:  # told before any fit
         lift = unknown_ports.lift_of(first.where)
         return Location(lift or "both", first.equation, first.where, first.name, 1.0)
-    signal = _signal(baseline)
+    signal = loudest(baseline)
     place = first.where if first else inputs[0].port
     equation = first.equation if first else unknown_ports.equation(place)
     lift = place if place in LIFTS else unknown_ports.lift_of(place)
@@ -366,16 +318,8 @@ def _location(
     return Location(lift or "both", equation, signal, region, float(np.clip(share, 0.0, 1.0)))
 
 
-def _signal(trial: Trial) -> str:
-    """Where the mismatch shows most."""
-    sums: dict[str, float] = {}
-    for found in trial.held_out:
-        sums[found.channel] = sums.get(found.channel, 0.0) + found.excess
-    return max(sums, key=lambda channel: sums[channel])
-
-
 def _truck(campaign: Campaign, start: Truck, trial: Trial) -> Truck:
     """The truck of a trial; what moved says where it comes from."""
     source = f"estimated by diagnosis of campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
-    truck = trial.found.problem.truck_at(trial.found.x, source)
+    truck = truck_of(trial.found.problem, trial.found.x, source)
     return Truck(f"{campaign.name} diagnosed from {start.name}", truck.values, truck.sources)

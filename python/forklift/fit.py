@@ -17,6 +17,7 @@ from forklift.compare import Comparison, check_temperature, compare
 from forklift.errors import ForkliftError
 from forklift.estimation import words
 from forklift.estimation.algebra import one_thread
+from forklift.estimation.interface import Problem as AnyProblem
 from forklift.estimation.judgement import Judged, judge
 from forklift.estimation.knowledge import QUANTILE, Knowledge, knowledge
 from forklift.estimation.problem import Problem, sample
@@ -208,9 +209,9 @@ class _Watch:
         return evaluated
 
 
-def _misfit(problem: Problem, every: Mapping[str, Sensor], x: Floats) -> float:
+def _misfit(problem: AnyProblem, every: Mapping[str, Sensor], x: Floats) -> float:
     """See `Progress.misfit`."""
-    at_noise = replace(problem, sigma={name: sensor.noise for name, sensor in every.items()})
+    at_noise = problem.weighted({name: sensor.noise for name, sensor in every.items()})
     left = [residual for run in at_noise.residuals(x) for residual in run.values()]
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
@@ -445,7 +446,7 @@ def _judge(
     with one_thread():
         known = knowledge(found.problem, found.x)
         theta = found.x[: len(problem.unknowns)]
-        weighted = replace(found.problem, samples=problem.samples)
+        weighted = found.problem.over(problem.samples)
         return known, tuple(judge(weighted, theta, known.covariance, every))
 
 

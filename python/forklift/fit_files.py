@@ -226,7 +226,7 @@ def _judged(found: Judged) -> dict[str, Any]:
     return {
         "file": found.file,
         "role": found.role,
-        "lift": found.lift,
+        "lift": found.group,
         "channel": found.channel,
         "samples": found.samples,
         "mean_square": found.mean_square,

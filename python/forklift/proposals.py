@@ -10,6 +10,7 @@ from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.next_recording import part, tell
 from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.trial import Trial
+from forklift.estimation.problem import truck_of
 from forklift.estimation.sensors import Sensor
 from forklift.estimation.suitability import Caution
 
@@ -30,7 +31,7 @@ def propose(
     """What to record next, if anything would help; and why, or why nothing would."""
     rivals = _rivals(selection, found)
     if len(rivals) > 1:
-        trucks = [one.found.problem.truck_at(one.found.x) for one in rivals]
+        trucks = [truck_of(one.found.problem, one.found.x) for one in rivals]
         proposal = part(rivals, candidates(campaign.recordings, trucks, sensors))
         return next_recording(proposal), proposal.why
     for caution in cautions:
@@ -40,7 +41,7 @@ def propose(
                 return once_more, once_more.why
     vague = _vague(selection.final)
     if vague:
-        truck = selection.final.found.problem.truck_at(selection.final.found.x)
+        truck = truck_of(selection.final.found.problem, selection.final.found.x)
         possible = candidates(campaign.recordings, [truck], sensors)
         proposal = tell(selection.final, vague, possible)
         return next_recording(proposal), proposal.why

@@ -64,6 +64,16 @@ class Recording:
     sha256: str = ""
     format: str = "memory"
 
+    @property
+    def group(self) -> str:
+        """What it belongs together with: the recordings of the same lift."""
+        return self.lift
+
+    @property
+    def blocks(self) -> int:
+        """How many stretches of it err independently."""
+        return 1
+
     def __post_init__(self) -> None:
         time = _frozen(self.time_s)
         known = table()

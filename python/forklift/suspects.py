@@ -9,9 +9,9 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from forklift import _core
-from forklift.diagnosis.suspect import Suspect, widened, with_unknown
+from forklift.diagnosis.suspect import Suspect
 from forklift.effects import EFFECTS
-from forklift.estimation.problem import Problem
+from forklift.estimation.problem import OWN, Problem, Sample
 from forklift.estimation.readings import Fault, Reading, reading
 from forklift.estimation.sensors import POSITIONS
 from forklift.estimation.unknowns import Unknown, unknown
@@ -140,6 +140,23 @@ def with_truck_unknowns(
     own = [known for known in problem.unknowns if not isinstance(known, Reading)]
     readings = [known for known in problem.unknowns if isinstance(known, Reading)]
     return replace(problem, truck=truck, unknowns=(*own, *more(truck), *readings))
+
+
+def with_unknown(problem: Problem, reading: Reading) -> Problem:
+    """The problem with one more number of a sensor."""
+    return replace(problem, unknowns=(*problem.unknowns, reading))
+
+
+def widened(problem: Problem, condition: str, width: float) -> Problem:
+    """The problem with a condition of each recording known to `width` only."""
+    place = OWN.index(condition)
+
+    def wide(sample: Sample) -> Sample:
+        widths = sample.width.copy()
+        widths[place] = max(width, widths[place])
+        return replace(sample, width=widths)
+
+    return replace(problem, samples=tuple(map(wide, problem.samples)))
 
 
 def _at(parameter: EffectParameterSpec, share: float) -> float:

@@ -49,7 +49,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                 suspect
                 for trial in trials
                 if trial is not accepted
-                and trial.complete
+                and (trial.complete or (trial.finished and not accepted.complete))
                 and (shares[trial] > AS_GOOD or sum(trial.by_recording().values()) - least < AS_NEAR)
                 for suspect in _new(trial, known)
                 if suspect not in accepted.suspects

@@ -17,6 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from os import cpu_count
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,18 +25,19 @@ from scipy.linalg import cho_factor, cho_solve
 
 from forklift.diagnosis.rounding import rounded
 from forklift.estimation.algebra import one_thread
-from forklift.estimation.problem import Linearised, Problem, Sample
+from forklift.estimation.interface import Problem, Sample
+from forklift.estimation.least_squares import Linearised
 
 Floats = NDArray[np.float64]
 
 WIDTH_S = 0.2
 """Distance of the hats."""
-MEMORY_S = 0.4
-"""Correlation time of the prior."""
+MEMORY = 2.0
+"""Correlation time of the prior, in distances of the hats."""
 SIZES = tuple(float(size) for size in 10.0 ** np.arange(-4.0, 3.1, 0.5))
 """a, in units in which the port's whole response has unit mean square."""
 
-Respond = Callable[[Problem, Floats, int, str, Floats], Floats]
+Respond = Callable[[Any, Floats, int, str, Floats], Floats]
 """(times, outputs, hats) of one recording at the unknown vector x, for the port of this name."""
 
 
@@ -85,16 +87,23 @@ class _Part:
     """rootᵀRᵀr."""
 
 
-def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], respond: Respond) -> list[UnknownInput]:
-    """An unknown input at each port in turn; ports named after a channel are its sensor. Best first."""
+def unknown_inputs(
+    problem: Problem, x: Floats, ports: Sequence[str], respond: Respond, width_s: float = WIDTH_S
+) -> list[UnknownInput]:
+    """An unknown input at each port in turn; ports named after a channel are its sensor. Best first.
+
+    Its hats are `width_s` apart, and its prior's correlation time is twice that.
+    """
     noise = {name: _noise(problem, name) for name in problem.sigma}
     known = [
-        _known(problem, k, sample, run, noise)
+        _known(problem, k, sample, run, noise, width_s)
         for k, (sample, run) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
     ]
 
     def part(k: int, port: str) -> _Part:
-        return _with_input(known[k], _rows(problem, x, k, port, known[k].centres, respond, noise))
+        return _with_input(
+            known[k], _rows(problem, x, k, port, known[k].centres, respond, noise, width_s), width_s
+        )
 
     found = []
     with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
@@ -110,32 +119,41 @@ def _noise(problem: Problem, channel: str) -> float:
     for sample in problem.samples:
         for seen in sample.observed:
             if seen.sensor.channel == channel:
-                return seen.sensor.noise
+                return float(seen.sensor.noise)
     return 1.0
 
 
-def _known(problem: Problem, k: int, sample: Sample, run: Linearised, noise: Mapping[str, float]) -> _Known:
+def _known(
+    problem: Problem, k: int, sample: Sample, run: Linearised, noise: Mapping[str, float], width_s: float
+) -> _Known:
     jacobian, residual = [], []
     for seen in sample.observed:
         name = seen.sensor.channel
-        off = run.model[name] - seen.values - 0.5 * seen.sensor.count
+        off = -seen.left(run.model[name])
         jacobian.append(rounded(seen.sensor, run.slope[name] / noise[name]))
         residual.append(rounded(seen.sensor, off / noise[name]))
     time = sample.recording.time_s
-    centres = np.arange(time[0], time[-1] + 0.5 * WIDTH_S, WIDTH_S)
+    centres = np.arange(time[0], time[-1] + 0.5 * width_s, width_s)
     place = problem.place(k)
     rows, rest = np.vstack(jacobian), np.concatenate(residual)
     return _Known(place, rows, rest, rows.T @ rows, rows.T @ rest, centres)
 
 
 def _rows(
-    problem: Problem, x: Floats, k: int, port: str, centres: Floats, respond: Respond, noise: dict[str, float]
+    problem: Problem,
+    x: Floats,
+    k: int,
+    port: str,
+    centres: Floats,
+    respond: Respond,
+    noise: dict[str, float],
+    width_s: float,
 ) -> Floats:
     """(samples of all channels, hats) scaled by the sensors' noise."""
     sample = problem.samples[k]
     if port in noise:
         time = sample.recording.time_s
-        hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - centres) / WIDTH_S)
+        hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - centres) / width_s)
         return np.vstack(
             [
                 rounded(seen.sensor, hats[seen.rows] / noise[port])
@@ -153,8 +171,8 @@ def _rows(
     )
 
 
-def _with_input(known: _Known, answers: Floats) -> _Part:
-    root = np.linalg.cholesky(_prior(known.centres))
+def _with_input(known: _Known, answers: Floats, width_s: float) -> _Part:
+    root = np.linalg.cholesky(_prior(known.centres, MEMORY * width_s))
     driven = answers @ root
     values, turned = np.linalg.eigh(driven.T @ driven)
     driven = driven @ turned
@@ -167,8 +185,8 @@ def _with_input(known: _Known, answers: Floats) -> _Part:
     )
 
 
-def _prior(centres: Floats) -> Floats:
-    covariance: Floats = np.exp(-np.abs(centres[:, None] - centres) / MEMORY_S)
+def _prior(centres: Floats, memory_s: float) -> Floats:
+    covariance: Floats = np.exp(-np.abs(centres[:, None] - centres) / memory_s)
     return covariance + 1e-9 * np.eye(len(centres))
 
 

@@ -26,8 +26,10 @@ from forklift.diagnosis.suspect import Suspect, carry
 from forklift.diagnosis.trial import Trial
 from forklift.errors import ForkliftError
 from forklift.estimation.algebra import one_thread
+from forklift.estimation.interface import Problem, Sample
 from forklift.estimation.knowledge import knowledge
-from forklift.estimation.problem import Linearised, Observed, Problem, Sample
+from forklift.estimation.least_squares import Linearised
+from forklift.estimation.observed import Observed
 
 Floats = NDArray[np.float64]
 
@@ -85,14 +87,15 @@ class _Rival:
 
     def fitted(self) -> tuple[Problem, Floats]:
         """The rival's problem over the recordings it was fitted to, at its optimum."""
-        return replace(self.trial.found.problem, substeps=COARSE), self.trial.found.x
+        problem = self.trial.found.problem
+        return problem.weighted(problem.sigma, COARSE), self.trial.found.x
 
     def foreseen(self, samples: Sequence[Sample]) -> tuple[Problem, Floats]:
         """The rival's problem over candidates, their conditions as doubtful as it holds them."""
         fitted = self.trial.found.problem
-        problem = replace(fitted, samples=tuple(samples), substeps=COARSE)
+        problem = fitted.over(samples).weighted(fitted.sigma, COARSE)
         for suspect in self.trial.suspects:
-            problem = replace(problem, samples=suspect.add(problem).samples)
+            problem = problem.over(suspect.add(problem).samples)
         shared = len(fitted.unknowns)
         return problem, np.r_[self.trial.found.x[:shared], np.zeros(problem.starts[-1] - shared)]
 
@@ -169,7 +172,7 @@ def tell(trial: Trial, what: Suspect | str, candidates: Sequence[Candidate]) -> 
         if isinstance(what, str):
             covariance = trial.knowledge.covariance
         else:
-            problem = what.add(replace(problem, substeps=COARSE))
+            problem = what.add(problem.weighted(problem.sigma, COARSE))
             x = carry(x, trial.found.problem, problem)
             covariance = knowledge(problem, x).covariance
             suspects = (*suspects, what)
@@ -245,7 +248,7 @@ def _linearised(problem: Problem, x: Floats) -> list[_Run]:
     for sample, said in zip(problem.samples, problem.values(x), strict=True):
         observed = tuple(replace(seen, values=said[seen.sensor.channel]) for seen in sample.observed)
         samples.append(replace(sample, observed=observed))
-    return list(zip(samples, replace(problem, samples=tuple(samples)).linearise(x), strict=True))
+    return list(zip(samples, problem.over(samples).linearise(x), strict=True))
 
 
 def _weights(seen: Observed, noise: Mapping[str, float], said: Sequence[Floats]) -> Floats:

@@ -15,7 +15,7 @@ in its own regime only is no physics (Chow 1960, for regressions).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
@@ -26,8 +26,9 @@ from forklift.diagnosis.trial import Trial
 from forklift.errors import ForkliftError
 from forklift.estimation import likelihood
 from forklift.estimation.algebra import one_thread
+from forklift.estimation.interface import Problem
 from forklift.estimation.knowledge import QUANTILE, TOLD
-from forklift.estimation.problem import Linearised, Problem
+from forklift.estimation.least_squares import Linearised
 from forklift.estimation.unknowns import DEGREES, Unknown
 
 Floats = NDArray[np.float64]
@@ -133,7 +134,7 @@ def regimes(trial: Trial, parameter: str, splits: Sequence[Split]) -> tuple[Regi
     sigma = {
         name: noise * wide * trial.knowledge.widening.get(name, 1.0) for name, noise in problem.sigma.items()
     }
-    problem = replace(problem, sigma=sigma)
+    problem = problem.weighted(sigma)
     with one_thread():
         here = problem.linearise(trial.found.x)
         return tuple(
@@ -185,7 +186,7 @@ def _runs(problem: Problem, at: Floats, place: int, split: Split, side: int) -> 
     x = at[:-1].copy()
     x[place] = at[-1] if side else at[place]
     seen = [k for k, rows in enumerate(split.rows) if (rows != bool(side)).any()]
-    part = replace(problem, samples=tuple(problem.samples[k] for k in seen))
+    part = problem.over([problem.samples[k] for k in seen])
     own = np.concatenate([x[: len(problem.unknowns)], *(problem.own(x, k) for k in seen)])
     return dict(zip(seen, part.linearise(own), strict=True))
 

@@ -8,7 +8,7 @@ the suspect's amplitude and all other unknowns took the best linear step togethe
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from forklift.diagnosis.rounding import rounded
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.errors import ForkliftError
-from forklift.estimation.problem import Problem
-from forklift.estimation.readings import Reading
+from forklift.estimation.interface import Problem
 
 Floats = NDArray[np.float64]
 
@@ -117,9 +116,7 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
 def _weighted(problem: Problem) -> Problem:
     """The problem with the sensors' own noise, and encoders with edges soft enough for a linear step."""
     sensors = [seen.sensor for sample in problem.samples for seen in sample.observed]
-    return replace(
-        problem, sigma={one.channel: SOFT * one.count if one.count else one.noise for one in sensors}
-    )
+    return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})
 
 
 def _probe(problem: Problem, x: Floats, suspect: Suspect, stack: Stack) -> _Column | None:
@@ -127,7 +124,7 @@ def _probe(problem: Problem, x: Floats, suspect: Suspect, stack: Stack) -> _Colu
     trial = suspect.add(problem)
     start = carry(x, problem, trial)
     try:
-        held, at = _held(trial, start, suspect.amplitude)
+        held, at = trial.held(start, suspect.amplitude)
         runs = held.linearise(at)
     except ForkliftError as error:
         if error.code == "interrupted":
@@ -146,18 +143,6 @@ def _probe(problem: Problem, x: Floats, suspect: Suspect, stack: Stack) -> _Colu
     if not any(block.any() for block in blocks):
         return None
     return _Column(suspect, blocks, suspect.amplitude is None)
-
-
-def _held(trial: Problem, x: Floats, amplitude: str | None) -> tuple[Problem, Floats]:
-    """The same with all of the truck held but the amplitude, and the same place in it: so much is cheaper to
-    differentiate."""
-    kept = [
-        k
-        for k, unknown in enumerate(trial.unknowns)
-        if unknown.name == amplitude or isinstance(unknown, Reading)
-    ]
-    held = replace(trial, truck=trial.truck_at(x), unknowns=tuple(trial.unknowns[k] for k in kept))
-    return held, np.concatenate([x[kept], x[len(trial.unknowns) :]])
 
 
 def _wider(problem: Problem, trial: Problem, k: int) -> int:

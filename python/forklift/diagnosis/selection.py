@@ -32,8 +32,8 @@ MUCH = 0.2
 ALIKE, LEAST_ROUGH = 0.5, 2.0
 """A suspect stays in the race if, after the tempered stages, −ln posterior has fallen by this share of what
 it has with the best one, and by no less than this."""
-LEAST_GAIN, LEAST_LATER = 0.1, 0.5
-"""Shares of what is left over that the first and every later explanation must remove."""
+LEAST_GAIN = 0.1
+"""Share of what is left over that the first explanation must remove; of later ones `Bench.later`."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
 AS_NEAR = 20.0
@@ -107,7 +107,7 @@ def select(
     best = _needed(bench, best, say)
     named = [step.accepted for step in steps if step.accepted]
     unnamed = _unnamed(bench, baseline, named, best, say, general)
-    chosen = _choice([trial for trial in unnamed if _replaces(trial, best)], best, LEAST_LATER)
+    chosen = _choice([trial for trial in unnamed if _replaces(trial, best)], best, bench.later)
     final = chosen or best
     if not final.finished:
         say("fitting the final model")
@@ -117,7 +117,7 @@ def select(
 
 def _round(bench: Bench, best: Trial, screening: Screening, say: Say) -> Step:
     """The most promising; further ones if none explains everything; what the winner is confused with."""
-    share = LEAST_LATER if best.suspects else LEAST_GAIN
+    share = bench.later if best.suspects else LEAST_GAIN
     ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
     trials = _race(bench, best, ranked[:1], screening, [], say)

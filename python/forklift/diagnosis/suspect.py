@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.estimation.problem import OWN, Problem, Sample
-from forklift.estimation.readings import Reading
+from forklift.estimation.interface import Problem
 
 Floats = NDArray[np.float64]
 Kind = Literal["physics", "parameter", "sensor", "unknown"]
@@ -33,7 +32,8 @@ class Suspect:
     amplitude
         The unknown that is zero where the suspect is absent; None for conditions.
     add
-        A problem with the suspect's unknowns at their quiet values: it leaves the model as it is.
+        A problem of the same kind with the suspect's unknowns at their quiet values: it leaves the model as
+        it is.
     """
 
     id: str
@@ -42,7 +42,7 @@ class Suspect:
     where: str
     equation: str
     amplitude: str | None
-    add: Callable[[Problem], Problem]
+    add: Callable[[Any], Any]
     confused_with: tuple[str, ...] = ()
     told_by: tuple[str, ...] = ()
     """Conditions of which there must be two values at least."""
@@ -58,30 +58,13 @@ class Suspect:
         return f"Suspect({self.label!r})"
 
 
-def with_unknown(problem: Problem, reading: Reading) -> Problem:
-    """The problem with one more number of a sensor."""
-    return replace(problem, unknowns=(*problem.unknowns, reading))
-
-
-def widened(problem: Problem, condition: str, width: float) -> Problem:
-    """The problem with a condition of each recording known to `width` only."""
-    place = OWN.index(condition)
-
-    def wide(sample: Sample) -> Sample:
-        widths = sample.width.copy()
-        widths[place] = max(width, widths[place])
-        return replace(sample, width=widths)
-
-    return replace(problem, samples=tuple(map(wide, problem.samples)))
-
-
 def carry(x: Floats, before: Problem, after: Problem) -> Floats:
     """The same place in another problem: what is new is quiet."""
     known = {unknown.name: float(at) for unknown, at in zip(before.unknowns, x, strict=False)}
     shared = [known.get(unknown.name, 0.0) for unknown in after.unknowns]
     own = []
     for k, (was, now) in enumerate(zip(before.samples, after.samples, strict=True)):
-        offsets = np.zeros(len(OWN))
+        offsets = np.zeros(len(was.width))
         offsets[was.free] = was.width[was.free] * before.own(x, k)
         own.append(offsets[now.free] / now.width[now.free])
     return np.concatenate([shared, *own])

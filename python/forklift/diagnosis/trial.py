@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.estimation import geodesic
 from forklift.estimation.algebra import one_thread
+from forklift.estimation.interface import Problem
 from forklift.estimation.judgement import Judged, judge
-from forklift.estimation.knowledge import Knowledge, knowledge
-from forklift.estimation.problem import Problem
+from forklift.estimation.knowledge import Knowledge, covariance_at_noise, knowledge
 from forklift.estimation.search import STAGES, Found, Progress, Stage, search
 from forklift.estimation.sensors import Sensor
 
@@ -26,6 +26,8 @@ SETTLING = (replace(STAGES[2], evaluations=8),)
 """A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
+NEAR, MOVES = 1e-3, 12
+"""A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
 LESS = 0.95
 """Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
@@ -50,6 +52,9 @@ class Trial:
     early: Found
     """Where the tempered stages ended: parameters have not yet gone to extremes to make up for what is
     missing, so that a linear step from there tells who could."""
+
+    left_at_weights: float | None = None
+    """Mean square left over in units of the weights that deviations were told with; None: of the noise."""
 
     @property
     def held_out(self) -> tuple[Judged, ...]:
@@ -85,14 +90,20 @@ class Trial:
         if suspect.amplitude is None or suspect.kind == "unknown":
             return True
         place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
-        deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, self.left_over))
+        left = self.left_over if self.left_at_weights is None else self.left_at_weights
+        deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, left))
         return bool(abs(self.found.x[place]) >= CLEAR * deviation)
 
     def by_recording(self) -> dict[str, float]:
-        """Sum of squares of each recording held out."""
+        """Sum of squares of each recording held out, or of each of its stretches that err independently."""
         sums: dict[str, float] = {}
         for found in self.held_out:
-            sums[found.file] = sums.get(found.file, 0.0) + found.samples * found.mean_square
+            if found.blocks == 1:
+                sums[found.file] = sums.get(found.file, 0.0) + found.samples * found.mean_square
+                continue
+            for k, part in enumerate(np.array_split(found.left, found.blocks)):
+                name = f"{found.file}, stretch {k + 1}"
+                sums[name] = sums.get(name, 0.0) + float(part @ part)
         return sums
 
 
@@ -106,6 +117,13 @@ class Bench:
     """The same over all recordings."""
     sensors: Mapping[str, Sensor]
     progress: Progress | None = None
+    strict: bool = False
+    """Whether recordings held out may move parameters only as far as a complete model's would be uncertain,
+    and not by what the fit leaves over: where that is large, a wrong model's would explain anything. What
+    they have of their own is then sought to the end."""
+    later: float = 0.5
+    """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
+    noise can be reached: what one law of another shape leaves over invites a second that is none."""
 
     def problem(self, suspects: Sequence[Suspect]) -> Problem:
         return _with(self.start, suspects)
@@ -148,7 +166,7 @@ class Bench:
 
     def _finer(self, trial: Trial) -> Trial:
         """The same with shorter substeps, if what is left over is the simulation's own error."""
-        problem = replace(trial.found.problem, substeps=FINEST.substeps)
+        problem = trial.found.problem.weighted(trial.found.problem.sigma, FINEST.substeps)
         exact = self._judged(
             trial.suspects,
             replace(trial.found, problem=problem),
@@ -180,17 +198,28 @@ class Bench:
     def _judged(
         self, suspects: Sequence[Suspect], found: Found, rough: float, *, early: Found, finished: bool
     ) -> Trial:
-        everyone = replace(
-            _with(self.everyone, suspects), sigma=found.problem.sigma, substeps=found.problem.substeps
-        )
+        everyone = _with(self.everyone, suspects).weighted(found.problem.sigma, found.problem.substeps)
         if not finished:  # where it stands, only those held out tell
             held = tuple(one for one in everyone.samples if one.recording.role == "validate")
-            everyone = replace(everyone, samples=held or everyone.samples)
+            everyone = everyone.over(held or everyone.samples)
         with one_thread():
             known = knowledge(found.problem, found.x)
             theta = found.x[: len(found.problem.unknowns)]
-            judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
-        return Trial(tuple(suspects), found, known, judged, rough, finished, early)
+            if self.strict:
+                granted = covariance_at_noise(found.problem, found.x, self.sensors)
+                judged = tuple(judge(everyone, theta, granted, self.sensors, far=NEAR, moves=MOVES))
+            else:
+                judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
+        left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
+        return Trial(tuple(suspects), found, known, judged, rough, finished, early, left)
+
+
+def _left_at(weights: Mapping[str, float], judged: Sequence[Judged], sensors: Mapping[str, Sensor]) -> float:
+    """Mean square left over on what is held out, in units of these weights."""
+    held = [found for found in judged if found.role == "validate"] or judged
+    scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
+    square = sum(found.samples * found.mean_square * scale[found.channel] ** 2 for found in held)
+    return square / sum(found.samples for found in held)
 
 
 def _after(before: Found, found: Found) -> Found:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from forklift.errors import ForkliftError
 
 if TYPE_CHECKING:
-    from forklift.estimation.problem import Linearised, Problem
+    from forklift.estimation.interface import Problem
+    from forklift.estimation.least_squares import Linearised
 
 Floats = NDArray[np.float64]
 

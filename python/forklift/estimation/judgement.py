@@ -19,7 +19,8 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 if TYPE_CHECKING:
-    from forklift.estimation.problem import Linearised, Problem, Sample
+    from forklift.estimation.interface import Problem, Sample
+    from forklift.estimation.least_squares import Linearised
     from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
@@ -35,6 +36,7 @@ FAR = 0.3
 """What moves one of a recording's own unknowns by more of its prior's deviations is linearised anew: a load
 that was entered wrongly, say."""
 MOST_MOVES = 4
+HALVINGS = 5
 WHITE = 0.01
 """Its level: a complete model fails one test in a hundred."""
 
@@ -45,7 +47,8 @@ class Judged:
 
     file: str
     role: str
-    lift: str
+    group: str
+    """What the recording belongs together with."""
     channel: str
     samples: int
     mean_square: float
@@ -60,6 +63,8 @@ class Judged:
 
     independent: float = 1.0
     """Share of the samples whose noise is independent: an encoder at rest is rounded once."""
+    blocks: int = 1
+    """How many stretches of the recording err independently."""
 
     @property
     def explained(self) -> bool:
@@ -76,27 +81,77 @@ class Judged:
         return None if self.whiteness is None else self.whiteness >= WHITE
 
 
-def judge(problem: Problem, theta: Floats, covariance: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
+def judge(
+    problem: Problem,
+    theta: Floats,
+    covariance: Floats,
+    sensors: Mapping[str, Sensor],
+    *,
+    far: float = FAR,
+    moves: int = MOST_MOVES,
+) -> list[Judged]:
     """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`.
 
     The channels pull with the problem's weights, so that one the model cannot follow does not bend the
-    others; what is left is then told in units of the sensors' noise.
+    others; what is left is then told in units of the sensors' noise. A recording's own unknowns that move by
+    more than `far` are linearised anew, at most in `moves` places.
     """
+    _, runs, steps = _settled(problem, theta, covariance, far, moves)
+    judged = []
+    for sample, at, step in zip(problem.samples, runs, steps, strict=True):
+        judged += _judge(sample, at, step, sensors)
+    return judged
+
+
+def settled(problem: Problem, theta: Floats, *, far: float, moves: int) -> Floats:
+    """The unknown vector at θ with each recording's own unknowns where they explain it best."""
+    x, _, steps = _settled(problem, theta, np.zeros((len(theta), len(theta))), far, moves)
+    return np.asarray(x + np.concatenate([np.zeros(len(theta)), *(step[len(theta) :] for step in steps)]))
+
+
+def _settled(
+    problem: Problem, theta: Floats, covariance: Floats, far: float, moves: int
+) -> tuple[Floats, list[Linearised], list[Floats]]:
+    """Where the recordings were last linearised, how, and the steps from there."""
     x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
-    for _ in range(MOST_MOVES):
+    for _ in range(moves):
         runs = problem.linearise(x)
         steps = [
             _step(sample, at, covariance, problem.own(x, k))
             for k, (sample, at) in enumerate(zip(problem.samples, runs, strict=True))
         ]
         own = np.concatenate([step[len(theta) :] for step in steps])
-        if not np.any(np.abs(own) > FAR):
+        if not np.any(np.abs(own) > far):
             break
-        x = np.clip(x + np.concatenate([np.zeros(len(theta)), own]), *problem.bounds())
-    judged = []
-    for sample, at, step in zip(problem.samples, runs, steps, strict=True):
-        judged += _judge(sample, at, step, sensors)
-    return judged
+        there = np.clip(x + np.concatenate([np.zeros(len(theta)), own]), *problem.bounds())
+        x = _towards(problem, x, there)
+    return x, runs, steps
+
+
+def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:
+    """There, each recording's own unknowns half as far as often as it is explained worse there than at x.
+
+    Far from a recording its robust residuals bend, and a straight step goes too far.
+    """
+    before = _squares(problem, x)
+    for _ in range(HALVINGS):
+        worse = _squares(problem, there) > before
+        if not worse.any():
+            break
+        for k in np.flatnonzero(worse):
+            own = slice(problem.starts[k], problem.starts[k + 1])
+            there[own] = x[own] + 0.5 * (there[own] - x[own])
+    return there
+
+
+def _squares(problem: Problem, x: Floats) -> Floats:
+    """(recordings,) what each leaves over, with what its own unknowns cost."""
+    return np.array(
+        [
+            sum(float(rho @ rho) for rho in run.values()) + float(np.sum(problem.own(x, k) ** 2))
+            for k, run in enumerate(problem.residuals(x))
+        ]
+    )
 
 
 def _step(sample: Sample, at: Linearised, covariance: Floats, own: Floats) -> Floats:
@@ -116,7 +171,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
         name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]
         slope = at.slope[name]
         said = at.model[name] + slope @ step
-        left = (seen.values + 0.5 * sensor.count - said) / sensor.noise
+        left = seen.left(said) / sensor.noise
         if sensor.count:
             left = left - np.clip(left.mean(), -ROUNDING, ROUNDING)
         even = len(left) == len(sample.recording)
@@ -125,7 +180,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
             Judged(
                 sample.recording.file,
                 sample.recording.role,
-                sample.recording.lift,
+                sample.recording.group,
                 name,
                 len(left),
                 float(np.mean(left**2)),
@@ -133,6 +188,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
                 seen.rows,
                 left,
                 _stretches(seen.values) / len(left) if sensor.count else sensor.independent,
+                sample.recording.blocks,
             )
         )
     return judged

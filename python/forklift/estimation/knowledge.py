@@ -8,17 +8,18 @@ than their number says, so each channel's noise is first widened by the root of 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from forklift.estimation.judgement import LAGS, ljung_box
+from forklift.estimation.judgement import ljung_box
 
 if TYPE_CHECKING:
-    from forklift.estimation.problem import Problem
+    from forklift.estimation.interface import Problem
+    from forklift.estimation.sensors import Sensor
     from forklift.estimation.unknowns import Unknown
 
 Floats = NDArray[np.float64]
@@ -98,7 +99,7 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     wide = widening(problem, x)
     if any(factor > 1.0 for factor in wide.values()):
         sigma = {name: noise * wide.get(name, 1.0) for name, noise in problem.sigma.items()}
-        problem = replace(problem, sigma=sigma)
+        problem = problem.weighted(sigma)
     _, jacobian = problem.compressed(x)
     normal = jacobian.T @ jacobian
     shared = len(problem.unknowns)
@@ -113,11 +114,25 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     return Knowledge(covariance, estimates, groups, untold, wide)
 
 
+def covariance_at_noise(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Floats:
+    """Covariance of θ as it would be if what is left over were the sensors' noise and nothing else.
+
+    It is what a complete model does not know of its parameters: a model that misses something is granted no
+    more.
+    """
+    problem = problem.weighted({name: sensor.noise for name, sensor in sensors.items()})
+    _, jacobian = problem.compressed(x)
+    normal = jacobian.T @ jacobian
+    everything = cho_solve(cho_factor(normal), np.eye(len(normal)))
+    shared = len(problem.unknowns)
+    return np.asarray(0.5 * (everything + everything.T)[:shared, :shared])
+
+
 def widening(problem: Problem, x: Floats) -> dict[str, float]:
     """√(1 + 2 Σ r_k) of each channel's residuals, over the recordings in which they are coloured.
 
-    The sum runs over `LAGS` lags, with the correlations' mean over the recordings; at least 1. An encoder's
-    softness takes up what is left over there, and is not widened.
+    The sum runs over the problem's lags, with the correlations' mean over the recordings; at least 1. An
+    encoder's softness takes up what is left over there, and is not widened.
     """
     correlations: dict[str, list[Floats]] = {}
     for at, sample in zip(problem.linearise(x), problem.samples, strict=True):
@@ -126,7 +141,8 @@ def widening(problem: Problem, x: Floats) -> dict[str, float]:
                 continue
             residual = at.residual[seen.sensor.channel]
             white = ljung_box(residual)
-            found = np.zeros(LAGS) if white is None or white > COLOURED else _autocorrelation(residual)
+            quiet = white is None or white > COLOURED
+            found = np.zeros(problem.lags) if quiet else _autocorrelation(residual, problem.lags)
             correlations.setdefault(seen.sensor.channel, []).append(found)
     return {
         name: float(np.sqrt(max(1.0, 1.0 + 2.0 * np.mean(found, axis=0).sum())))
@@ -134,9 +150,9 @@ def widening(problem: Problem, x: Floats) -> dict[str, float]:
     }
 
 
-def _autocorrelation(residual: Floats) -> Floats:
+def _autocorrelation(residual: Floats, lags: int) -> Floats:
     energy = residual @ residual
-    return np.array([residual[k:] @ residual[:-k] / energy for k in range(1, LAGS + 1)])
+    return np.array([residual[k:] @ residual[:-k] / energy for k in range(1, lags + 1)])
 
 
 def _estimate(unknown: Unknown, theta: float, deviation: float, alone: float) -> Estimate:

@@ -56,6 +56,23 @@ def interval(read: Floats, model: Floats, count: float, softness: float) -> tupl
     return np.sign(u) * rho, derivative / softness
 
 
+def censored(end: float, model: Floats, sigma: float, sign: float) -> tuple[Floats, Floats]:
+    """A sample at the end of what a sensor reads: the truth lies there or beyond (Tobin 1958).
+
+    ρ² = −2 ln Φ(u), u = ±(model − end)/σ: `sign` 1 for a ceiling, −1 for a floor. Far short of the end this
+    is the distance; like `gaussian`, it grows with the root of it beyond `HUBER`.
+    """
+    u = sign * (model - end) / sigma
+    log_p = log_ndtr(u)
+    rho = np.sqrt(-2.0 * log_p)
+    slope = -np.exp(-0.5 * u**2 - 0.5 * np.log(2.0 * np.pi) - log_p) / np.maximum(rho, 1e-150)
+    slope = np.where(rho > 1e-150, slope, 0.0)
+    far = rho > HUBER
+    damped = np.sqrt(2.0 * HUBER * np.where(far, rho, HUBER) - HUBER**2)
+    slope = np.where(far, slope * HUBER / damped, slope)
+    return -sign * np.where(far, damped, rho), -slope / sigma
+
+
 def interval_cost(read: Floats, model: Floats, count: float, softness: float) -> float:
     """Sum of −2 ln P of `interval`, P₀ not taken off: what tells which softness the samples have."""
     rho, _ = interval(read, model, count, softness)

@@ -1,39 +1,37 @@
-"""All recordings of a fit as one least-squares problem, with exact derivatives.
+"""The recordings of a forklift as one least-squares problem, with the core's exact derivatives.
 
-The unknown vector is (θ, φ₁, …, φ_K): the shared unknowns in units of their priors, and of each recording
-its own: the oil temperature's offset, where the lifts started, and the load's offset if that is free.
-Residuals are those of `forklift.estimation.likelihood`, so that half their sum of squares is −ln posterior.
+What a recording has of its own is the oil temperature's offset, where the lifts started, and the load's
+offset if that is free. All else is as `forklift.estimation.least_squares` has it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from os import cpu_count
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, qr
 
 from forklift import _core
 from forklift.commands import Command
-from forklift.estimation import likelihood
-from forklift.estimation.algebra import one_thread
+from forklift.estimation.least_squares import LeastSquares as LeastSquares
+from forklift.estimation.least_squares import Linearised as Linearised
+from forklift.estimation.least_squares import Products as Products
+from forklift.estimation.observed import Observed as Observed
 from forklift.estimation.readings import Reading
-from forklift.estimation.unknowns import DEGREES, Unknown, move
+from forklift.estimation.unknowns import Unknown, move
 from forklift.names import LIFTS, Lift, outputs
 from forklift.simulate import START_WITHIN_S, mean_temperature, simulate
 
 if TYPE_CHECKING:
+    from forklift.estimation.interface import Problem as AnyProblem
     from forklift.estimation.sensors import Sensor
     from forklift.recording import Recording
     from forklift.simulate import Simulation
     from forklift.truck import Truck
 
 Floats = NDArray[np.float64]
-T = TypeVar("T")
 
 OWN = ("load", "oil_temperature", "oil_warming", "free.start", "main.start")
 """What a recording has of its own, in the core's order and by its names."""
@@ -50,17 +48,6 @@ START_WIDTH_M = 3e-4
 
 
 @dataclass(frozen=True)
-class Observed:
-    """The finite samples of one channel in one recording."""
-
-    sensor: Sensor
-    column: int
-    """Its place among the model's outputs."""
-    rows: NDArray[np.intp]
-    values: Floats
-
-
-@dataclass(frozen=True)
 class Sample:
     """One recording as the problem sees it."""
 
@@ -72,6 +59,21 @@ class Sample:
     width: Floats
     """(own,) prior standard deviations of the same; 0: known."""
     observed: tuple[Observed, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it has of its own."""
+        return OWN
+
+    @property
+    def least(self) -> Floats:
+        """(own,) lower bounds: no load is below zero."""
+        return np.where(np.array(OWN) == "load", 0.0, -np.inf)
+
+    @property
+    def most(self) -> Floats:
+        """(own,) upper bounds: none."""
+        return np.full(len(self.centre), np.inf)
 
     def conditions(self, phi: Floats) -> Floats:
         """(own,) the recording's own values at φ, in prior standard deviations."""
@@ -85,146 +87,15 @@ class Sample:
         return np.flatnonzero(self.width)
 
 
-@dataclass(frozen=True)
-class Linearised:
-    """A recording's residuals and their derivatives at one point, channel by channel."""
-
-    residual: Mapping[str, Floats]
-    jacobian: Mapping[str, Floats]
-    """(samples, θ and φ of this recording)."""
-    model: Mapping[str, Floats]
-    """What the model says, in the channel's unit."""
-    slope: Mapping[str, Floats]
-    """Its derivatives along the same."""
-
-
-@dataclass(frozen=True)
-class Products:
-    """A recording linearised, and its share of the normal equations."""
-
-    at: Linearised
-    normal: Floats
-    """JᵀJ over θ and the recording's φ."""
-    gradient: Floats
-    """Jᵀr."""
-    square: float
-    """rᵀr."""
-
-
 @dataclass
-class Problem:
-    """Residuals and derivatives of recordings along the unknowns, at a given weight of each channel."""
+class Problem(LeastSquares):
+    """Residuals and derivatives of a truck's recordings along the unknowns, at given weights."""
 
     truck: Truck
     unknowns: tuple[Unknown, ...]
     samples: tuple[Sample, ...]
     substeps: int
     sigma: Mapping[str, float] = field(default_factory=dict)
-    """Standard deviation each channel is weighted by, in its unit; of an encoder the softness."""
-
-    @property
-    def starts(self) -> list[int]:
-        """Where each recording's φ begins in the unknown vector; last, its length."""
-        lengths = [len(self.unknowns), *(len(sample.free) for sample in self.samples)]
-        return [int(end) for end in np.cumsum(lengths)]
-
-    def bounds(self) -> tuple[Floats, Floats]:
-        """Least and greatest of the unknown vector: no load is below zero."""
-        own = self.starts[-1] - len(self.unknowns)
-        lower = [unknown.lower for unknown in self.unknowns]
-        for sample in self.samples:
-            least = np.where(np.array(OWN) == "load", 0.0, -np.inf)[sample.free]
-            lower += [*((least - sample.centre[sample.free]) / sample.width[sample.free])]
-        upper = [*(unknown.upper for unknown in self.unknowns), *[np.inf] * own]
-        return np.array(lower), np.array(upper)
-
-    def own(self, x: Floats, k: int) -> Floats:
-        """φ of recording k."""
-        return x[self.starts[k] : self.starts[k + 1]]
-
-    def place(self, k: int) -> NDArray[np.intp]:
-        """Where θ and the φ of recording k stand in the unknown vector."""
-        own = np.arange(self.starts[k], self.starts[k + 1])
-        return np.concatenate([np.arange(len(self.unknowns)), own])
-
-    def linearise(self, x: Floats) -> list[Linearised]:
-        """Every recording simulated and differentiated at x.
-
-        Raises
-        ------
-        ForkliftError
-            If the truck at x is impossible or a run fails.
-        """
-        return list(self._each(x, self._linearise))
-
-    def products(self, x: Floats) -> list[Products]:
-        """Every recording linearised at x, with its share of the normal equations.
-
-        Raises
-        ------
-        ForkliftError
-            As `linearise`.
-        """
-        return list(self._each(x, self._products))
-
-    def residuals(self, x: Floats) -> list[dict[str, Floats]]:
-        """Every recording's residuals at x, channel by channel; several times faster than `linearise`.
-
-        Raises
-        ------
-        ForkliftError
-            As `linearise`.
-        """
-        return [
-            {seen.sensor.channel: self.misfit(seen, said[seen.sensor.channel])[0] for seen in sample.observed}
-            for sample, said in zip(self.samples, self.values(x), strict=True)
-        ]
-
-    def values(self, x: Floats) -> list[dict[str, Floats]]:
-        """What the model says at x of every recording, channel by channel, each in its unit.
-
-        Raises
-        ------
-        ForkliftError
-            As `linearise`.
-        """
-        runs = self._simulate(x, derivatives=False)
-        return [
-            {seen.sensor.channel: values[seen.rows, seen.column] for seen in sample.observed}
-            for sample, (values, _) in zip(self.samples, runs, strict=True)
-        ]
-
-    def prior(self, x: Floats) -> tuple[Floats, Floats]:
-        """Residual of each unknown against its prior, and its derivative along that unknown."""
-        shared = len(self.unknowns)
-        rho, slope = likelihood.student(x[:shared], DEGREES)
-        return np.concatenate([rho, x[shared:]]), np.concatenate([slope, np.ones(len(x) - shared)])
-
-    def compressed(self, x: Floats) -> tuple[Floats, Floats]:
-        """Residual (m,) and Jacobian (m, unknowns) with the same sums of squares and products, m small.
-
-        Each recording's rows are replaced by the triangle of their QR decomposition.
-        """
-        shared, total = len(self.unknowns), self.starts[-1]
-        triangles = list(self._each(x, self._triangle))
-        rho, slope = self.prior(x)
-        residual, jacobian = [rho], [np.diag(slope)]
-        for k, triangle in enumerate(triangles):
-            place = slice(self.starts[k], self.starts[k + 1])
-            rows = np.zeros((len(triangle), total))
-            rows[:, :shared] = triangle[:, :shared]
-            rows[:, place] = triangle[:, shared:-1]
-            jacobian.append(rows)
-            residual.append(triangle[:, -1])
-        return np.concatenate(residual), np.vstack(jacobian)
-
-    def _each(self, x: Floats, use: Callable[[Sample, Floats, Floats, Floats], T]) -> Iterator[T]:
-        theta = x[: len(self.unknowns)]
-        columns = [unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True)]
-        chain = block_diag(np.zeros((0, 0)), *columns)
-        runs = self._simulate(x, derivatives=True)
-        with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
-            yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)
 
     def _simulate(self, x: Floats, *, derivatives: bool) -> list[tuple[Floats, Floats]]:
         """Outputs of every recording, and slopes along parameters, readings and what is its own."""
@@ -241,6 +112,17 @@ class Problem:
             _read(sample.recording.time_s, run, readings, len(names) if derivatives else 0)
             for sample, run in zip(self.samples, runs, strict=True)
         ]
+
+    def held(self, x: Floats, amplitude: str | None) -> tuple[Problem, Floats]:
+        """All of the truck held at x but the amplitude, and the same place: so much is cheaper to
+        differentiate."""
+        kept = [
+            k
+            for k, unknown in enumerate(self.unknowns)
+            if unknown.name == amplitude or isinstance(unknown, Reading)
+        ]
+        problem = replace(self, truck=self.truck_at(x), unknowns=tuple(self.unknowns[k] for k in kept))
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :]])
 
     def truck_at(self, x: Floats, source: str = "fit") -> Truck:
         """The truck at x; its moved values carry `source`.
@@ -259,47 +141,6 @@ class Problem:
         readings = [(unknown, at) for unknown, at in pairs if isinstance(unknown, Reading)]
         return pairs[: len(pairs) - len(readings)], readings
 
-    def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
-        along = chain.shape[0]
-        own = along + sample.free
-        residual, jacobian, model, slope = {}, {}, {}, {}
-        for seen in sample.observed:
-            said = values[seen.rows, seen.column]
-            rho, weight = self.misfit(seen, said)
-            raw = slopes[seen.rows, seen.column]
-            channel = seen.sensor.channel
-            residual[channel], model[channel] = rho, said
-            slope[channel] = np.hstack([raw[:, :along] @ chain, raw[:, own] * sample.width[sample.free]])
-            jacobian[channel] = slope[channel] * weight[:, None]
-        return Linearised(residual, jacobian, model, slope)
-
-    def misfit(self, seen: Observed, said: Floats) -> tuple[Floats, Floats]:
-        """Residual of each sample and its derivative along what the model says."""
-        sigma = self.sigma[seen.sensor.channel]
-        if seen.sensor.count:
-            return likelihood.interval(seen.values, said, seen.sensor.count, sigma)
-        return likelihood.gaussian(seen.values, said, sigma)
-
-    def _products(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Products:
-        at = self._linearise(sample, values, slopes, chain)
-        columns = chain.shape[1] + len(sample.free)
-        normal, gradient, square = np.zeros((columns, columns)), np.zeros(columns), 0.0
-        for channel, residual in at.residual.items():
-            jacobian = at.jacobian[channel]
-            normal += jacobian.T @ jacobian
-            gradient += jacobian.T @ residual
-            square += float(residual @ residual)
-        return Products(at, normal, gradient, square)
-
-    def _triangle(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Floats:
-        at = self._linearise(sample, values, slopes, chain)
-        columns = chain.shape[1] + len(sample.free) + 1
-        if not at.residual:
-            return np.zeros((0, columns))
-        rows = np.vstack([np.column_stack([at.jacobian[name], at.residual[name]]) for name in at.residual])
-        triangle: Floats = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][:columns]
-        return triangle
-
 
 def _read(
     time: Floats, run: tuple[Floats, Floats], readings: Sequence[tuple[Reading, float]], own: int
@@ -312,6 +153,18 @@ def _read(
     for reading, at in readings:
         values, slopes = reading.read(time, values, slopes, at)
     return values, np.concatenate([slopes[..., :own], slopes[..., count:], slopes[..., own:count]], axis=2)
+
+
+def truck_of(problem: AnyProblem, x: Floats, source: str = "fit") -> Truck:
+    """The truck at x of a problem that came back from a search.
+
+    Raises
+    ------
+    ForkliftError
+        As `forklift.truck.Truck`, if it is impossible.
+    """
+    assert isinstance(problem, Problem)
+    return problem.truck_at(x, source)
 
 
 def sample(

@@ -16,7 +16,7 @@ from forklift.errors import ForkliftError
 from forklift.estimation.knowledge import QUANTILE
 
 if TYPE_CHECKING:
-    from forklift.estimation.problem import Problem
+    from forklift.estimation.interface import Problem
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ tried for the first stage: it needs more evaluations, and with leakage among the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,8 @@ from scipy.optimize import minimize_scalar
 
 from forklift.estimation import geodesic, likelihood
 from forklift.estimation.algebra import one_thread
-from forklift.estimation.problem import Linearised, Problem
+from forklift.estimation.interface import Problem
+from forklift.estimation.least_squares import Linearised
 
 if TYPE_CHECKING:
     from forklift.estimation.sensors import Sensor
@@ -106,7 +107,7 @@ def _found(problem: Problem, x: Floats, evaluations: int) -> Found:
 
 def _weighted(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: Stage) -> Problem:
     weights = temper(problem, x, sensors, stage)
-    return replace(problem, substeps=stage.substeps, sigma=weights)
+    return problem.weighted(weights, stage.substeps)
 
 
 class Counter:
@@ -125,7 +126,7 @@ def temper(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: St
     """The standard deviation each channel is weighted by in this stage."""
     if stage.temper > 1.0:
         return {name: stage.temper * sensor.noise for name, sensor in sensors.items()}
-    current = replace(problem, sigma={name: sensor.noise for name, sensor in sensors.items()})
+    current = problem.weighted({name: sensor.noise for name, sensor in sensors.items()})
     at = current.linearise(x)
     return {name: _own_noise(name, sensor, current, at, stage.sharpest) for name, sensor in sensors.items()}
 

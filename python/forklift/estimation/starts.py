@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +16,7 @@ from forklift.estimation.unknowns import move
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from forklift.estimation.interface import Problem as AnyProblem
     from forklift.estimation.problem import Problem
     from forklift.estimation.sensors import Sensor
 
@@ -111,7 +112,7 @@ def compare_ends(good: Sequence[Found], found: Sequence[Found | None]) -> Ends:
     """The best of the ends, and the others measured from it."""
     # Each search weighted the channels by its own residuals: compare with the smallest of these weights.
     sharpest = {name: min(end.problem.sigma[name] for end in good) for name in good[0].problem.sigma}
-    common = replace(good[0].problem, sigma=sharpest)
+    common = good[0].problem.weighted(sharpest)
     costs = [_cost(common, end) for end in good]
     best = good[int(np.argmin(costs))]
     least = min(costs)
@@ -128,6 +129,6 @@ def compare_ends(good: Sequence[Found], found: Sequence[Found | None]) -> Ends:
     return Ends(best, tuple(ends))
 
 
-def _cost(problem: Problem, end: Found) -> float:
+def _cost(problem: AnyProblem, end: Found) -> float:
     residual, _ = problem.compressed(end.x)
     return 0.5 * float(residual @ residual)

@@ -42,7 +42,7 @@ def _interrupted(fit: Fit) -> str:
 
 def _lift(fit: Fit, lift: Lift) -> str:
     """How well one lift's held-out recordings are explained."""
-    seen = [found for found in fit.held_out if lift in commanded(found.lift)]  # type: ignore[arg-type]
+    seen = [found for found in fit.held_out if lift in commanded(found.group)]  # type: ignore[arg-type]
     files = sorted({found.file for found in seen})
     if not seen:
         return f"{lift.capitalize()} lift: no recording of it is judged on."
@@ -82,7 +82,7 @@ def _velocity(fit: Fit, lift: Lift) -> str:
 def _left_over(fit: Fit) -> Iterator[str]:
     """Which signal and recordings, where in the motion and at which operating points something is left."""
     for lift in fit.lifts:
-        own = [found for found in fit.held_out if found.lift in (lift, "both")]
+        own = [found for found in fit.held_out if found.group in (lift, "both")]
         bad = [found for found in own if not found.explained]
         if not bad:
             continue

@@ -22,7 +22,7 @@ from forklift.estimation.knowledge import QUANTILE
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
     from forklift.diagnosis.suspect import Suspect
-    from forklift.estimation.problem import Problem
+    from forklift.estimation.interface import Problem
     from forklift.estimation.sensors import Sensor
 
 Floats = NDArray[np.float64]
@@ -103,7 +103,7 @@ def _fitted(found: Diagnosis, problem: Problem, x: Floats, port: str) -> Unknown
         )
         for sample, run in zip(problem.samples, last.problem.values(last.x), strict=True)
     ]
-    instead = replace(problem, samples=tuple(said))
+    instead = problem.over(said)
     return next(iter(unknown_inputs(instead, x, [port], unknown_ports.respond)), None)
 
 

@@ -1,0 +1,136 @@
+"""The whole of a diagnosis, for any machine: fit, locate, screen and try the suspects, name the causes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Literal
+
+from forklift.diagnosis.causes import Cause, causes
+from forklift.diagnosis.inputs import WIDTH_S, Respond, UnknownInput, unknown_inputs
+from forklift.diagnosis.region import Shape
+from forklift.diagnosis.screening import Screening, screen
+from forklift.diagnosis.selection import General, Selection, alarming, select
+from forklift.diagnosis.suspect import Suspect
+from forklift.diagnosis.trial import Bench, Trial
+
+Verdict = Literal["no-mismatch", "missing-physics", "unknown-effect", "parameter-error", "sensor-fault"]
+VERDICTS: Mapping[str, Verdict] = {
+    "physics": "missing-physics",
+    "sensor": "sensor-fault",
+    "parameter": "parameter-error",
+    "unknown": "unknown-effect",
+}
+"""By kind of the first cause."""
+
+DOUBTFUL = 1.5
+"""Mean square up to which what no suspect explains is put down to chance, or to the simulation itself."""
+
+
+@dataclass
+class Clock:
+    """Tells the stage, and keeps how long each took."""
+
+    tell: Callable[[str], None] | None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """What is being done, for as long as the context lasts."""
+        self.say(name)
+        began = time.monotonic()
+        try:
+            yield
+        finally:
+            self.seconds[name] = time.monotonic() - began
+
+    def say(self, what: str) -> None:
+        if self.tell:
+            self.tell(what)
+
+
+@dataclass(frozen=True)
+class Site:
+    """What the engine must be told of a machine, beside its problem and its suspects.
+
+    Attributes
+    ----------
+    places
+        Where an unknown input is looked for: ports, and channels for their sensors.
+    respond
+        How a recording answers an input at a port.
+    shapes
+        Given a trial and an input: the input as a function of what is known of each moment, the best first.
+    general
+        Given inputs known already, by trial: what offers suspects without a name.
+    noun
+        What is fitted.
+    width_s
+        Distance of the input's hats over time [s].
+    """
+
+    places: Sequence[str]
+    respond: Respond
+    shapes: Callable[[Trial, UnknownInput], list[Shape]]
+    general: Callable[[Mapping[Trial, Sequence[UnknownInput]]], General]
+    noun: str
+    width_s: float = WIDTH_S
+
+
+@dataclass(frozen=True, eq=False)
+class Investigation:
+    """What came of it."""
+
+    inputs: tuple[UnknownInput, ...]
+    shapes: tuple[Shape, ...]
+    selection: Selection
+    screening: Screening
+    """All suspects at the fitted machine."""
+    causes: tuple[Cause, ...]
+
+
+def investigate(
+    bench: Bench, suspects: Sequence[Suspect], site: Site, clock: Clock, *, hopeless: bool = False
+) -> Investigation:
+    """Fit the machine; if it leaves something over, say where, and try what might explain it.
+
+    `hopeless` recordings tell nothing: the machine is fitted, and no more.
+    """
+    with clock.stage(f"fitting the {site.noun}"):
+        baseline = bench.baseline()
+    with clock.stage("screening the suspects"):
+        at = baseline.found if baseline.complete else baseline.early
+        screening = screen(at.problem, at.x, suspects)
+    together = max(sensor.together for sensor in bench.sensors.values())
+    inputs: list[UnknownInput] = []
+    seen: list[Shape] = []
+    if hopeless or (baseline.complete and not alarming(screening, together)):
+        selection = Selection(baseline, (), baseline)
+    else:
+        with clock.stage("locating the mismatch"):
+            early = baseline.early
+            inputs = unknown_inputs(early.problem, early.x, site.places, site.respond, site.width_s)
+            seen = site.shapes(baseline, inputs[0])
+        with clock.stage("trying the suspects"):
+            general = site.general({baseline: inputs})
+            selection = select(bench, baseline, screening, suspects, clock.say, general)
+    return Investigation(tuple(inputs), tuple(seen), selection, screening, causes(selection))
+
+
+def verdict(selection: Selection, found: Sequence[Cause], *, hopeless: bool = False) -> Verdict:
+    """In one word: by the first cause; without one, by whether anything is left over."""
+    baseline = selection.baseline
+    if found:
+        return VERDICTS[found[0].suspect.kind]
+    doubtful = baseline.worst.mean_square <= DOUBTFUL
+    return "no-mismatch" if hopeless or baseline.complete or doubtful else "unknown-effect"
+
+
+def loudest(trial: Trial) -> str:
+    """The channel in which the mismatch shows most."""
+    sums: dict[str, float] = {}
+    for found in trial.held_out:
+        sums[found.channel] = sums.get(found.channel, 0.0) + found.excess
+    return max(sums, key=lambda channel: sums[channel])

@@ -1,0 +1,97 @@
+"""One recording of a machine: what drove it, and what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forklift.errors import ForkliftError
+
+Floats = NDArray[np.float64]
+Role = Literal["estimate", "validate"]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What one recording holds.
+
+    Attributes
+    ----------
+    file
+        Its name.
+    time_s
+        (n,), increasing [s]; steps may differ.
+    u, y
+        By name, (n,): inputs, none missing; outputs, NaN where a sample is missing.
+    role
+        ``"estimate"`` may be fitted on; ``"validate"`` is only ever judged on.
+    group
+        What belongs together when it is left out: a pressure, a load, a day.
+    conditions
+        Numbers that describe it, by name.
+
+    Raises
+    ------
+    ForkliftError
+        ``"recording-invalid"``.
+    """
+
+    file: str
+    time_s: Floats
+    u: Mapping[str, Floats]
+    y: Mapping[str, Floats]
+    role: Role = "estimate"
+    group: str = ""
+    conditions: Mapping[str, float] = field(default_factory=dict)
+    blocks: int = 1
+    """How many stretches of it err independently."""
+
+    def __post_init__(self) -> None:
+        time = _floats(self.time_s)
+        columns = {kind: {name: _floats(values) for name, values in given.items()}
+                   for kind, given in (("u", self.u), ("y", self.y))}  # fmt: skip
+        if len(time) < 2 or not np.all(np.diff(time) > 0.0):
+            raise self._error("time must increase, over two samples at least", "time_s")
+        for kind, given in columns.items():
+            for name, values in given.items():
+                if values.shape != time.shape:
+                    raise self._error(f"{name} has {values.shape} samples, time {time.shape}", name)
+                if kind == "u" and not np.isfinite(values).all():
+                    raise self._error(f"input {name} has samples that are missing", name)
+        for name, checked in (("time_s", time), *columns.items()):
+            object.__setattr__(self, name, checked)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def between(self, first: int, last: int, file: str, role: Role | None = None) -> Recording:
+        """The samples from `first` up to `last`."""
+        rows = slice(first, last)
+        return Recording(
+            file,
+            self.time_s[rows],
+            {name: values[rows] for name, values in self.u.items()},
+            {name: values[rows] for name, values in self.y.items()},
+            role or self.role,
+            self.group,
+            self.conditions,
+        )
+
+    def split(self, share: float) -> tuple[Recording, Recording]:
+        """The first `share` of it to be fitted on, the rest to be judged on."""
+        at = round(share * len(self))
+        return (
+            self.between(0, at, f"{self.file} up to {100 * share:.0f} %", "estimate"),
+            self.between(at, len(self), f"{self.file} from {100 * share:.0f} %", "validate"),
+        )
+
+    def _error(self, what: str, name: str) -> ForkliftError:
+        return ForkliftError("recording-invalid", f"recording {self.file}: {what}", name=name, file=self.file)
+
+
+def _floats(values: ArrayLike) -> Floats:
+    return np.array(values, dtype=float)

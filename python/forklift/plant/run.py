@@ -1,0 +1,166 @@
+"""A plant through its inputs, in lanes: many simulations side by side, each with parameters of its own.
+
+Runge's method of second order, or Kutta's of fourth, with fixed substeps (Kutta 1901): for machines that are
+not stiff. A plant without states is evaluated at all times at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.errors import ForkliftError
+from forklift.plant.parts import Effect, Plant, State, Values
+
+Floats = NDArray[np.float64]
+
+Push = Callable[[Floats], Mapping[str, Floats]]
+"""Of the times (lanes,): further inputs at ports, (lanes,)."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A plant with the effects that are present."""
+
+    plant: Plant
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """The plant's and the effects' own."""
+        return (*self.plant.states, *(state for effect in self.effects for state in effect.states))
+
+    def moment(
+        self, t: Any, x: Values, u: Values, p: Values, own: Sequence[Values], push: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any], Mapping[str, Any], dict[str, Any]]:
+        """Inputs as they act, what enters at every port, the bus, and the rates of the effects' states."""
+        w: dict[str, Any] = {port.name: 0.0 for port in self.plant.ports}
+        driven = dict(u)
+        for name, value in push.items():
+            if name in w:
+                w[name] = value
+            else:
+                driven[name] = driven[name] + value
+        bus = self.plant.bus(t, x, driven, p)
+        rates: dict[str, Any] = {}
+        for effect, values in zip(self.effects, own, strict=True):
+            mine = {state.name for state in effect.states}
+            for name, value in effect.term(x, driven, values, bus).items():
+                if name in mine:
+                    rates[name] = value
+                elif name in w:
+                    w[name] = w[name] + value
+                else:
+                    driven[name] = driven[name] + value
+        return driven, w, bus, rates
+
+    def own(self, p: Values) -> list[dict[str, Any]]:
+        """Each effect's parameters, by their short names beside the plant's."""
+        return [{**p, **{one.name: p[effect.full(one)] for one in effect.params}} for effect in self.effects]
+
+
+def run(
+    machine: Machine,
+    time: Floats,
+    u: Values,
+    start: Values,
+    p: Values,
+    push: Push | None = None,
+    finer: int = 1,
+) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Outputs and the variables of every moment, each (times, lanes).
+
+    Parameters
+    ----------
+    time
+        (times, lanes) [s]; a lane that has ended stands still.
+    u
+        Inputs, (times, lanes).
+    start
+        States at the start, (lanes,).
+    p
+        Parameters, (lanes,) or numbers.
+    finer
+        By how much shorter the integrator's steps are than the plant has them.
+
+    Raises
+    ------
+    ForkliftError
+        ``"not-finite"``.
+    """
+    shape = time.shape
+    with np.errstate(all="ignore"):
+        states = _integrate(machine, time, u, start, p, push, finer) if machine.states else {}
+        pushed = {}
+        if push:
+            pushed = dict(push(time))
+        driven, w, bus, _ = machine.moment(time, states, u, p, machine.own(p), pushed)
+        said = machine.plant.out(time, states, driven, w, p, bus)
+    outputs = {name: np.broadcast_to(np.asarray(values, dtype=float), shape) for name, values in said.items()}
+    for name, values in outputs.items():
+        if not np.isfinite(values).all():
+            at = float(time[np.flatnonzero(~np.isfinite(values).all(axis=1))[0], 0])
+            raise ForkliftError(
+                "not-finite",
+                f"plant {machine.plant.name}: {name} is no number from {at:g} s on",
+                name=name,
+                time_s=at,
+            )
+    seen = {**states, **driven, **{name: value for name, value in bus.items()}}
+    return outputs, {name: np.broadcast_to(np.asarray(value, float), shape) for name, value in seen.items()}
+
+
+def _integrate(
+    machine: Machine, time: Floats, u: Values, start: Values, p: Values, push: Push | None, finer: int
+) -> dict[str, Floats]:
+    names = [state.name for state in machine.states]
+    least = np.array([state.lower for state in machine.states])[:, None]
+    most = np.array([state.upper for state in machine.states])[:, None]
+    lanes = time.shape[1]
+    x = np.array([np.broadcast_to(np.asarray(start[name], float), lanes) for name in names])
+    path = np.empty((len(time), len(names), lanes))
+    own = machine.own(p)
+    held = {one.name for one in machine.plant.inputs if one.hold == "zero"}
+    nothing: Mapping[str, Floats] = {}
+
+    def rates(t: Floats, x: Floats, u: Values) -> Floats:
+        at = dict(zip(names, x, strict=True))
+        driven, w, bus, more = machine.moment(t, at, u, p, own, push(t) if push else nothing)
+        known = {**machine.plant.rhs(t, at, driven, w, p, bus), **more} if machine.plant.rhs else more
+        out = np.empty_like(x)
+        for row, name in enumerate(names):
+            out[row] = known[name]
+        return out
+
+    path[0] = x
+    steps = np.diff(time, axis=0)
+    substeps = finer * np.maximum(1, np.ceil(steps.max(axis=1) / machine.plant.max_dt - 1e-9).astype(int))
+    for k, step in enumerate(steps):
+        count = int(substeps[k])
+        h = step / count
+        now = {name: values[k] for name, values in u.items()}
+        change = {name: values[k + 1] - values[k] for name, values in u.items() if name not in held}
+        for one in range(count):
+            t = time[k] + one * h
+
+            def at(share: float, now: Values = now, change: Values = change, one: int = one) -> Values:
+                if not change:
+                    return now
+                part = (one + share) / count  # noqa: B023
+                return {**now, **{name: now[name] + part * change[name] for name in change}}
+
+            middle = at(0.5)
+            a = rates(t, x, at(0.0))
+            b = rates(t + 0.5 * h, x + 0.5 * h * a, middle)
+            if machine.plant.order == 2:
+                x = np.minimum(np.maximum(x + h * b, least), most)
+                continue
+            c = rates(t + 0.5 * h, x + 0.5 * h * b, middle)
+            d = rates(t + h, x + h * c, at(1.0))
+            x = np.minimum(np.maximum(x + h / 6.0 * (a + 2.0 * (b + c) + d), least), most)
+        path[k + 1] = x
+    return {name: path[:, k] for k, name in enumerate(names)}

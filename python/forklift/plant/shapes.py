@@ -1,0 +1,108 @@
+"""An unknown input of a plant as a function of what is known of each moment; free shapes as suspects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
+from forklift.diagnosis.region import Shape, shapes
+from forklift.diagnosis.suspect import Suspect
+from forklift.diagnosis.trial import Trial
+from forklift.plant.parts import Effect, Param, Port, Values
+from forklift.plant.problem import PlantProblem
+from forklift.plant.suspects import acting
+
+Floats = NDArray[np.float64]
+
+HATS = 60
+"""Of an unknown input, over the longest recording."""
+SAMPLES = 4
+"""Fewest samples from one hat to the next."""
+MOST_PORTS, MOST_VARIABLES, MOST = 2, 2, 3
+"""How many places are tried, over how many variables each, and how many shapes in all."""
+TELLING = 0.05
+"""An input of which a variable explains less than this share in recordings left out is no function of it."""
+
+
+def width_s(problem: PlantProblem) -> float:
+    """Distance of an unknown input's hats [s]."""
+    longest = max(float(np.ptp(one.recording.time_s)) for one in problem.samples)
+    usual = max(float(np.median(np.diff(one.recording.time_s))) for one in problem.samples)
+    return max(longest / HATS, SAMPLES * usual)
+
+
+def respond(problem: PlantProblem, x: Floats, k: int, port: str, centres: Floats) -> Floats:
+    """(times, outputs, hats): how recording k answers hats at one port."""
+    return problem.respond(x, k, port, centres, width_s(problem))
+
+
+def over_variables(trial: Trial, found: UnknownInput) -> list[Shape]:
+    """An unknown input as a function of every state, input and quantity of the bus, the best first."""
+    problem = trial.early.problem
+    assert isinstance(problem, PlantProblem)
+    given = [
+        {name: np.interp(at, one.recording.time_s, column) for name, column in seen.items()}
+        for one, (_, _, seen), at in zip(
+            problem.samples, problem.simulated(trial.early.x), found.centres, strict=True
+        )
+    ]
+    return shapes(found, given)
+
+
+@dataclass(frozen=True)
+class FreeShapes:
+    """Offers free shapes for what a fitted plant leaves over.
+
+    Attributes
+    ----------
+    places
+        Every port, input and output.
+    known
+        Unknown inputs that were estimated already, by trial.
+    """
+
+    places: Sequence[str]
+    known: Mapping[Trial, Sequence[UnknownInput]]
+
+    def __call__(self, trial: Trial) -> list[Suspect]:
+        """The most promising, beside what the trial has."""
+        problem = trial.early.problem
+        assert isinstance(problem, PlantProblem)
+        ports = {port.name: port for port in problem.machine.plant.ports}
+        inputs = self.known.get(trial) or unknown_inputs(
+            problem, trial.early.x, self.places, respond, width_s(problem)
+        )
+        offered = []
+        for one in [one for one in inputs if one.port in ports][:MOST_PORTS]:
+            size = float(np.sqrt(np.mean(np.concatenate(one.values) ** 2)))
+            seen = [shape for shape in over_variables(trial, one) if shape.explained >= TELLING]
+            offered += [(shape.explained, ports[one.port], shape, size) for shape in seen[:MOST_VARIABLES]]
+        offered.sort(key=lambda found: -found[0])
+        return [_shaped(port, shape, size) for _, port, shape, size in offered[:MOST]]
+
+
+def _shaped(port: Port, shape: Shape, size: float) -> Suspect:
+    """A curve over one variable at a port, quiet: hats at the knots."""
+    at = np.asarray(shape.at)
+    names = [f"knot_{k}" for k in range(len(at))]
+    most = 10.0 * max(size, 1e-12)
+
+    def term(x: Values, u: Values, p: Values, bus: Values) -> Mapping[str, Any]:
+        value = np.clip({**x, **u, **bus}[shape.variable], at[0], at[-1])
+        gap = at[1] - at[0]
+        return {
+            port.name: sum(
+                p[name] * np.maximum(0.0, 1.0 - np.abs(value - knot) / gap)
+                for name, knot in zip(names, at, strict=True)
+            )
+        }
+
+    number = [Param(name, port.unit, 0.0, -most, most) for name in names]
+    name = f"something acts on the {port.name} as a function of {shape.variable}"
+    law = Effect(f"{port.name}.over.{shape.variable}", name, tuple(number), (port.name,), term)
+    return Suspect("unknown", "unknown", name, port.name, port.kind, law.amplitude, acting(law))

@@ -1,0 +1,65 @@
+"""A plant run through inputs of one's own, as a rehearsal of what a diagnosis can find."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forklift.errors import ForkliftError
+from forklift.plant.parts import Plant
+from forklift.plant.problem import completed
+from forklift.plant.recording import Recording
+from forklift.plant.run import Machine, run
+
+Floats = NDArray[np.float64]
+
+
+def simulate_plant(
+    plant: Plant,
+    time_s: ArrayLike,
+    u: Mapping[str, ArrayLike],
+    values: Mapping[str, float] | None = None,
+    present: Collection[str] = (),
+) -> dict[str, Floats]:
+    """Every output, (times,), without noise and without ends of its range.
+
+    Parameters
+    ----------
+    plant, time_s, u
+        The machine, its times [s] and inputs, (times,) each.
+    values
+        Parameters that are not as the plant has them; of an effect as ``"effect.parameter"``, of a state's
+        start as ``"state.start"``: one that an output tells is 0 by default.
+    present
+        Ids of the effects that act.
+
+    Raises
+    ------
+    ForkliftError
+        ``"parameter-unknown"``, ``"recording-invalid"``, ``"channel-unknown"``, ``"not-finite"``.
+    """
+    given = dict(values or {})
+    effects = tuple(effect for effect in plant.effects if effect.id in present)
+    known = {one.name: one.value for one in plant.params}
+    known |= {effect.full(one): one.value for effect in effects for one in effect.params}
+    time = np.asarray(time_s, dtype=float)
+    driven = {name: np.asarray(column, dtype=float) for name, column in u.items()}
+    recording = completed(plant, Recording("simulated", time, driven, {}))
+    machine = Machine(plant, effects)
+    start: dict[str, Floats] = {}
+    for state in machine.states:
+        name = f"{state.name}.start"
+        begin = given.pop(name, state.start)
+        if isinstance(begin, str):
+            guess = 0.5 * (state.lower + state.upper) if state.guess is None else state.guess
+            begin = float(recording.u[begin][0]) if begin in recording.u else float(np.nan_to_num(guess))
+        start[state.name] = np.array([begin])
+    for name in given:
+        if name not in known:
+            raise ForkliftError("parameter-unknown", f"plant {plant.name} has no parameter {name}", name=name)
+    p = {name: np.array([value]) for name, value in {**known, **given}.items()}
+    columns = {name: column[:, None] for name, column in recording.u.items()}
+    said, _ = run(machine, recording.time_s[:, None], columns, start, p)
+    return {name: np.array(column[:, 0]) for name, column in said.items()}
