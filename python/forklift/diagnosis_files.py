@@ -22,7 +22,7 @@ from forklift.compare import (
     temperature_option,
     truck_facts,
 )
-from forklift.diagnosis.considered import considered
+from forklift.considered import considered
 from forklift.estimation.readings import Reading
 from forklift.names import LIFTS
 

@@ -90,7 +90,7 @@ UNTOLD = {
     "no-trace": "Nothing that these recordings measure answers to it",
     "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
 }
-"""Why recordings tell nothing of a suspect, by `forklift.diagnosis.considered.Untold`."""
+"""Why recordings tell nothing of a suspect, by `forklift.considered.Untold`."""
 
 
 def _untestable(told: Mapping[str, Any]) -> list[str]:
