@@ -2,6 +2,7 @@
 
 import html
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, compare
-from forklift.diagnosis.selection import ALARM
+from forklift.diagnosis.selection import ALARM, alarming
 from forklift.estimation.judgement import AT_NOISE
 
 CONCEALED = {
@@ -109,3 +110,14 @@ def test_resampled_recordings_decide_and_not_samples():
     assert 0.2 < even[0] < 0.8
     assert credibility([Tried([1.0, 1.0, 1.0, 1.0]), Tried([1.1, 1.1, 1.1, 1.1])]) == [1.0, 0.0]
     assert np.isclose(sum(even), 1.0)
+
+
+def test_where_every_channel_is_explained_only_what_promises_much_by_itself_is_asked_for():
+    """A sensor's chance promise is not tried because an effect's is loud."""
+    screening = diagnosed("null").screening
+    effect = next(one for one in screening.singles if one.suspects[0].kind == "physics")
+    sensor = next(one for one in screening.singles if one.suspects[0].kind == "sensor")
+    assert alarming(screening, 1.0).singles == ()
+    loud = replace(screening, singles=(replace(sensor, gain=24.0), replace(effect, gain=20.0)))
+    assert [one.suspects[0] for one in alarming(loud, 1.0).singles] == [effect.suspects[0]]
+    assert alarming(loud, 10.0).singles == ()

@@ -103,10 +103,12 @@ def investigate(
     with clock.stage("screening the suspects"):
         at = baseline.found if baseline.complete else baseline.early
         screening = screen(at.problem, at.x, suspects)
-    together = max(sensor.together for sensor in bench.sensors.values())
+    asked = screening
+    if baseline.complete:
+        asked = alarming(screening, max(sensor.together for sensor in bench.sensors.values()))
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
-    if hopeless or (baseline.complete and not alarming(screening, together)):
+    if hopeless or (baseline.complete and not asked.singles):
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("locating the mismatch"):
@@ -115,7 +117,7 @@ def investigate(
             seen = site.shapes(baseline, inputs[0])
         with clock.stage("trying the suspects"):
             general = site.general({baseline: inputs})
-            selection = select(bench, baseline, screening, suspects, clock.say, general)
+            selection = select(bench, baseline, asked, suspects, clock.say, general)
     return Investigation(tuple(inputs), tuple(seen), selection, screening, causes(selection))
 
 

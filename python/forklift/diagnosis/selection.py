@@ -7,7 +7,7 @@ complete only if nothing above the sensors' noise is left in any channel of any 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -75,12 +75,13 @@ class Selection:
     """What was tried that has no name."""
 
 
-def alarming(screening: Screening, together: float) -> bool:
-    """Whether a suspect promises so much that it is asked for although no channel shows it by itself.
+def alarming(screening: Screening, together: float) -> Screening:
+    """Only the suspects that promise so much that they are asked for although no channel shows anything.
 
     What slow noise promises by chance is `together` times as much as what white noise does.
     """
-    return any(found.gain >= together * ALARM[found.suspects[0].kind] for found in screening.singles)
+    loud = [one for one in screening.singles if one.gain >= together * ALARM[one.suspects[0].kind]]
+    return replace(screening, singles=tuple(loud), pairs=())
 
 
 def select(
@@ -93,7 +94,7 @@ def select(
 ) -> Selection:
     """Rounds until nothing is left over, or no suspect removes enough of it; then shapes without a name.
 
-    `screening` is the baseline's.
+    `screening` is the baseline's: of a baseline that explains everything only what is `alarming`.
     """
     best, steps = baseline, [_round(bench, baseline, screening, say)]
     while (accepted := steps[-1].accepted) is not None:
