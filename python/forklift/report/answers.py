@@ -23,8 +23,6 @@ ENTERED = ("sensor", "parameter")
 """Kinds of cause that are not put right in the curves: they are none of the machine's."""
 NRMSE = "NRMSE: 100 % less the normalised root mean square error"
 USE = "The model with it is truck.toml, beside this page: how to simulate with it, see Next steps."
-AS_LITTLE = 1.05
-"""A rival that leaves no more than this many times what the cause leaves explains as much."""
 
 
 def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
@@ -253,7 +251,8 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         return Fact(question, none, open_)
     left, share, names = rivals[0]
     nearest = " and ".join(words.suspect(one) for one in names)
-    as_little = left <= AS_LITTLE * told["left_over"]["after"]
+    as_good = {one for cause in found.causes for one in cause.not_separable_from}
+    as_little = set(names) <= as_good
     return Fact(
         question,
         f"{words.capital(nearest)} explains as much."
