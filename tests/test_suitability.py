@@ -785,6 +785,7 @@ def test_recordings_of_any_truck_of_the_make_are_fit(
     seed, lift, effect, kind, loads, temperature, duration_s
 ):
     """Also where a lift reaches its stop and stands there, and with physics that the thesis left out."""
+    assume(kind == "prms" or duration_s >= 10.0)  # a shorter staircase has one step, which tells too little
     truck = scattered(THESIS, seed).with_values(effect)
     made = []
     for k, load in enumerate(loads):
