@@ -14,7 +14,7 @@ import numpy as np
 
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Kind, Suspect
-from forklift.diagnosis.trial import Bench, Trial
+from forklift.diagnosis.trial import QUICK, ROUGH, Bench, Trial
 from forklift.estimation.search import Found
 
 FIRST, FURTHER = 3, 4
@@ -265,7 +265,7 @@ def _roughly(
     if len(screened.suspects) == 1:
         several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
     every = [(*best.suspects, *more) for more in several]
-    tried = [(every[0], *bench.rough(every[0], best))]
+    tried = [(every[0], *bench.rough(every[0], best, QUICK if quick else ROUGH))]
     if not quick and bench.stop(*tried[0]).excess > MUCH * best.excess:
         tried.append(bench.cold(every))
     return min(tried, key=lambda found: found[2])
