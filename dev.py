@@ -111,6 +111,12 @@ def separability(*arguments):
     return run(PYTHON, "proofs/separability.py", *arguments)
 
 
+def rigs(*arguments):
+    """what diagnoses say of two rigs that others recorded; further arguments go to proofs/rigs.py"""
+    install()
+    return run(PYTHON, "proofs/rigs.py", *arguments)
+
+
 def install(*extras):
     """Put forklift with these extras into the environment, unless what is there is still the same."""
     if not shutil.which("cargo"):
@@ -168,8 +174,9 @@ def run(*command, cwd=ROOT):
     return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
 
 
-TASKS = (demo, test, lint, docs, bench, bench_fit, coverage, starts, campaigns, variations, separability)
-PASSED_ON = ("test", "bench", "bench-fit", "coverage", "starts", "campaigns", "variations", "separability")
+PROOFS = (coverage, starts, campaigns, variations, separability, rigs)
+TASKS = (demo, test, lint, docs, bench, bench_fit, *PROOFS)
+PASSED_ON = (test, bench, bench_fit, *PROOFS)
 """Tasks that take further arguments."""
 
 
@@ -185,7 +192,7 @@ def main():
         commands.add_parser(name, help=task.__doc__, description=task.__doc__)
     try:
         known, others = parser.parse_known_args()
-        if others and known.task not in PASSED_ON:
+        if others and tasks[known.task] not in PASSED_ON:
             parser.error(f"{known.task} takes no {' '.join(others)}")
         sys.exit(tasks[known.task](*others))
     except KeyboardInterrupt:

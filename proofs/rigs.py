@@ -1,4 +1,6 @@
-"""What the engine says of two rigs that others recorded: `python proofs/rigs.py FOLDER [tanks] [seals]`.
+"""What does the engine say of two rigs that others recorded?
+
+    python proofs/rigs.py FOLDER [tanks|seals]
 
 FOLDER holds ``cascaded_tanks/`` and ``pneumatic_seal/`` as `forklift.rigs` describes them. Some minutes.
 """
@@ -6,6 +8,7 @@ FOLDER holds ``cascaded_tanks/`` and ``pneumatic_seal/`` as `forklift.rigs` desc
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +41,21 @@ def seals(folder: Path) -> None:
         )
 
 
+def main() -> int:
+    parser = ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path, help="holds cascaded_tanks/ and pneumatic_seal/")
+    parser.add_argument("rig", nargs="?", choices=RIGS, help="default: both")
+    given = parser.parse_args()
+    try:
+        for name in [given.rig] if given.rig else RIGS:
+            RIGS[name](given.folder)
+    except forklift.ForkliftError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+RIGS = {"tanks": tanks, "seals": seals}
+
 if __name__ == "__main__":
-    where, which = Path(sys.argv[1]), sys.argv[2:] or ["tanks", "seals"]
-    for name in which:
-        {"tanks": tanks, "seals": seals}[name](where)
+    sys.exit(main())

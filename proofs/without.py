@@ -8,33 +8,48 @@ fitted judge).
 """
 
 import sys
-from contextlib import ExitStack
+from argparse import ArgumentParser
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
 from unittest.mock import patch
 
-from forklift import Campaign, Truck, diagnose
-from forklift.diagnosis import selection
+import forklift
+from forklift import Campaign, ForkliftError, Truck
+from forklift.diagnosis import engine, selection
 from forklift.diagnosis.inputs import unknown_inputs
 from forklift.suspects import suspects
 
+forklifts = import_module("forklift.diagnose")  # the package's attribute of this name is the function
 STEPS = ("location", "rivals", "held-out")
 
 
-def without(step, campaign, truck):
-    """The diagnosis of a campaign without this step."""
+@contextmanager
+def without(step):
+    """Everything that is diagnosed meanwhile is diagnosed without this step."""
     with ExitStack() as changed:
+
+        def put(place, name, other):
+            changed.enter_context(patch.object(place, name, other))
+
         if step == "location":
-            changed.enter_context(patch("forklift.diagnose.unknown_inputs", in_any_order))
-            changed.enter_context(patch("forklift.diagnose.FreeSuspects", lambda *_: lambda trial: []))
+            put(engine, "unknown_inputs", in_any_order)
+            put(forklifts, "FreeSuspects", lambda *_: lambda trial: [])
         elif step == "rivals":
-            changed.enter_context(patch("forklift.diagnose.suspects", physics))
-            changed.enter_context(patch.object(selection, "FIRST", 1))
-            changed.enter_context(patch.object(selection, "FURTHER", 0))
-            changed.enter_context(patch.object(selection, "_confused", lambda *_: []))
-        elif step == "held-out":
-            fitted = tuple(one for one in campaign.recordings if one.role == "estimate")
-            campaign = replace(campaign, recordings=fitted)
-        return diagnose(campaign, truck)
+            put(forklifts, "suspects", physics)
+            put(selection, "FIRST", 1)
+            put(selection, "FURTHER", 0)
+            put(selection, "_confused", lambda *_: [])
+        yield
+
+
+def seen(step, campaign):
+    """What is given to the diagnosis of a campaign without this step."""
+    if step != "held-out":
+        return campaign
+    fitted = tuple(one for one in campaign.recordings if one.role == "estimate")
+    return replace(campaign, recordings=fitted)
 
 
 def in_any_order(*given):
@@ -48,10 +63,20 @@ def physics(*given):
 
 
 def main():
-    step, campaign, _, out = sys.argv[1:]
-    assert step in STEPS, f"{step} is none of {', '.join(STEPS)}"
-    without(step, Campaign.read(campaign), Truck.read("thesis")).write(out)
+    parser = ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("step", choices=STEPS)
+    parser.add_argument("campaign", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    try:
+        campaign = seen(given.step, Campaign.read(given.campaign))
+        with without(given.step):
+            forklift.diagnose(campaign, Truck.read("thesis")).write(given.out)
+    except ForkliftError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -105,10 +105,13 @@ class Diagnosis:
     @property
     def untestable(self) -> tuple[Suspect, ...]:
         """Suspects of which these recordings can tell nothing."""
-        loose = [
-            found.suspects[0] for found in self.screening.singles if self.unexcited or not found.testable
-        ]
-        return (*self.untold, *self.screening.untestable, *loose)
+        if self.unexcited:
+            return (
+                *self.untold,
+                *self.screening.untestable,
+                *(one.suspects[0] for one in self.screening.singles),
+            )
+        return (*self.untold, *self.screening.untold)
 
     @property
     def gap_closed(self) -> float:

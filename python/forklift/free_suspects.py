@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from forklift import operation
 from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
-from forklift.diagnosis.region import Shape, shapes
+from forklift.diagnosis.region import Shape, shapes, telling
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Trial
 from forklift.effects import EFFECTS
@@ -23,10 +23,6 @@ from forklift.unknown_ports import equation, lift_of, ports, respond
 
 Floats = NDArray[np.float64]
 
-MOST_PORTS, MOST_VARIABLES, MOST = 2, 2, 3
-"""How many places are tried, over how many variables each, and how many shapes in all."""
-TELLING = 0.05
-"""An input of which a variable explains less than this share in recordings left out is no function of it."""
 SMALL = 0.2
 """Share of a curve's largest absolute value below which it counts as nothing."""
 RINGS = "hidden_resonance"
@@ -59,18 +55,20 @@ class FreeSuspects:
         return [*found, *(_ringing(lift) for lift in lifts)]
 
     def _shapes(self, trial: Trial, inputs: Sequence[UnknownInput]) -> list[Suspect]:
-        offered = []
-        for one in _places(trial, inputs):
-            lift = lift_of(one.port)
-            assert lift
-            seen = [
-                shape
-                for shape in over_variables(trial, one, lift)
-                if shape.explained >= TELLING and shape.variable in shape_variables()
-            ]
-            offered += [(shape.explained, one.port, lift, shape) for shape in seen[:MOST_VARIABLES]]
-        offered.sort(key=lambda found: -found[0])
-        return [_shaped(port.partition(".")[2], lift, shape) for _, port, lift, shape in offered[:MOST]]
+        def over(one: UnknownInput) -> list[Shape]:
+            seen = over_variables(trial, one, _lift(one))
+            return [shape for shape in seen if shape.variable in shape_variables()]
+
+        return [
+            _shaped(one.port.partition(".")[2], _lift(one), shape)
+            for one, shape in telling(_places(trial, inputs), over)
+        ]
+
+
+def _lift(found: UnknownInput) -> Lift:
+    lift = lift_of(found.port)
+    assert lift
+    return lift
 
 
 def over_variables(trial: Trial, found: UnknownInput, lift: Lift) -> list[Shape]:
@@ -92,7 +90,7 @@ def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
         for suspect in trial.suspects
         if equation(one.port) == suspect.equation and lift_of(one.port) == suspect.where
     ]
-    return list(dict.fromkeys([*own[:1], *inputs]))[:MOST_PORTS]
+    return list(dict.fromkeys([*own[:1], *inputs]))
 
 
 def _shaped(port: str, lift: Lift, shape: Shape) -> Suspect:

@@ -2,7 +2,7 @@
 
 At an early optimum every suspect is differentiated once, at its quiet value. How far the cost would fall if
 the suspect's amplitude and all other unknowns took the best linear step together is ½ gᵀN⁻¹g: a score test
-(Rao 1948) with all parameters of the truck projected off. Any pair costs no more than solving once again.
+(Rao 1948) with all parameters of the machine projected off. Any pair costs no more than solving once again.
 """
 
 from __future__ import annotations
@@ -61,6 +61,12 @@ class Screening:
     """Suspects whose first step moves nothing that is measured."""
     ranked: tuple[Screened, ...] = ()
     """Each alone, with all that share a label."""
+
+    @property
+    def untold(self) -> tuple[Suspect, ...]:
+        """Suspects that may have any size, or none, as far as these recordings tell."""
+        loose = [found.suspects[0] for found in self.singles if not found.testable]
+        return (*self.untestable, *loose)
 
     def variants(self, suspect: Suspect) -> tuple[Suspect, ...]:
         """All under the suspect's label, the most promising first."""

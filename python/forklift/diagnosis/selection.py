@@ -15,7 +15,6 @@ import numpy as np
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Kind, Suspect
 from forklift.diagnosis.trial import QUICK, ROUGH, Bench, Trial
-from forklift.estimation.search import Found
 
 FIRST, FURTHER = 3, 4
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
@@ -112,7 +111,7 @@ def select(
     final = chosen or best
     if not final.finished:
         say("fitting the final model")
-        final = bench.finish(final.suspects, final.early, final.rough)
+        final = bench.finish(final)
     return Selection(baseline, tuple(steps), final, unnamed)
 
 
@@ -152,8 +151,7 @@ def _unnamed(
         for suspect in general(trial):
             say(f"trying {suspect.label} at the {suspect.equation}")
             suspects = (*trial.suspects, suspect)
-            ends = ((suspects, *bench.rough(suspects, trial)), bench.cold([suspects]))
-            rough.append(min(ends, key=lambda end: end[2]))
+            rough.append(_ahead(bench.rough(suspects, trial), bench.cold([suspects])))
         trials += _finished(bench, trial, rough, [], say)
     return tuple(sorted(trials, key=_rank))
 
@@ -238,37 +236,35 @@ def _race(
 
 
 def _finished(
-    bench: Bench,
-    best: Trial,
-    rough: Sequence[tuple[tuple[Suspect, ...], Found, float]],
-    ended: Sequence[Trial],
-    say: Say,
+    bench: Bench, best: Trial, rough: Sequence[Trial], ended: Sequence[Trial], say: Say
 ) -> list[Trial]:
     """Those who keep up with the best, fitted to the end; the others as they stand."""
-    least = min([*(cost for _, _, cost in rough), *(trial.rough for trial in ended)], default=0.0)
+    least = min((trial.rough for trial in (*rough, *ended)), default=0.0)
     trials = list(ended)
-    for suspects, found, cost in rough:
-        if best.rough - cost >= max(ALIKE * (best.rough - least), LEAST_ROUGH):
-            say(f"fitting {' and '.join(suspect.label for suspect in suspects)}")
-            trials.append(bench.finish(suspects, found, cost))
-        else:
-            trials.append(bench.stop(suspects, found, cost))
+    for trial in rough:
+        keeps_up = best.rough - trial.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
+        if keeps_up:
+            say(f"fitting {' and '.join(suspect.label for suspect in trial.suspects)}")
+        trials.append(bench.finish(trial) if keeps_up else trial)
     return trials
 
 
-def _roughly(
-    bench: Bench, best: Trial, screened: Screened, screening: Screening, *, quick: bool
-) -> tuple[tuple[Suspect, ...], Found, float]:
+def _roughly(bench: Bench, best: Trial, screened: Screened, screening: Screening, *, quick: bool) -> Trial:
     """The tempered stages with what entered, from where the best stands; if that leaves much over, from the
-    start truck too, and of what may start from several places, from some."""
+    start machine too, and of what may start from several places, from some."""
     several: list[tuple[Suspect, ...]] = [screened.suspects]
     if len(screened.suspects) == 1:
         several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
     every = [(*best.suspects, *more) for more in several]
-    tried = [(every[0], *bench.rough(every[0], best, QUICK if quick else ROUGH))]
-    if not quick and bench.stop(*tried[0]).excess > MUCH * best.excess:
-        tried.append(bench.cold(every))
-    return min(tried, key=lambda found: found[2])
+    warm = bench.rough(every[0], best, QUICK if quick else ROUGH)
+    if quick or warm.excess <= MUCH * best.excess:
+        return warm
+    return _ahead(warm, bench.cold(every))
+
+
+def _ahead(*trials: Trial) -> Trial:
+    """Who has come furthest in the tempered stages."""
+    return min(trials, key=lambda trial: trial.rough)
 
 
 def credibility(trials: Sequence[Trial], draws: int = REDRAWS, seed: int = 1) -> list[float]:

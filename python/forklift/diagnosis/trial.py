@@ -127,44 +127,44 @@ class Bench:
     """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
     noise can be reached: what one law of another shape leaves over invites a second that is none."""
 
-    def problem(self, suspects: Sequence[Suspect]) -> Problem:
-        return _with(self.start, suspects)
-
     def rough(
         self, suspects: Sequence[Suspect], after: Trial | None = None, stages: tuple[Stage, ...] = ROUGH
-    ) -> tuple[Found, float]:
-        """The tempered stages, cold from the start truck or from where another trial left them, and the cost
-        they end at.
+    ) -> Trial:
+        """The tempered stages, cold from the start machine or from where another trial left them.
 
         Either start can end astray where the other does not.
         """
-        problem = self.problem(suspects)
-        x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
-        return self._searched(problem, x, stages)
+        return self._stopped(suspects, *self._searched(*self._from(suspects, after), stages))
 
-    def cold(self, several: Sequence[tuple[Suspect, ...]]) -> tuple[tuple[Suspect, ...], Found, float]:
+    def cold(self, several: Sequence[tuple[Suspect, ...]]) -> Trial:
         """Of several sets of suspects the one that is ahead after the first tempered stage from the start
-        truck, and where the second leads it."""
-        ends = [(suspects, *self.rough(suspects, stages=ROUGH[:1])) for suspects in several]
+        machine, led on by the second."""
+        ends = [(suspects, *self._searched(*self._from(suspects), ROUGH[:1])) for suspects in several]
         suspects, first, _ = min(ends, key=lambda end: end[2])
         found, cost = self._searched(first.problem, first.x, ROUGH[1:])
-        return suspects, _after(first, found), cost
+        return self._stopped(suspects, _after(first, found), cost)
+
+    def _from(self, suspects: Sequence[Suspect], after: Trial | None = None) -> tuple[Problem, Floats]:
+        problem = _with(self.start, suspects)
+        x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
+        return problem, x
 
     def _searched(self, problem: Problem, x: Floats, stages: tuple[Stage, ...]) -> tuple[Found, float]:
+        """Where these stages end, and at which cost."""
         found = search(problem, x, self.sensors, stages, self.progress)
         with one_thread():
             return found, geodesic.cost(found.problem, found.x)
 
     def baseline(self) -> Trial:
-        """The truck without any suspect."""
-        return self.finish((), *self.rough(()))
+        """The machine without any suspect."""
+        return self.finish(self.rough(()))
 
-    def finish(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
+    def finish(self, trial: Trial) -> Trial:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
-        clearly = self.stop(suspects, found, rough).worst.mean_square >= MISFIT
-        fine = search(found.problem, found.x, self.sensors, SETTLING if clearly else FINE, self.progress)
-        trial = self._judged(suspects, _after(found, fine), rough, early=found, finished=True)
-        return trial if clearly or trial.complete else self._finer(trial)
+        early, clearly = trial.early, trial.worst.mean_square >= MISFIT
+        fine = search(early.problem, early.x, self.sensors, SETTLING if clearly else FINE, self.progress)
+        done = self._judged(trial.suspects, _after(early, fine), trial.rough, early=early, finished=True)
+        return done if clearly or done.complete else self._finer(done)
 
     def _finer(self, trial: Trial) -> Trial:
         """The same with shorter substeps, if what is left over is the simulation's own error."""
@@ -186,14 +186,11 @@ class Bench:
     def without(self, suspect: Suspect, trial: Trial) -> Trial:
         """The same trial without one of its suspects, from where it ended."""
         rest = tuple(one for one in trial.suspects if one is not suspect)
-        problem = self.problem(rest)
+        problem = _with(self.start, rest)
         x = carry(trial.found.x, trial.found.problem, problem)
-        found = search(problem, x, self.sensors, AGAIN, self.progress)
-        with one_thread():
-            rough = geodesic.cost(found.problem, found.x)
-        return self.finish(rest, found, rough)
+        return self.finish(self._stopped(rest, *self._searched(problem, x, AGAIN)))
 
-    def stop(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
+    def _stopped(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
         """Judged as it stands after the tempered stages."""
         return self._judged(suspects, found, rough, early=found, finished=False)
 

@@ -121,7 +121,7 @@ class LeastSquares(ABC):
         Raises
         ------
         ForkliftError
-            If the truck at x is impossible or a run fails.
+            If the machine at x is impossible or a run fails.
         """
         return list(self._each(x, self._linearise))
 

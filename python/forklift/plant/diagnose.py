@@ -18,8 +18,7 @@ from forklift.diagnosis.region import Shape
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.suspect import Suspect
-from forklift.diagnosis.trial import MOVES, Bench, Trial
-from forklift.diagnosis.trial import NEAR as NEARLY
+from forklift.diagnosis.trial import MOVES, NEAR, Bench, Trial
 from forklift.diagnosis.twins import Twin, twins
 from forklift.errors import ForkliftError
 from forklift.estimation.algebra import one_thread
@@ -42,7 +41,7 @@ reaches the sensors' noise, several effects are the rule, and a second one seldo
 
 LIKELY = 0.5
 """Credibility from which on a cause is told without a doubt in its sentence."""
-NEAR = 2
+NEAREST = 2
 """How many of the trials that came nearest a recording is asked to part from what was found."""
 
 
@@ -111,8 +110,7 @@ class PlantDiagnosis:
     @property
     def untestable(self) -> tuple[Suspect, ...]:
         """Suspects of which these recordings can tell nothing."""
-        loose = [found.suspects[0] for found in self.screening.singles if not found.testable]
-        return (*self.screening.untestable, *loose)
+        return self.screening.untold
 
     def rmse(self, role: str = "validate") -> tuple[float, float]:
         """Root mean square error before and after, over all samples of recordings with this role.
@@ -296,7 +294,7 @@ def _errors(bench: Bench, trial: Trial) -> dict[tuple[str, str, str], Floats]:
     """What was read less what ought to be; nothing is adjusted but what a recording has of its own."""
     problem = trial.found.problem.over(bench.everyone.samples)
     with one_thread():
-        x = settled(problem, trial.found.x[: len(problem.unknowns)], far=NEARLY, moves=MOVES)
+        x = settled(problem, trial.found.x[: len(problem.unknowns)], far=NEAR, moves=MOVES)
         said = problem.values(x)
     return {
         (sample.recording.file, sample.recording.role, seen.sensor.channel): seen.values
@@ -345,7 +343,7 @@ def _proposal(
     near = [one for step in last for one in step.trials if one.finished and one.suspects != final.suspects]
     first = {twin.accepted: twin for twin in reversed(alike)}.values()
     exchanged = [_exchanged(bench, final, twin) for twin in first]
-    rivals = [final, *near[:NEAR], *exchanged]
+    rivals = [final, *near[:NEAREST], *exchanged]
     if len(rivals) < 2:
         return None
     shown = [
@@ -360,7 +358,7 @@ def _proposal(
 def _exchanged(bench: Bench, final: Trial, twin: Twin) -> Trial:
     """The final model with a twin in a cause's place."""
     others = tuple(twin.other if one is twin.accepted else one for one in final.suspects)
-    return bench.finish(others, *bench.rough(others, final))
+    return bench.finish(bench.rough(others, final))
 
 
 def _lines(found: PlantDiagnosis) -> list[str]:

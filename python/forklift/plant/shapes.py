@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
-from forklift.diagnosis.region import Shape, shapes
+from forklift.diagnosis.region import Shape, shapes, telling
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Trial
 from forklift.plant.parts import Effect, Param, Port, Values
@@ -23,10 +24,6 @@ HATS = 60
 """Of an unknown input, over the longest recording."""
 SAMPLES = 4
 """Fewest samples from one hat to the next."""
-MOST_PORTS, MOST_VARIABLES, MOST = 2, 2, 3
-"""How many places are tried, over how many variables each, and how many shapes in all."""
-TELLING = 0.05
-"""An input of which a variable explains less than this share in recordings left out is no function of it."""
 
 
 def width_s(problem: PlantProblem) -> float:
@@ -77,13 +74,11 @@ class FreeShapes:
         inputs = self.known.get(trial) or unknown_inputs(
             problem, trial.early.x, self.places, respond, width_s(problem)
         )
-        offered = []
-        for one in [one for one in inputs if one.port in ports][:MOST_PORTS]:
-            size = float(np.sqrt(np.mean(np.concatenate(one.values) ** 2)))
-            seen = [shape for shape in over_variables(trial, one) if shape.explained >= TELLING]
-            offered += [(shape.explained, ports[one.port], shape, size) for shape in seen[:MOST_VARIABLES]]
-        offered.sort(key=lambda found: -found[0])
-        return [_shaped(port, shape, size) for _, port, shape, size in offered[:MOST]]
+        inputs = [one for one in inputs if one.port in ports]
+        return [
+            _shaped(ports[one.port], shape, float(np.sqrt(np.mean(np.concatenate(one.values) ** 2))))
+            for one, shape in telling(inputs, partial(over_variables, trial))
+        ]
 
 
 def _shaped(port: Port, shape: Shape, size: float) -> Suspect:

@@ -19,7 +19,7 @@ from forklift.plant.recording import Recording
 
 FAULT_SHARE = 0.1
 """Standard deviation of an offset, in the range of what was recorded."""
-MOST = 10.0
+MOST = 4.0
 """A fault is looked for up to this many of its standard deviations."""
 
 
@@ -73,8 +73,7 @@ def _outputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]
         interval = float(np.median(np.diff(recordings[0].time_s)))
         lag = interval if one.lag_range is None else one.lag_range
         if lag:
-            number = Param("lag", "s", 0.0, 0.0, MOST * lag)
-            yield _fault(one, "lag", "the signal arrives late", replace(number, upper=4.0 * lag))
+            yield _fault(one, "lag", "the signal arrives late", Param("lag", "s", 0.0, 0.0, MOST * lag))
 
 
 def _inputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]:
@@ -88,14 +87,14 @@ def _inputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]:
 
 
 def _gain(one: Input | Output) -> Param:
-    return Param("gain", "1", 1.0, max(1.0 - 4.0 * one.gain_range, 0.01), 1.0 + 4.0 * one.gain_range)
+    return Param("gain", "1", 1.0, max(1.0 - MOST * one.gain_range, 0.01), 1.0 + MOST * one.gain_range)
 
 
 def _offset(one: Input | Output, columns: Sequence[np.ndarray]) -> Param | None:
     size = one.offset_range
     if size is None:
         size = FAULT_SHARE * max((float(np.nanmax(c) - np.nanmin(c)) for c in columns), default=0.0)
-    return Param("offset", one.unit, 0.0, -4.0 * size, 4.0 * size) if size else None
+    return Param("offset", one.unit, 0.0, -MOST * size, MOST * size) if size else None
 
 
 def _fault(one: Input | Output, fault: str, name: str, number: Param) -> Suspect:

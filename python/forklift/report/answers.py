@@ -251,13 +251,9 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         return Fact(question, none, open_)
     left, share, names = rivals[0]
     nearest = " and ".join(words.suspect(one) for one in names)
-    as_good = {one for cause in found.causes for one in cause.not_separable_from}
-    as_little = set(names) <= as_good
     return Fact(
         question,
-        f"{words.capital(nearest)} explains as much."
-        if as_little
-        else "Nothing that was tried explains it as well.",
+        "Nothing that was tried explains it as well.",
         [
             f"Nearest: {nearest}, which leaves {words.number(left)} {words.NOISE}, with a credibility of "
             f"{share:.2f}.",
