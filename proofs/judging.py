@@ -1,6 +1,6 @@
 """Is what a diagnosis said of a truck of `variations.py` right? And the table of all of them."""
 
-from cases import EQUATIONS, POINTS
+from cases import BETWEEN_LIFTS, EQUATIONS, POINTS
 from reference.plant.truck import LIFTS
 
 PARTS = ("verdict", "equation", "lift", "cause", "alone", "form")
@@ -30,7 +30,9 @@ def judge(result, separable):
     judged = {
         "verdict": answer["verdict"] in verdicts(truth["verdicts"], groups),
         "equation": location.get("equation") in equations,
-        "lift": truth["lift"] in ("both", location.get("lift")) or places == {truth["lift"]},
+        "lift": truth["lift"] in ("both", location.get("lift"))
+        or places == {truth["lift"]}
+        or (bool(named) and set(named) <= set(BETWEEN_LIFTS)),
         "cause": all(group & set(named) for group in groups),
         "alone": all(any(one in group for group in groups) for one in named),
         "form": form(truth, answer, known),

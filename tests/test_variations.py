@@ -101,6 +101,15 @@ def test_what_was_fixed_as_inseparable_or_hidden_counts():
     assert not judging.judge(result(answer=RIGHT), hidden)["right"]
 
 
+def test_what_lies_between_the_lifts_has_none():
+    alike = {"laws": {"free/hose_resistance/2": {"hidden": False, "alike": ["return_back_pressure"]}}}
+    answer = {"location": at("tank", "both"), "causes": [cause("return_back_pressure", "")]}
+    given = result(answer=answer, causes=["hose_resistance"], equations=["valve-flow"])
+    given["concealed"][0]["law"] = "hose_resistance"
+    assert judging.judge(given, alike)["right"]
+    assert not judging.judge(given, {})["right"]
+
+
 def test_another_shape_is_uncertain_or_unknown_at_the_right_place():
     other = dict(form="uncertain", verdicts=["missing-physics", "unknown-effect"])
     named = {"location": at(), "causes": [cause("leakage", form="uncertain")]}
