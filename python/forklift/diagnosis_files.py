@@ -23,6 +23,7 @@ from forklift.compare import (
     truck_facts,
 )
 from forklift.considered import considered
+from forklift.diagnosis.causes import mended
 from forklift.estimation.readings import Reading
 from forklift.names import LIFTS
 
@@ -68,7 +69,12 @@ def sentence(found: Diagnosis) -> str:
             f"Something is missing that no suspect explains: it acts on the {found.location.equation} of "
             f"{_lifts(found.location.lift)}; {found.location.region}."
         )
-    named = " and ".join(_named(cause) for cause in found.causes)
+    curves = {curve for cause in found.causes for curve in mended(cause.suspect, found.final)}
+    named = " and ".join(_named(cause) for cause in found.causes if cause.suspect not in curves)
+    if curves:
+        named += f", by another law than the catalogue's: {' and '.join(curve.name for curve in curves)}"
+    elif found.selection.curve:
+        named += ", perhaps by another law than the catalogue's"
     left = (
         "nothing is left over"
         if found.final.complete

@@ -14,6 +14,7 @@ from forklift.diagnosis.region import Shape, shapes, telling
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Trial
 from forklift.effects import EFFECTS
+from forklift.estimation.search import Found
 from forklift.estimation.unknowns import unknown
 from forklift.free_shape import COEFFICIENTS, FreeShape
 from forklift.free_shape import variables as shape_variables
@@ -26,6 +27,8 @@ Floats = NDArray[np.float64]
 SMALL = 0.2
 """Share of a curve's largest absolute value below which it counts as nothing."""
 RINGS = "hidden_resonance"
+STANDS = 1e-6
+"""Share of its size by which a variable moves if it is one."""
 
 
 @dataclass(frozen=True)
@@ -54,32 +57,60 @@ class FreeSuspects:
         lifts = [lift for lift in (lift_of(one.port) for one in inputs[:1]) if lift]
         return [*found, *(_ringing(lift) for lift in lifts)]
 
+    def beside(self, trial: Trial) -> list[Suspect]:
+        """A curve over every variable of operation, at each port of the equations that the trial changes."""
+        return [
+            _curve(port.partition(".")[2], _lift_of(port), variable, *ends)
+            for port in ports(self.lifts)
+            if any((equation(port), lift_of(port)) == (one.equation, one.where) for one in trial.suspects)
+            for variable, ends in _ranges(trial, _lift_of(port)).items()
+        ]
+
     def _shapes(self, trial: Trial, inputs: Sequence[UnknownInput]) -> list[Suspect]:
         def over(one: UnknownInput) -> list[Shape]:
-            seen = over_variables(trial, one, _lift(one))
+            seen = over_variables(trial, one, _lift_of(one.port))
             return [shape for shape in seen if shape.variable in shape_variables()]
 
         return [
-            _shaped(one.port.partition(".")[2], _lift(one), shape)
+            _curve(one.port.partition(".")[2], _lift_of(one.port), shape.variable, *_range(shape))
             for one, shape in telling(_places(trial, inputs), over)
         ]
 
 
-def _lift(found: UnknownInput) -> Lift:
-    lift = lift_of(found.port)
+def _lift_of(port: str) -> Lift:
+    lift = lift_of(port)
     assert lift
     return lift
 
 
 def over_variables(trial: Trial, found: UnknownInput, lift: Lift) -> list[Shape]:
     """An unknown input as a function of each variable of operation, the best first."""
-    problem = trial.early.problem
-    runs = problem.linearise(trial.early.x)
-    given = [
-        operation.variables(sample, dict(run.model), lift, centres)
-        for sample, run, centres in zip(problem.samples, runs, found.centres, strict=True)
+    return shapes(found, _operation(trial.early, lift, found.centres))
+
+
+def _ranges(trial: Trial, lift: Lift) -> dict[str, tuple[float, float]]:
+    """Between which values each variable of operation that a shape may have moves in the recordings."""
+    found = trial.told_from
+    seen = _operation(found, lift, [sample.recording.time_s for sample in found.problem.samples])
+    ends = {
+        name: (min(one[name].min() for one in seen), max(one[name].max() for one in seen))
+        for name in shape_variables()
+        if all(name in one for one in seen)
+    }
+    return {
+        name: (float(lower), float(upper))
+        for name, (lower, upper) in ends.items()
+        if upper - lower > STANDS * max(abs(lower), abs(upper))
+    }
+
+
+def _operation(found: Found, lift: Lift, at: Sequence[Floats]) -> list[dict[str, Floats]]:
+    """Every recording's variables of operation at these times."""
+    runs = found.problem.linearise(found.x)
+    return [
+        operation.variables(sample, dict(run.model), lift, times)
+        for sample, run, times in zip(found.problem.samples, runs, at, strict=True)
     ]
-    return shapes(found, given)
 
 
 def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
@@ -93,11 +124,11 @@ def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
     return list(dict.fromkeys([*own[:1], *inputs]))
 
 
-def _shaped(port: str, lift: Lift, shape: Shape) -> Suspect:
+def _curve(port: str, lift: Lift, variable: str, lower: float, upper: float) -> Suspect:
     """A free shape at a port over one variable, quiet."""
-    law = FreeShape(lift, port, shape.variable, *_range(shape))
+    law = FreeShape(lift, port, variable, lower, upper)
     names = [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)]
-    meaning = operation.words(shape.variable, lift)[0]
+    meaning = operation.words(variable, lift)[0]
     return Suspect(
         "unknown",
         "unknown",
@@ -108,6 +139,7 @@ def _shaped(port: str, lift: Lift, shape: Shape) -> Suspect:
         lambda problem: with_truck_unknowns(
             problem, law.parameters(), lambda truck: [unknown(truck, name) for name in names]
         ),
+        further=tuple(names[1:]),
     )
 
 

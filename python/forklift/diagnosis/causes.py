@@ -33,7 +33,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
     """The suspects of the final model in the order in which they were accepted."""
     found: list[Cause] = []
     final = selection.final
-    form: Form = "complete" if final.complete else "uncertain"
+    form: Form = "complete" if final.complete and selection.curve is None else "uncertain"
     for step in selection.steps:
         if step.accepted is None:
             continue
@@ -61,7 +61,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
             if trial is not accepted and set(accepted.suspects) <= set(trial.suspects)
         )
         found += [
-            Cause(suspect, credible, "uncertain" if _shaped(suspect, final) else form, alike, rivals)
+            Cause(suspect, credible, "uncertain" if mended(suspect, final) else form, alike, rivals)
             for suspect in _new(accepted, known)
             if suspect in final.suspects
         ]
@@ -69,11 +69,14 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
     return tuple(found)
 
 
-def _shaped(named: Suspect, final: Trial) -> bool:
-    """Whether a free shape had to mend the law of a name."""
-    return any(
-        suspect.kind == "unknown" and (suspect.where, suspect.equation) == (named.where, named.equation)
+def mended(named: Suspect, final: Trial) -> tuple[Suspect, ...]:
+    """The free shapes that had to mend the law of a name."""
+    if named.kind == "unknown":
+        return ()
+    return tuple(
+        suspect
         for suspect in final.suspects
+        if suspect.kind == "unknown" and (suspect.where, suspect.equation) == (named.where, named.equation)
     )
 
 

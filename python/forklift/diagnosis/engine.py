@@ -101,11 +101,11 @@ def investigate(
     with clock.stage(f"fitting the {site.noun}"):
         baseline = bench.baseline()
     with clock.stage("screening the suspects"):
-        at = baseline.found if baseline.complete else baseline.early
+        at = baseline.told_from
         screening = screen(at.problem, at.x, suspects)
     asked = screening
     if baseline.complete:
-        asked = alarming(screening, max(sensor.together for sensor in bench.sensors.values()))
+        asked = alarming(screening, bench.together)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
     if hopeless or (baseline.complete and not asked.singles):

@@ -38,7 +38,8 @@ class Screened:
     gain: float
     """How far −ln posterior would fall."""
     amplitudes: tuple[float, ...]
-    """The best linear step of each amplitude, in its prior's deviations; not a number for conditions."""
+    """The best linear step of each amplitude, in its prior's deviations (a curve's first); not a number for
+    conditions."""
     deviations: tuple[float, ...]
     """Standard deviation of each amplitude beside all other unknowns, in its prior's; likewise."""
 
@@ -130,7 +131,7 @@ def _probe(problem: Problem, x: Floats, suspect: Suspect, stack: Stack) -> _Colu
     trial = suspect.add(problem)
     start = carry(x, problem, trial)
     try:
-        held, at = trial.held(start, suspect.amplitude)
+        held, at = trial.held(start, suspect.amplitudes)
         runs = held.linearise(at)
     except ForkliftError as error:
         if error.code == "interrupted":
@@ -139,8 +140,8 @@ def _probe(problem: Problem, x: Floats, suspect: Suspect, stack: Stack) -> _Colu
     names = [unknown.name for unknown in held.unknowns]
     blocks = []
     for k, jacobian in enumerate(stack([run.jacobian for run in runs])):
-        if suspect.amplitude is not None:
-            blocks.append(jacobian[:, names.index(suspect.amplitude)][:, None])
+        if suspect.amplitudes:
+            blocks.append(jacobian[:, [names.index(name) for name in suspect.amplitudes]])
         else:
             place = _wider(problem, trial, k)
             blocks.append(
@@ -175,14 +176,15 @@ class _Base:
 
     def gain(self, columns: Sequence[_Column]) -> Screened:
         """What these suspects together take off the cost, beyond what a step without them would."""
-        width = [len(self.residual) if column.own else 1 for column in columns]
+        width = [len(self.residual) if column.own else column.blocks[0].shape[1] for column in columns]
         total, size = len(self.gradient), sum(width)
         cross, corner, gradient = np.zeros((total, size)), np.eye(size), np.zeros(size)
         for k, (place, own, rest) in enumerate(zip(self.places, self.jacobian, self.residual, strict=True)):
             block = np.zeros((len(rest), size))
             first = 0
             for column, wide in zip(columns, width, strict=True):
-                block[:, first + (k if column.own else 0)] = column.blocks[k][:, 0]
+                at = [first + k] if column.own else range(first, first + wide)
+                block[:, at] = column.blocks[k]
                 first += wide
             cross[place] += own.T @ block
             corner += block.T @ block

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Protocol
 
 import numpy as np
 
@@ -48,8 +49,16 @@ REDRAWS = 2000
 """Of the recordings held out, for the credibility."""
 
 Say = Callable[[str], None]
-General = Callable[[Trial], Sequence[Suspect]]
-"""Suspects without a name, for what a trial leaves over."""
+
+
+class General(Protocol):
+    """Suspects without a name."""
+
+    def __call__(self, trial: Trial) -> Sequence[Suspect]:
+        """For what a trial leaves over."""
+
+    def beside(self, trial: Trial) -> Sequence[Suspect]:
+        """That would mend the law of what the trial has, where it acts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +81,9 @@ class Selection:
     """The last that was accepted, without suspects that it does not need."""
     unnamed: tuple[Trial, ...] = ()
     """What was tried that has no name."""
+    curve: Screened | None = None
+    """Of one name that explains everything: a curve that promises to mend its law, whether or not recordings
+    held out bear it out."""
 
 
 def alarming(screening: Screening, together: float) -> Screening:
@@ -106,13 +118,23 @@ def select(
         steps.append(_round(bench, best, screen(best.early.problem, best.early.x, left), say))
     best = _needed(bench, best, say)
     named = [step.accepted for step in steps if step.accepted]
-    unnamed = _unnamed(bench, baseline, named, best, say, general)
-    chosen = _choice([trial for trial in unnamed if _replaces(trial, best)], best, bench.later)
+    curve = None
+    if best.complete and len(best.suspects) == 1:
+        say("checking the law")
+        curve = _curve(bench, best, general)
+    unnamed = (
+        _with_curve(bench, best, curve, say)
+        if curve
+        else _unnamed(bench, baseline, named, best, say, general)
+    )
+    chosen = _mended(unnamed, best) or _choice(
+        [trial for trial in unnamed if _replaces(trial, best)], best, bench.later
+    )
     final = chosen or best
     if not final.finished:
         say("fitting the final model")
         final = bench.finish(final)
-    return Selection(baseline, tuple(steps), final, unnamed)
+    return Selection(baseline, tuple(steps), final, unnamed, curve)
 
 
 def _round(bench: Bench, best: Trial, screening: Screening, say: Say) -> Step:
@@ -154,6 +176,34 @@ def _unnamed(
             rough.append(_ahead(bench.rough(suspects, trial), bench.cold([suspects])))
         trials += _finished(bench, trial, rough, [], say)
     return tuple(sorted(trials, key=_rank))
+
+
+def _curve(bench: Bench, best: Trial, general: General) -> Screened | None:
+    """What explains everything may still have another law: the curve beside it that promises most, if that
+    is as much as is asked of a suspect where no channel shows anything."""
+    at = best.told_from
+    promised = screen(at.problem, at.x, general.beside(best), 0).singles
+    return next((one for one in promised if one.gain >= bench.together * ALARM["physics"]), None)
+
+
+def _with_curve(bench: Bench, best: Trial, curve: Screened, say: Say) -> tuple[Trial, ...]:
+    say(f"fitting {curve.suspects[0].name}")
+    return (bench.finish(bench.rough((*best.suspects, *curve.suspects), best)),)
+
+
+def _mended(unnamed: Sequence[Trial], best: Trial) -> Trial | None:
+    """What explains everything with a curve beside it, if the curve was needed: the name's own amplitude,
+    that the curve may take over, need not be told from none any more."""
+    return next(
+        (
+            trial
+            for trial in unnamed
+            if best.complete
+            and set(best.suspects) < set(trial.suspects)
+            and best.squares - trial.squares >= CLEARLY
+        ),
+        None,
+    )
 
 
 def _replaces(trial: Trial, best: Trial) -> bool:

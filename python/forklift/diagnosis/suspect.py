@@ -48,6 +48,13 @@ class Suspect:
     """Conditions of which there must be two values at least."""
     unlikely: bool = False
     """Whether it yields to what explains the same as well."""
+    further: tuple[str, ...] = ()
+    """More unknowns that are zero where it is absent, and act from there on like the amplitude: a curve's."""
+
+    @property
+    def amplitudes(self) -> tuple[str, ...]:
+        """All unknowns that are zero where it is absent."""
+        return () if self.amplitude is None else (self.amplitude, *self.further)
 
     @property
     def label(self) -> str:

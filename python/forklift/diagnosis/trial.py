@@ -63,6 +63,12 @@ class Trial:
         held = tuple(found for found in self.judged if found.role == "validate")
         return held or self.judged
 
+    @property
+    def told_from(self) -> Found:
+        """From where more is screened: the end, where all is explained, else where the tempered stages
+        ended."""
+        return self.found if self.complete else self.early
+
     @cached_property
     def left_over(self) -> float:
         """Mean square over all held-out samples, in units of the sensors' noise."""
@@ -126,6 +132,11 @@ class Bench:
     later: float = 0.5
     """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
     noise can be reached: what one law of another shape leaves over invites a second that is none."""
+
+    @property
+    def together(self) -> float:
+        """How many times as much as white noise the slowest of the sensors' noise promises by chance."""
+        return max(sensor.together for sensor in self.sensors.values())
 
     def rough(
         self, suspects: Sequence[Suspect], after: Trial | None = None, stages: tuple[Stage, ...] = ROUGH

@@ -6,7 +6,7 @@ both are such problems, and the search, the judgement and `forklift.diagnosis` s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
@@ -118,7 +118,7 @@ class Problem(Protocol):
 
     def over(self, samples: Sequence[Any]) -> Self: ...
 
-    def held(self, x: Floats, amplitude: str | None) -> tuple[Self, Floats]: ...
+    def held(self, x: Floats, amplitudes: Collection[str]) -> tuple[Self, Floats]: ...
 
     def bounds(self) -> tuple[Floats, Floats]: ...
 

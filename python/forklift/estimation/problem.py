@@ -6,7 +6,7 @@ offset if that is free. All else is as `forklift.estimation.least_squares` has i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -113,13 +113,13 @@ class Problem(LeastSquares):
             for sample, run in zip(self.samples, runs, strict=True)
         ]
 
-    def held(self, x: Floats, amplitude: str | None) -> tuple[Problem, Floats]:
-        """All of the truck held at x but the amplitude, and the same place: so much is cheaper to
+    def held(self, x: Floats, amplitudes: Collection[str]) -> tuple[Problem, Floats]:
+        """All of the truck held at x but the amplitudes, and the same place: so much is cheaper to
         differentiate."""
         kept = [
             k
             for k, unknown in enumerate(self.unknowns)
-            if unknown.name == amplitude or isinstance(unknown, Reading)
+            if unknown.name in amplitudes or isinstance(unknown, Reading)
         ]
         problem = replace(self, truck=self.truck_at(x), unknowns=tuple(self.unknowns[k] for k in kept))
         return problem, np.concatenate([x[kept], x[len(self.unknowns) :]])

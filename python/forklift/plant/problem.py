@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import inf, sqrt
@@ -74,10 +74,10 @@ class PlantProblem(LeastSquares):
             values_at={**self.values_at, **values},
         )
 
-    def held(self, x: Floats, amplitude: str | None) -> tuple[PlantProblem, Floats]:
-        """All parameters held at x but the amplitude, and the same place: so much is cheaper to
+    def held(self, x: Floats, amplitudes: Collection[str]) -> tuple[PlantProblem, Floats]:
+        """All parameters held at x but the amplitudes, and the same place: so much is cheaper to
         differentiate."""
-        kept = [k for k, unknown in enumerate(self.unknowns) if unknown.name == amplitude]
+        kept = [k for k, unknown in enumerate(self.unknowns) if unknown.name in amplitudes]
         problem = replace(self, values_at=self.parameters(x), unknowns=tuple(self.unknowns[k] for k in kept))
         return problem, np.concatenate([x[kept], x[len(self.unknowns) :]])
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
-from forklift.diagnosis.region import Shape, shapes, telling
+from forklift.diagnosis.region import KNOTS, Shape, shapes, telling
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Trial
 from forklift.plant.parts import Effect, Param, Port, Values
@@ -76,19 +76,42 @@ class FreeShapes:
         )
         inputs = [one for one in inputs if one.port in ports]
         return [
-            _shaped(ports[one.port], shape, float(np.sqrt(np.mean(np.concatenate(one.values) ** 2))))
+            _curve(
+                ports[one.port],
+                shape.variable,
+                shape.at,
+                float(np.sqrt(np.mean(np.concatenate(one.values) ** 2))),
+            )
             for one, shape in telling(inputs, partial(over_variables, trial))
         ]
 
+    def beside(self, trial: Trial) -> list[Suspect]:
+        """A curve over every state, input and quantity of the bus, at each port that the trial's effects
+        act on."""
+        problem = trial.told_from.problem
+        assert isinstance(problem, PlantProblem)
+        acted_on = {port for effect in problem.machine.effects for port in effect.ports}
+        seen = [variables for _, _, variables in problem.simulated(trial.told_from.x)]
+        ends = {
+            name: (min(one[name].min() for one in seen), max(one[name].max() for one in seen))
+            for name in seen[0]
+        }
+        return [
+            _curve(port, name, np.linspace(lower, upper, KNOTS), port.size)
+            for port in problem.machine.plant.ports
+            if port.name in acted_on
+            for name, (lower, upper) in ends.items()
+            if upper > lower
+        ]
 
-def _shaped(port: Port, shape: Shape, size: float) -> Suspect:
+
+def _curve(port: Port, variable: str, at: Floats, size: float) -> Suspect:
     """A curve over one variable at a port, quiet: hats at the knots."""
-    at = np.asarray(shape.at)
     names = [f"knot_{k}" for k in range(len(at))]
     most = 10.0 * max(size, 1e-12)
 
     def term(x: Values, u: Values, p: Values, bus: Values) -> Mapping[str, Any]:
-        value = np.clip({**x, **u, **bus}[shape.variable], at[0], at[-1])
+        value = np.clip({**x, **u, **bus}[variable], at[0], at[-1])
         gap = at[1] - at[0]
         return {
             port.name: sum(
@@ -98,6 +121,9 @@ def _shaped(port: Port, shape: Shape, size: float) -> Suspect:
         }
 
     number = [Param(name, port.unit, 0.0, -most, most) for name in names]
-    name = f"something acts on the {port.name} as a function of {shape.variable}"
-    law = Effect(f"{port.name}.over.{shape.variable}", name, tuple(number), (port.name,), term)
-    return Suspect("unknown", "unknown", name, port.name, port.kind, law.amplitude, acting(law))
+    name = f"something acts on the {port.name} as a function of {variable}"
+    law = Effect(f"{port.name}.over.{variable}", name, tuple(number), (port.name,), term)
+    further = tuple(law.full(one) for one in number[1:])
+    return Suspect(
+        "unknown", "unknown", name, port.name, port.kind, law.amplitude, acting(law), further=further
+    )

@@ -146,8 +146,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
     share = 100.0 * row["credibility"]
     if row["form"] != "complete":
         law = (
-            "Its law is uncertain: the place is right, but something is left over, or only a curve without a "
-            "name explains it."
+            "Its law is uncertain: the place is right, but something is left over, or a curve without a name "
+            "explains more."
         )
     elif row["kind"] in ENTERED:
         law = "With it nothing but the sensors' noise is left over."

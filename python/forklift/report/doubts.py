@@ -52,6 +52,14 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         name = words.capital(words.suspect(cause.suspect))
         if row["form"] == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
+        elif found.final.complete and found.selection.curve:
+            borne_out = found.selection.curve.suspects[0] in found.final.suspects
+            yield (
+                f"{name}: uncertain. Everything is explained, but where “"
+                f"{found.selection.curve.suspects[0].name}” beside it the fitted recordings are explained "
+                f"better (by {number(found.selection.curve.gain)} in ln posterior), and those held out "
+                f"{'as well' if borne_out else 'not clearly'}; the law may be another."
+            )
         else:
             yield (
                 f"{name}: uncertain. The place is supported, but the final model leaves up to "
