@@ -8,46 +8,43 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from forklift import operation, unknown_ports
 from forklift.estimation.knowledge import QUANTILE
 from forklift.report.blocks import Bars, Figure, Panel
 from forklift.report.traces import numbers
-from forklift.report.words import capital, drawn, number, place, printed, spans
+from forklift.report.words import Quantity, capital, number, printed, spans
 
 if TYPE_CHECKING:
     from forklift.candidates import NextRecording
     from forklift.estimation.knowledge import Knowledge
-    from forklift.report.law import Against
+    from forklift.report.curves import Against
 
 ROW_PX = 17
 """Height of a row of the correlations."""
 
 
-def law(port: str, found: Sequence[Against], own: bool) -> Figure:
+def law(where: Quantity, noun: str, found: Sequence[tuple[Against, Quantity]], own: bool) -> Figure:
     """The unknown input against each variable, with its band and what the final model has there.
 
-    `own`: whether the place is that of the cause that was named.
+    `noun`: what was fitted; `own`: whether the place is that of the cause that was named.
     """
-    where, unit, scale = place(port)
-    lift = unknown_ports.lift_of(port) or "main"
     return Figure(
-        f"What the recordings ask for: {where}",
-        "Dots: what has to act there, moment by moment, for the fitted truck to follow the recordings, "
+        f"What the recordings ask for: {where.name}",
+        f"Dots: what has to act there, moment by moment, for the fitted {noun} to follow the recordings, "
         "without knowing any cause. Dotted line and band: the same as a function of one variable, with its "
         "95 % interval. Solid line: what the final model has there, drawn in the same way: its own readings "
-        "were put in the recordings' place. All is relative to the fitted truck, which has taken up the mean "
-        "already, and is smoothed towards none; so only the shape and the change count, not where zero lies, "
-        "and the size of the cause is the one said above. Where the lines lie on each other, the cause that "
-        "was named has the right law; in grey stretches no recording tells."
+        f"were put in the recordings' place. All is relative to the fitted {noun}, which has taken up the "
+        "mean already, and is smoothed towards none; so only the shape and the change count, not where zero "
+        "lies, and the size of the cause is the one said above. Where the lines lie on each other, the cause "
+        "that was named has the right law; in grey stretches no recording tells."
         + ("" if own else " No single place stands for that cause; of those there are, this explains most."),
-        [_against(one, unit, scale, *operation.words(one.variable, lift)) for one in found],
+        [_against(one, where, variable, noun) for one, variable in found],
         height=400,
         choose="Against",
     )
 
 
-def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str) -> Panel:
-    its_unit, its_scale = drawn(its_unit)
+def _against(one: Against, where: Quantity, variable: Quantity, noun: str) -> Panel:
+    scale, its_scale = where.scale, variable.scale
     seen = spans(one.values.tolist())
     gaps = [(low[1], high[0]) for low, high in pairwise(seen)]
     at = numbers(its_scale * one.at)
@@ -70,11 +67,10 @@ def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str
     data.append(_line("asked for, as a function", at, numbers(curve), "@before", "dot"))
     if one.law is not None:
         data.append(_line("what the final model has there", at, numbers(scale * one.law), "@after", "solid"))
-    axis = f"{capital(variable)} [{its_unit}]" if its_unit else capital(variable)
     layout = {
-        "xaxis": {"title": {"text": axis}},
+        "xaxis": {"title": {"text": capital(variable.titled)}},
         "yaxis": {
-            "title": {"text": f"Against the fitted truck [{unit}]"},
+            "title": {"text": Quantity(f"Against the fitted {noun}", where.unit).titled},
             "exponentformat": "power",
             "range": [scale * end for end in _range(one)],
         },
@@ -94,7 +90,7 @@ def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str
             for low, high in gaps
         ],
     }  # fmt: skip
-    return Panel(f"{variable} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
+    return Panel(f"{variable.name} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
 
 
 def _range(one: Against) -> list[float]:

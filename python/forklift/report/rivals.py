@@ -1,0 +1,70 @@
+"""What else was tried, and where else something may act: of any machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from forklift.report import charts, words
+from forklift.report.blocks import Bars, Table
+from forklift.tables import mean_square
+
+if TYPE_CHECKING:
+    from forklift.diagnosis.causes import Cause
+    from forklift.diagnosis.suspect import Suspect
+
+
+@dataclass(frozen=True)
+class Contest:
+    """A cause among its rivals."""
+
+    cause: Cause
+    without: str
+    """What the model without it is."""
+    before: float
+    """Mean square that is left over without it."""
+    after: float
+    """The same with it."""
+
+
+def contests(found: Sequence[Contest], said: Callable[[Suspect], str]) -> Iterator[Bars]:
+    """Of each cause, what it and its rivals leave over; `said`: a suspect in words."""
+    for one in found:
+        cause = one.cause
+        bars = [
+            (one.without, one.before, "before"),
+            (f"{said(cause.suspect)}: credibility {cause.credibility:.2f}", one.after, "after"),
+            *(
+                (f"{' and '.join(map(said, suspects))}: credibility {credible:.2f}", left, "rival")
+                for suspects, credible, left in sorted(cause.rivals, key=lambda one: one[2])
+            ),
+        ]
+        yield charts.left_over(
+            bars,
+            f"On average over all signals held out, {words.NOISE}; {words.REST}."
+            + (
+                " Rivals that fell far behind on the way were stopped early, so that theirs may be a little "
+                "too much."
+                if cause.rivals
+                else " No rival was fitted beside it."
+            ),
+        )
+
+
+def places(rows: Sequence[tuple[str, float, float]]) -> list[Table]:
+    """An unknown input at every place: the place in words, ln evidence, mean square left over."""
+    if not rows:
+        return []
+    return [
+        Table(
+            "Where an unknown influence would explain most",
+            ["Place", "ln evidence", "Left over"],
+            [[place, f"{evidence:.0f}", mean_square(left)] for place, evidence, left in rows],
+            [False, True, True],
+            note="Without knowing any cause: an influence that may vary freely in time is put at each place "
+            "in turn. The greater the evidence, the better the recordings are explained; a difference of 5 "
+            "is strong. Left over: mean square in units of the sensors' noise.",
+            folded=True,
+        )
+    ]
