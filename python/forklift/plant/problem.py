@@ -283,16 +283,16 @@ def completed(plant: Plant, recording: Recording) -> Recording:
 
 def pose(plant: Plant, recordings: Sequence[Recording], known: Mapping[str, Sensor]) -> PlantProblem:
     """The plant's problem over recordings, without any effect, at its parameters' values."""
-    pieces = [piece for recording in recordings for piece in _pieces(plant, recording)]
-    samples = tuple(_sample(plant, piece, known) for piece in pieces)
+    each = [piece for recording in recordings for piece in pieces(plant, recording)]
+    samples = tuple(_sample(plant, piece, known) for piece in each)
     moved = [one.unknown() for one in plant.params if not one.known and one.per == "plant"]
     moved += [_start(state).unknown() for state in plant.states if state.start == "free" and state.shared]
     values = {one.name: one.value for one in plant.params if one.per == "plant"}
-    shortest = min(len(piece) for piece in pieces)
+    shortest = min(len(piece) for piece in each)
     return PlantProblem(Machine(plant), tuple(moved), samples, values, lags=max(25, shortest // CORRELATED))
 
 
-def _pieces(plant: Plant, recording: Recording) -> list[Recording]:
+def pieces(plant: Plant, recording: Recording) -> list[Recording]:
     """A recording as it is, or from one restart to the next."""
     if plant.score != "restart":
         return [recording]

@@ -14,9 +14,13 @@ from forklift.report.traces import numbers
 from forklift.report.words import Quantity, capital, number, printed, spans
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from forklift.candidates import NextRecording
     from forklift.estimation.knowledge import Knowledge
     from forklift.report.curves import Against
+
+    Floats = NDArray[np.float64]
 
 ROW_PX = 17
 """Height of a row of the correlations."""
@@ -141,12 +145,21 @@ def command(proposed: NextRecording) -> Figure:
         )
         if np.any(current)
     ]  # fmt: skip
-    layout = {
-        "xaxis": {"title": {"text": "Time [s]"}},
-        "yaxis": {"title": {"text": "Current [A]"}},
-        "showlegend": len(data) > 1,
-    }
-    return Figure("The command to record", "", [Panel("", data, layout)], height=260)
+    panel = Panel("", data, _over_time(Quantity("Current", "A")) | {"showlegend": len(data) > 1})
+    return Figure("The command to record", "", [panel], height=260)
+
+
+def over_time(what: Quantity, time: Floats, values: Floats) -> Panel:
+    """One input of a recording that should be made."""
+    line = {
+        "type": "scatter", "mode": "lines", "name": what.name, "x": numbers(time), "y": numbers(values),
+        "line": {"color": "@after", "width": 2}, "hovertemplate": f"%{{y:.3g}} {what.unit}",
+    }  # fmt: skip
+    return Panel(what.name, [line], _over_time(what))
+
+
+def _over_time(what: Quantity) -> dict[str, Any]:
+    return {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": capital(what.titled)}}}
 
 
 def profile(name: str, unit: str, values: Any, rise: Any, normal: Any, interval: str) -> Figure:

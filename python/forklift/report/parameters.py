@@ -84,7 +84,13 @@ def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table
 
 
 def table(
-    title: str, rows: Sequence[Mapping[str, Any]], bars: Mapping[str, Bar], changed: bool, widths: str = ""
+    title: str,
+    rows: Sequence[Mapping[str, Any]],
+    bars: Mapping[str, Bar],
+    changed: bool,
+    widths: str = "",
+    *,
+    folded: bool = True,
 ) -> Table:
     """Of any machine: start, before if `changed`, and after, with intervals; `widths` says more of these."""
     return Table(
@@ -97,7 +103,7 @@ def table(
         else f"Before: fitted without what was found; after: with it. Intervals of 95 %{widths}. They hold "
         "if the model is right, so those before do not if something was missing. Bars: thin, before; thick, "
         "after; upright, the start.",
-        folded=True,
+        folded=folded,
     )
 
 

@@ -26,10 +26,12 @@ BUDGET = 320_000
 DIGITS = 5
 """Of a point: finer than a pixel."""
 
-HOW_TO_READ = (
+READ = (
     "Above: simulated less measured, which is zero of a perfect model; in the middle: both as they are; "
-    "below: the command. Drag over a stretch to zoom, double-click to see all again, or use the buttons."
+    "below: {}. Drag over a stretch to zoom, double-click to see all again, or use the buttons."
 )
+"""With what drove it."""
+HOW_TO_READ = READ.format("the command")
 
 BAND = (
     "Grey band: what the sensor's noise alone would leave, 95 times in 100. Of an encoder, which reads "
