@@ -28,8 +28,13 @@ class Contest:
     """The same with it."""
 
 
-def contests(found: Sequence[Contest], said: Callable[[Suspect], str]) -> Iterator[Bars]:
-    """Of each cause, what it and its rivals leave over; `said`: a suspect in words."""
+def contests(
+    found: Sequence[Contest], said: Callable[[Suspect], str], rest: str = f"; {words.REST}"
+) -> Iterator[Bars]:
+    """Of each cause, what it and its rivals leave over.
+
+    `said`: a suspect in words; `rest`: why an average may lie below 1.
+    """
     for one in found:
         cause = one.cause
         bars = [
@@ -42,7 +47,7 @@ def contests(found: Sequence[Contest], said: Callable[[Suspect], str]) -> Iterat
         ]
         yield charts.left_over(
             bars,
-            f"On average over all signals held out, {words.NOISE}; {words.REST}."
+            f"On average over all signals held out, {words.NOISE}{rest}."
             + (
                 " Rivals that fell far behind on the way were stopped early, so that theirs may be a little "
                 "too much."

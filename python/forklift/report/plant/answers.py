@@ -56,7 +56,7 @@ def _what(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
             ["No effect of the catalogue, no sensor, no input and no doubtful parameter explains it."],
         )
     first, *others = found.causes
-    sized = [f"{capital(one)}." for one in words.sizes(told, first.suspect)]
+    sized = [f"Size: {'; '.join(own)}." for own in [[*words.sizes(told, first.suspect)]] if own]
     if first.suspect.kind == "unknown":
         sized = ["It has no name in the catalogue; its curve is drawn below."]
     for cause in others:
@@ -249,5 +249,5 @@ def _next(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
     return Fact(
         question,
         "It was not asked." if _alike(found) else "Nothing more is needed for this cause.",
-        ["Give candidates, recordings that could be made: the one is named that would part the rivals."],
+        ["No candidates were given, of which the one that parts the rivals best could be named."],
     )

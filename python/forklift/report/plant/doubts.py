@@ -89,14 +89,16 @@ def _form(found: PlantDiagnosis) -> Iterator[str]:
             "test): something slow is not explained, if only by a little. The intervals allow for it."
         )
     elif tested:
-        yield f"What is left over is as random as noise in all {len(tested)} signals (Ljung–Box test)."
+        yield "What is left over is as random as noise in every signal (Ljung–Box test)."
 
 
 def _everywhere(found: PlantDiagnosis) -> Iterator[str]:
     if not found.groups:
         yield (
-            "Not asked: it takes a cause, and recordings in two groups at least (a load, a pressure, a day) "
-            "that can be left out in turn."
+            "Not asked: it takes recordings in two groups at least (a load, a pressure, a day) that can be "
+            "left out in turn."
+            if found.causes
+            else "Not asked, for no cause was named."
         )
         return
     bad = [one.group for one in found.groups if not one.holds]

@@ -40,7 +40,7 @@ def evidence(found: PlantDiagnosis, told: Mapping[str, Any]) -> Section:
         *_errors(found, changed),
         *_laws(found),
         *_added(found, told),
-        *rivals.contests(list(_contests(found)), words.suspect),
+        *rivals.contests(list(_contests(found)), words.suspect, ""),
         *rivals.places(
             [(words.place(found.plant, one.port), one.evidence, one.noise**2) for one in found.inputs]
         ),
@@ -162,7 +162,8 @@ def _errors(found: PlantDiagnosis, changed: bool) -> Iterator[Table]:
                 for one in rows
             ],
             [False, False, *[True] * (len(head) - 4), False, True],
-            note="Noise: standard deviation of the sensor's; no model can have a smaller error for long.",
+            note="Noise: standard deviation of the sensor's, as given, or told from the samples: a little too much "
+            "where the truth has kinks.",
             folded=len(rows) > MANY or role != found.judged_on,
         )  # fmt: skip
 

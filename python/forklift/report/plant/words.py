@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +46,8 @@ def suspect(one: Suspect) -> str:
 
 def at(name: str, where: str) -> str:
     """What has a name, with where it acts, if the name does not say it."""
-    return name if not where or where in name else f"{name} ({where})"
+    said = not where or re.search(rf"(?<!\w){re.escape(where)}(?!\w)", name)
+    return name if said else f"{name} ({where})"
 
 
 def effect(plant: Plant, one: Suspect) -> Effect | None:
