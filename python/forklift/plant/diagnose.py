@@ -186,7 +186,7 @@ def diagnose_plant(
     Raises
     ------
     ForkliftError
-        ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``.
+        ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
     """
     clock = Clock(progress)
     recordings = [completed(plant, one) for one in recordings]

@@ -162,8 +162,8 @@ def _errors(found: PlantDiagnosis, changed: bool) -> Iterator[Table]:
                 for one in rows
             ],
             [False, False, *[True] * (len(head) - 4), False, True],
-            note="Noise: standard deviation of the sensor's, as given, or told from the samples: a little too much "
-            "where the truth has kinks.",
+            note="Noise: standard deviation of the sensor's, as given, or told from the samples: a little "
+            "too much where the truth has kinks.",
             folded=len(rows) > MANY or role != found.judged_on,
         )  # fmt: skip
 
