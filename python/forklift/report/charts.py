@@ -11,7 +11,7 @@ import numpy as np
 from forklift.estimation.knowledge import QUANTILE
 from forklift.report.blocks import Bars, Figure, Panel
 from forklift.report.traces import numbers
-from forklift.report.words import Quantity, capital, number, printed, spans
+from forklift.report.words import Quantity, number, printed, spans
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,14 +22,19 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+MOST_DOTS = 1000
+"""Of a cloud."""
 ROW_PX = 17
 """Height of a row of the correlations."""
 
 
-def law(where: Quantity, noun: str, found: Sequence[tuple[Against, Quantity]], own: bool) -> Figure:
+def law(
+    where: Quantity, noun: str, found: Sequence[tuple[Against, Quantity]], own: bool, more: str = ""
+) -> Figure:
     """The unknown input against each variable, with its band and what the final model has there.
 
-    `noun`: what was fitted; `own`: whether the place is that of the cause that was named.
+    `noun`: what was fitted; `own`: whether the place is that of the cause that was named; `more`: what else
+    is to be noted.
     """
     return Figure(
         f"What the recordings ask for: {where.name}",
@@ -40,7 +45,8 @@ def law(where: Quantity, noun: str, found: Sequence[tuple[Against, Quantity]], o
         "mean already, and is smoothed towards none; so only the shape and the change count, not where zero "
         "lies, and the size of the cause is the one said above. Where the lines lie on each other, the cause "
         "that was named has the right law; in grey stretches no recording tells."
-        + ("" if own else " No single place stands for that cause; of those there are, this explains most."),
+        + ("" if own else " No single place stands for that cause; of those there are, this explains most.")
+        + more,
         [_against(one, where, variable, noun) for one, variable in found],
         height=400,
         choose="Against",
@@ -72,7 +78,7 @@ def _against(one: Against, where: Quantity, variable: Quantity, noun: str) -> Pa
     if one.law is not None:
         data.append(_line("what the final model has there", at, numbers(scale * one.law), "@after", "solid"))
     layout = {
-        "xaxis": {"title": {"text": capital(variable.titled)}},
+        "xaxis": {"title": {"text": variable.titled}},
         "yaxis": {
             "title": {"text": Quantity(f"Against the fitted {noun}", where.unit).titled},
             "exponentformat": "power",
@@ -114,7 +120,7 @@ def _line(name: str, x: Sequence[Any], y: Sequence[Any], colour: str, dash: str)
     }  # fmt: skip
 
 
-def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
+def left_over(title: str, rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
     """What explanations leave over: name, mean square, and ``before``, ``after`` or ``rival``."""
     ends = [*(max(value, 1e-3) for _, value, _ in rows), 1.0]
     low, high = np.log(0.5 * min(ends)), np.log(max(*ends, 2.0))
@@ -123,7 +129,7 @@ def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
         return round(float(100.0 * (np.log(max(value, 1e-3)) - low) / (high - low)), 1)
 
     return Bars(
-        "What each explanation leaves over",
+        title,
         f"{note} The scale is logarithmic and begins at {number(float(np.exp(low)), 2)}.",
         [(name, number(value), at(value), kind) for name, value, kind in rows],
         at(1.0),
@@ -158,8 +164,24 @@ def over_time(what: Quantity, time: Floats, values: Floats) -> Panel:
     return Panel(what.name, [line], _over_time(what))
 
 
+def scattered(label: str, x: Quantity, y: Quantity, values: Floats, added: Floats) -> Panel:
+    """One quantity against another, as dots, thinned evenly."""
+    kept = np.unique(np.linspace(0, len(values) - 1, min(len(values), MOST_DOTS)).astype(int))
+    dots = {
+        "type": "scatter", "mode": "markers", "name": label, "x": numbers(values[kept]),
+        "y": numbers(added[kept]), "marker": {"size": 4, "color": "@after", "opacity": 0.6},
+        "hovertemplate": "%{x:.3g}: %{y:.3g}<extra></extra>",
+    }  # fmt: skip
+    layout = {
+        "hovermode": "closest",
+        "xaxis": {"title": {"text": x.titled}},
+        "yaxis": {"title": {"text": y.titled}},
+    }
+    return Panel(label, [dots], layout)
+
+
 def _over_time(what: Quantity) -> dict[str, Any]:
-    return {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": capital(what.titled)}}}
+    return {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": what.titled}}}
 
 
 def profile(name: str, unit: str, values: Any, rise: Any, normal: Any, interval: str) -> Figure:

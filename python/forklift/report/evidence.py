@@ -141,7 +141,7 @@ def _added(found: Diagnosis) -> list[Points]:
 
 def _contests(found: Diagnosis, left: Mapping[str, float]) -> list[rivals.Contest]:
     return [
-        rivals.Contest(cause, "nothing added: the fitted truck", left["before"], left["after"])
+        rivals.Contest([cause], "nothing added: the fitted truck", left["before"], left["after"])
         for cause in found.causes
         if cause.rivals or cause.suspect in found.final.suspects  # else seen before any fit
     ]

@@ -17,35 +17,38 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Contest:
-    """A cause among its rivals."""
+    """Causes that were found together, among their rivals."""
 
-    cause: Cause
+    causes: Sequence[Cause]
     without: str
     """What the model without it is."""
     before: float
     """Mean square that is left over without it."""
     after: float
     """The same with it."""
+    title: str = "What each explanation leaves over"
 
 
 def contests(
     found: Sequence[Contest], said: Callable[[Suspect], str], rest: str = f"; {words.REST}"
 ) -> Iterator[Bars]:
-    """Of each cause, what it and its rivals leave over.
+    """Of each contest, what its causes and their rivals leave over.
 
     `said`: a suspect in words; `rest`: why an average may lie below 1.
     """
     for one in found:
-        cause = one.cause
+        cause = one.causes[0]
+        named = " and ".join(said(cause.suspect) for cause in one.causes)
         bars = [
             (one.without, one.before, "before"),
-            (f"{said(cause.suspect)}: credibility {cause.credibility:.2f}", one.after, "after"),
+            (f"{named}: credibility {cause.credibility:.2f}", one.after, "after"),
             *(
                 (f"{' and '.join(map(said, suspects))}: credibility {credible:.2f}", left, "rival")
                 for suspects, credible, left in sorted(cause.rivals, key=lambda one: one[2])
             ),
         ]
         yield charts.left_over(
+            one.title,
             bars,
             f"On average over all signals held out, {words.NOISE}{rest}."
             + (

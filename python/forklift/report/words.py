@@ -59,11 +59,14 @@ class Quantity(NamedTuple):
     name: str
     unit: str = ""
     scale: float = 1.0
+    symbol: bool = False
+    """Whether its name is written as it is, and never with a capital."""
 
     @property
     def titled(self) -> str:
         """As an axis has it."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        name = self.name if self.symbol else capital(self.name)
+        return f"{name} [{self.unit}]" if self.unit else name
 
 
 GLOSSARY: dict[str, str] = {

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from forklift.diagnosis.next_recording import PARTS
 from forklift.diagnosis.selection import REDRAWS
 from forklift.estimation.judgement import AT_NOISE
 from forklift.plant.files import LIKELY
@@ -117,17 +118,20 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
                 *_untold(count),
             ],
         )
-    alike = _alike(found)
     first, *others = found.causes
+    alike = _alike(found, first)
     answer = (
         f"Not sure: it cannot be told from {_some(alike)}"
         if alike
-        else f"Credibility {first.credibility:.2f} of 1"
+        else f"Credibility {first.credibility:.2f} of 1{', for the first' if others else ''}"
     )
     details = [f"Credibility {first.credibility:.2f} of 1."] if alike else []
-    details += [
-        f"{capital(words.suspect(cause.suspect))}: credibility {cause.credibility:.2f}." for cause in others
-    ]
+    for cause in others:
+        like = _alike(found, cause)
+        doubt = f"; it cannot be told from {_some(like)}" if like else ""
+        details.append(
+            f"{capital(words.suspect(cause.suspect))}: credibility {cause.credibility:.2f}{doubt}."
+        )
     details += [
         f"Of {count['considered']} suspects considered (list below), {count['fitted']} "
         f"{'was' if count['fitted'] == 1 else 'were'} fitted. Judged on {words.samples(found)}, redrawn at "
@@ -144,11 +148,10 @@ def _untold(count: Mapping[str, int]) -> list[str]:
     return [f"{untold} could not be tested with these recordings: see Doubts."] if untold else []
 
 
-def _alike(found: PlantDiagnosis) -> list[str]:
-    """What explains as much as a cause, and what could stand for one on any such recordings."""
-    names = [words.suspect(one) for cause in found.causes for one in cause.not_separable_from]
-    named = {cause.suspect for cause in found.causes}
-    names += [words.suspect(one.other) for one in found.twins if one.accepted in named]
+def _alike(found: PlantDiagnosis, cause: Cause) -> list[str]:
+    """What explains as much as a cause, and what could stand for it on any such recordings."""
+    names = [words.suspect(one) for one in cause.not_separable_from]
+    names += [words.suspect(one.other) for one in found.twins if one.accepted is cause.suspect]
     return list(dict.fromkeys(names))
 
 
@@ -194,20 +197,26 @@ def _errors(found: PlantDiagnosis) -> Iterator[tuple[str, str, float, float]]:
 
 
 def _else(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
-    question, alike = "What could it be instead?", _alike(found)
-    if alike:
+    question = "What could it be instead?"
+    first = next((_alike(found, cause) for cause in found.causes), [])
+    later = [
+        f"{capital(words.suspect(cause.suspect))} could be {_some(like)}."
+        for cause in found.causes[1:]
+        if (like := _alike(found, cause))
+    ]
+    if first:
         return Fact(
             question,
-            capital(f"{_some(alike)}: these recordings cannot tell."),
-            ["See Doubts for how far each could stand for what was found."],
+            f"{_some(first)}: these recordings cannot tell.",
+            [*later, "See Doubts for how far each could stand for what was found."],
         )
     rivals = [
         (left, share, names)
         for cause in found.causes
         for names, share, left in cause.rivals
-        if cause.suspect not in names
+        if not set(names) <= set(found.final.suspects) and cause.suspect not in names
     ]
-    untold = _untold(counts(told))
+    untold = [*later, *_untold(counts(told))]
     if not rivals:
         none = (
             "Nothing else was needed."
@@ -230,10 +239,12 @@ def _else(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
 def _next(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
     question, proposed = "What to record next?", found.next_recording
     if proposed is not None and proposed.candidate is not None:
+        parted = sum(one.expected >= PARTS for one in proposed.partings)
+        pairs = f"{parted} of {len(proposed.partings)} pairs"
         return Fact(
             question,
             capital(proposed.candidate.name),
-            ["It would part what was found from its rivals; see Next steps."],
+            [f"Of the candidates it parts most of what is in question, {pairs}: see Next steps."],
         )
     if proposed is not None:
         return Fact(question, "None of the candidates would settle it.", ["See Next steps."])
@@ -246,8 +257,9 @@ def _next(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
             f"More of {telling}, over a wider range." if telling else "Nothing can be proposed.",
             ["And give the catalogue an effect that may act there: see Next steps."],
         )
+    doubtful = not found.final.complete or any(_alike(found, one) for one in found.causes)
     return Fact(
         question,
-        "It was not asked." if _alike(found) else "Nothing more is needed for this cause.",
+        "It was not asked." if doubtful else "Nothing more is needed for this cause.",
         ["No candidates were given, of which the one that parts the rivals best could be named."],
     )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.plant.diagnose import widening
+from forklift.plant.laws import laws
 from forklift.plant.shapes import over_variables, respond, variables, width_s
 from forklift.report import charts, curves, parameters, rivals, traces
 from forklift.report.blocks import Block, Drive, Explorer, Figure, Points, Replay, Section, Signal, Table
@@ -17,6 +18,8 @@ from forklift.report.plant import words
 from forklift.report.words import Quantity, capital, number, printed
 
 if TYPE_CHECKING:
+    from forklift.diagnosis.inputs import UnknownInput
+    from forklift.diagnosis.suspect import Suspect
     from forklift.plant.diagnose import PlantDiagnosis
     from forklift.plant.foreseen import Foreseen
     from forklift.plant.problem import PlantProblem
@@ -27,6 +30,8 @@ TELLING = 0.05
 """A variable that explains less than this share of the input is not worth a drawing."""
 MOST_PLACES = 3
 """At so many places what the recordings ask for is drawn."""
+BEYOND = 3.0
+"""An unknown input that moves readings so many times as far as they are off is mostly made up for."""
 MANY = 12
 """A table with more rows is folded."""
 ROLES = {"validate": "held out", "estimate": "fitted on"}
@@ -38,6 +43,7 @@ def evidence(found: PlantDiagnosis, told: Mapping[str, Any]) -> Section:
     blocks: list[Block] = [
         explorer(found, changed),
         *_errors(found, changed),
+        *_asked_for(found),
         *_laws(found),
         *_added(found, told),
         *rivals.contests(list(_contests(found)), words.suspect, ""),
@@ -168,25 +174,67 @@ def _errors(found: PlantDiagnosis, changed: bool) -> Iterator[Table]:
         )  # fmt: skip
 
 
-def _laws(found: PlantDiagnosis) -> Iterator[Figure]:
-    """At the place of each cause, if an unknown input was looked for there, else where most is explained."""
+def _asked_for(found: PlantDiagnosis) -> Iterator[Figure]:
+    """At the likeliest place, and where a cause acts, if something tells what is asked for there."""
     if not found.inputs:
         return
     named = dict.fromkeys(port for cause in found.causes for port in words.ports(found.plant, cause.suspect))
-    own = [one for name in named for one in found.inputs if one.port == name][:MOST_PLACES]
+    own = [one for name in named for one in found.inputs if one.port == name and one is not found.inputs[0]]
     problem = cast("PlantProblem", found.baseline.early.problem)
-    for one in own or found.inputs[:1]:
-        shapes = found.shapes if one is found.inputs[0] else over_variables(found.baseline, one)
+    for one in [found.inputs[0], *own][:MOST_PLACES]:
+        likeliest = one is found.inputs[0]
+        shapes = found.shapes if likeliest else over_variables(found.baseline, one)
+        telling = [of for of in shapes if of.explained >= TELLING] or (list(shapes[:1]) if likeliest else [])
+        if not telling:
+            continue
         given = variables(problem, found.baseline.early.x, one)
         final = curves.had_it_been(found.baseline, found.final, one.port, respond, width_s(problem))
-        drawn = curves.against(one, shapes, given, final)
-        drawn = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
+        drawn = curves.against(one, telling, given, final)
         said = partial(words.quantity, found.plant)
         where = Quantity(words.place(found.plant, one.port), said(one.port).unit)
-        if drawn:
-            yield charts.law(
-                where, "model", [(of, said(of.variable)) for of in drawn], bool(own) or not found.causes
-            )
+        at = not found.causes or one.port in named
+        beyond = _beyond(problem, found.baseline.early.x, one)
+        more = (
+            f" Beware of the scale: by itself this would move the readings {number(beyond, 2)} times as far "
+            "as they lie off the fitted model; parameters of the model make up for most of it, so that a "
+            "straight line here means little."
+            if beyond > BEYOND
+            else ""
+        )
+        yield charts.law(where, "model", [(of, said(of.variable)) for of in drawn], at, more)
+
+
+def _beyond(problem: PlantProblem, x: Floats, one: UnknownInput) -> float:
+    """How many times as far as the readings are off the model an unknown input would move them by itself."""
+    if any(one.port == out.name for out in problem.machine.plant.outputs):
+        return 0.0
+    moved, off = 0.0, 0.0
+    for k, (sample, model) in enumerate(zip(problem.samples, problem.values(x), strict=True)):
+        answers = respond(problem, x, k, one.port, one.centres[k]) @ one.values[k]
+        for seen in sample.observed:
+            noise = seen.sensor.noise
+            moved += float(np.sum((answers[seen.rows, seen.column] / noise) ** 2))
+            off += float(np.sum((seen.left(model[seen.sensor.channel]) / noise) ** 2))
+    return float(np.sqrt(moved / off)) if off else 0.0
+
+
+def _laws(found: PlantDiagnosis) -> Iterator[Figure]:
+    """What was found, as the final model has it."""
+    panels = []
+    for one in laws(found.final):
+        x = words.quantity(found.plant, one.variable) if one.variable else Quantity("time", "s")
+        y = words.quantity(found.plant, one.port)
+        telling = f" ({100 * max(one.explained, 0.0):.0f} % told by it)" if one.variable else ", a constant"
+        label = f"{one.effect.name}, against {x.name}{telling}"
+        panels.append(charts.scattered(label, x, y, one.values, one.added))
+    if panels:
+        yield Figure(
+            "The law that was found",
+            "What each effect that was found adds, at every moment of the recordings fitted, against the "
+            "variable that tells it best. Where dots do not lie on a line, it depends on more than that.",
+            panels,
+            choose="Effect",
+        )
 
 
 def _added(found: PlantDiagnosis, told: Mapping[str, Any]) -> Iterator[Points]:
@@ -206,20 +254,28 @@ def _added(found: PlantDiagnosis, told: Mapping[str, Any]) -> Iterator[Points]:
 
 
 def _contests(found: PlantDiagnosis) -> Iterator[rivals.Contest]:
-    """Each cause among the rivals of its round: beside what was found in rounds before."""
-    known, before, without = set(), found.baseline.left_over, "nothing added: the fitted model"
-    after = {}
+    """Round by round: what was found in it, beside what was found in rounds before."""
+    known: tuple[Suspect, ...] = ()
+    before, rounds = found.baseline.left_over, []
     for step in found.selection.steps:
         if step.accepted is not None:
-            for one in step.accepted.suspects:
-                if one not in known:
-                    after[one] = without, before, step.accepted.left_over
-            known |= set(step.accepted.suspects)
-            before = step.accepted.left_over
-            without = f"with {' and '.join(map(words.suspect, step.accepted.suspects))} alone"
-    last = without, before, found.final.left_over
-    for cause in found.causes:
-        yield rivals.Contest(cause, *after.get(cause.suspect, last))
+            new = [one for one in step.accepted.suspects if one not in known]
+            rounds.append((known, before, step.accepted.left_over, new))
+            known, before = step.accepted.suspects, step.accepted.left_over
+    rounds.append((known, before, found.final.left_over, list(found.final.suspects)))
+    told: set[Suspect] = set()
+    for place, (without, left, after, new) in enumerate(rounds):
+        causes = [one for one in found.causes if one.suspect in new and one.suspect not in told]
+        told |= {one.suspect for one in causes}
+        if causes:
+            alone = " and ".join(map(words.suspect, without))
+            yield rivals.Contest(
+                causes,
+                f"{alone}, and nothing else" if without else "nothing added: the fitted model",
+                left,
+                after,
+                f"What each explanation leaves over{f', round {place + 1}' if len(rounds) > 2 else ''}",
+            )
 
 
 def _parameters(found: PlantDiagnosis, told: Mapping[str, Any], changed: bool) -> Table:

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from forklift.diagnosis.next_recording import PARTS
 from forklift.report import charts
 from forklift.report.blocks import Block, Code, Figure, Section, Table, Text
 from forklift.report.plant import words
 from forklift.report.words import prose
 
 if TYPE_CHECKING:
+    from forklift.diagnosis.next_recording import Proposal
     from forklift.plant.diagnose import PlantDiagnosis
 
 UNASKED = (
@@ -22,7 +26,7 @@ UNASKED = (
 def next_step(found: PlantDiagnosis) -> Section:
     """The recording that would tell most, and a call that simulates what was found."""
     proposed = found.next_recording
-    lead = UNASKED if proposed is None else prose(proposed.why)
+    lead = UNASKED if proposed is None else _why(proposed)
     if not found.causes:
         lead = (
             "No cause was named, so that there are no rivals to part."
@@ -33,16 +37,31 @@ def next_step(found: PlantDiagnosis) -> Section:
     return Section("next", "Next steps", lead, [*_candidate(found), *_use(found)])
 
 
+def _why(proposed: Proposal) -> str:
+    """Of a candidate that was chosen the pairs are in a table; else the engine's own words."""
+    if proposed.candidate is None:
+        return prose(proposed.why)
+    parted = sum(one.expected >= PARTS for one in proposed.partings)
+    return (
+        f"Of the candidates this parts most explanations, {parted} of {len(proposed.partings)} pairs below: "
+        f"{proposed.candidate.name}."
+    )
+
+
 def _candidate(found: PlantDiagnosis) -> Iterator[Block]:
     proposed = found.next_recording
     if proposed is None or proposed.candidate is None:
         return
     recording, plant = proposed.candidate.sample.recording, found.plant
     inputs = [words.quantity(plant, one.name) for one in plant.inputs if one.derived is None]
+    inputs.sort(key=lambda of: not np.ptp(recording.u[of.name]))  # what moves first
     rows = [
-        [f"{one.expected:.0f}", f"{one.recorded:.0f}", f"{one.rivals[0]} from {one.rivals[1]}"]
-        for one in proposed.partings
-    ]
+        [
+            f"{one.expected:.0f}", f"{one.recorded:.0f}", "yes" if one.expected >= PARTS else "no",
+            *(said.replace(" and ", " + ") for said in one.rivals),
+        ]
+        for one in sorted(proposed.partings, key=lambda one: -one.expected)
+    ]  # fmt: skip
     yield Figure(
         f"To record: {proposed.candidate.name}",
         "",
@@ -52,11 +71,11 @@ def _candidate(found: PlantDiagnosis) -> Iterator[Block]:
     )
     yield Table(
         "What it would part",
-        ["Expected", "So far", "Explanations"],
+        ["Expected", "So far", "Parted", "One explanation", "The other"],
         rows,
-        [True, True, False],
-        note="Expected ln of their likelihood ratio, and the greatest that any recording so far has; 10 is "
-        "decisive.",
+        [True, True, False, False, False],
+        note="Expected ln of their likelihood ratio, and the greatest of those recorded so far, were it made "
+        f"once more; {PARTS:g} is the least that parts them.",
     )
 
 

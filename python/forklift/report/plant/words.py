@@ -80,7 +80,7 @@ def quantity(plant: Plant, name: str) -> Quantity:
     states = (*plant.states, *(state for one in plant.effects for state in one.states))
     parts: tuple[State | Input | Output | Port, ...] = (*states, *plant.inputs, *plant.outputs, *plant.ports)
     units = {one.name: one.unit for one in reversed(parts)}
-    return Quantity(name, printed(units[name]) if name in units else "")
+    return Quantity(name, printed(units[name]) if name in units else "", symbol=True)
 
 
 def sizes(told: Mapping[str, Any], one: Suspect) -> Iterator[str]:
