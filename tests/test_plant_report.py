@@ -1,8 +1,10 @@
 """The page of a plant's diagnosis: every section, of machines of every kind, and nothing of a forklift."""
 
+import ast
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from forklift.plant.simulate import simulate_plant
 from forklift.report import words
 from forklift.report.of_plant import plant_page
 from forklift.report.plant.words import at
+from test_machines import OF_A_MACHINE
 from test_report import FETCHING, ROOMY_BYTES, Text
 
 OF_A_FORKLIFT = re.compile(r"truck|\blift|mast|valve|velocity|forks", re.IGNORECASE)
@@ -85,6 +88,26 @@ def said(page):
 
 def drawn(page):
     return json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
+
+
+ROOT = Path(__file__).parents[1] / "python" / "forklift"
+OF_ANY_PLANT = [
+    *sorted((ROOT / "plant").glob("*.py")),
+    *sorted((ROOT / "report" / "plant").glob("*.py")),
+    *(ROOT / "report" / f"{name}.py" for name in ("curves", "of_plant", "rivals")),
+]
+
+
+@pytest.mark.parametrize("path", OF_ANY_PLANT, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_no_branch_hangs_on_a_machine(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            known = {"forklift.truck", "forklift.names", "forklift.operation", "forklift.unknown_ports"}
+            assert node.module not in known
+            assert not (node.module or "").startswith("forklift.rigs")
+        if isinstance(node, ast.Compare | ast.match_case):
+            said = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)]
+            assert not [one for one in said if isinstance(one, str) and OF_A_MACHINE.search(one)]
 
 
 def test_the_folder_holds_the_page_and_the_json_and_is_replaced_whole(bent, folder, told, tmp_path):

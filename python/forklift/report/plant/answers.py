@@ -119,19 +119,20 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
             ],
         )
     first, *others = found.causes
-    alike = _alike(found, first)
+    alike = _alike(first)
     answer = (
         f"Not sure: it cannot be told from {_some(alike)}"
         if alike
         else f"Credibility {first.credibility:.2f} of 1{', for the first' if others else ''}"
     )
     details = [f"Credibility {first.credibility:.2f} of 1."] if alike else []
-    for cause in others:
-        like = _alike(found, cause)
-        doubt = f"; it cannot be told from {_some(like)}" if like else ""
-        details.append(
-            f"{capital(words.suspect(cause.suspect))}: credibility {cause.credibility:.2f}{doubt}."
-        )
+    stands = _stands(found, first)
+    details += [f"To first order {_some(stands)} could stand for it: see Doubts."] if stands else []
+    details += [
+        f"{capital(words.suspect(cause.suspect))}: credibility {cause.credibility:.2f}"
+        f"{_doubted(found, cause)}."
+        for cause in others
+    ]
     details += [
         f"Of {count['considered']} suspects considered (list below), {count['fitted']} "
         f"{'was' if count['fitted'] == 1 else 'were'} fitted. Judged on {words.samples(found)}, redrawn at "
@@ -148,11 +149,22 @@ def _untold(count: Mapping[str, int]) -> list[str]:
     return [f"{untold} could not be tested with these recordings: see Doubts."] if untold else []
 
 
-def _alike(found: PlantDiagnosis, cause: Cause) -> list[str]:
-    """What explains as much as a cause, and what could stand for it on any such recordings."""
-    names = [words.suspect(one) for one in cause.not_separable_from]
-    names += [words.suspect(one.other) for one in found.twins if one.accepted is cause.suspect]
-    return list(dict.fromkeys(names))
+def _alike(cause: Cause) -> list[str]:
+    """What explains what was held out as well as a cause."""
+    return list(dict.fromkeys(map(words.suspect, cause.not_separable_from)))
+
+
+def _stands(found: PlantDiagnosis, cause: Cause) -> list[str]:
+    """What could stand for a cause on such recordings, to first order."""
+    twins = (words.suspect(one.other) for one in found.twins if one.accepted is cause.suspect)
+    return [name for name in dict.fromkeys(twins) if name not in _alike(cause)]
+
+
+def _doubted(found: PlantDiagnosis, cause: Cause) -> str:
+    """The same as the end of a sentence."""
+    alike, stands = _alike(cause), _stands(found, cause)
+    said = f"; it cannot be told from {_some(alike)}" if alike else ""
+    return said + (f"; to first order {_some(stands)} could stand for it" if stands else "")
 
 
 def _some(names: list[str]) -> str:
@@ -198,17 +210,17 @@ def _errors(found: PlantDiagnosis) -> Iterator[tuple[str, str, float, float]]:
 
 def _else(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
     question = "What could it be instead?"
-    first = next((_alike(found, cause) for cause in found.causes), [])
+    first = next(map(_alike, found.causes), [])
     later = [
         f"{capital(words.suspect(cause.suspect))} could be {_some(like)}."
-        for cause in found.causes[1:]
-        if (like := _alike(found, cause))
+        for cause in found.causes
+        if (like := [*(_alike(cause) if cause is not found.causes[0] else []), *_stands(found, cause)])
     ]
     if first:
         return Fact(
             question,
             f"{_some(first)}: these recordings cannot tell.",
-            [*later, "See Doubts for how far each could stand for what was found."],
+            [*later, "These explain what was held out as well, and are not ruled out."],
         )
     rivals = [
         (left, share, names)
@@ -257,7 +269,7 @@ def _next(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
             f"More of {telling}, over a wider range." if telling else "Nothing can be proposed.",
             ["And give the catalogue an effect that may act there: see Next steps."],
         )
-    doubtful = not found.final.complete or any(_alike(found, one) for one in found.causes)
+    doubtful = not found.final.complete or any(map(_alike, found.causes))
     return Fact(
         question,
         "It was not asked." if doubtful else "Nothing more is needed for this cause.",

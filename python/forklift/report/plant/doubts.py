@@ -57,9 +57,9 @@ def _alike(found: PlantDiagnosis) -> Iterator[str]:
             none = False
             others = ", ".join(f"{words.suspect(one.other)} ({100 * one.share:.0f} %)" for one in stand)
             yield (
-                f"“{name}” has nearly the same effect on these recordings as what follows, which takes over "
-                f"so much of it with other parameters moved: {others}. Such recordings cannot part them, "
-                "whatever they measure."
+                f"“{name}” has nearly the same effect on these recordings as what follows, which to first "
+                f"order takes over so much of it with other parameters moved: {others}. Where that is exact, "
+                "such recordings cannot part them, whatever they measure."
             )
     if none:
         yield "Nothing that was tried explains what was held out as well, and nothing could stand for it."

@@ -265,6 +265,8 @@ def _contests(found: PlantDiagnosis) -> Iterator[rivals.Contest]:
     rounds.append((known, before, found.final.left_over, list(found.final.suspects)))
     told: set[Suspect] = set()
     for place, (without, left, after, new) in enumerate(rounds):
+        if not set(without) <= set(found.final.suspects):  # given up again
+            without, left = (), found.baseline.left_over
         causes = [one for one in found.causes if one.suspect in new and one.suspect not in told]
         told |= {one.suspect for one in causes}
         if causes:
