@@ -234,6 +234,7 @@ def test_no_mismatch_is_said_as_plainly():
     plant = line()
     text = whole(diagnose_plant(plant, recorded(plant, ())))
     assert "Nothing that these recordings show." in text.of("strong")
+    assert "of a recording held out nothing is adjusted." in text.everything
     assert "→" not in " ".join(cell for row in text.rows for cell in row)
 
 
@@ -246,6 +247,16 @@ def test_what_has_no_name_is_said_and_drawn():
     ):
         assert found.verdict == "unknown-effect"
         whole(found)
+
+
+def test_a_group_that_fits_no_law_is_named_on_the_first_screen(bent):
+    first, *others = bent.groups
+    odd = replace(first, alone=50.0, before=1.0, after=2.0)
+    text = whole(replace(bent, groups=(odd, *others)))
+    screen = text.everything[: text.everything.index("Before is the model")]
+    assert f"{first.group} fits no law that fits the others: see Doubts." in screen
+    assert f"It does not hold in {first.group}, foreseen from the others" in screen
+    assert any(row[-1] == "fits no law" for row in text.rows if row)
 
 
 def test_without_a_recording_held_out_that_is_said_aloud():

@@ -6,7 +6,7 @@ doubts, the next recording and provenance, each from the module of that name in 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from forklift.report import page
@@ -44,7 +44,7 @@ def plant_page(found: PlantDiagnosis, told: Mapping[str, Any] | None = None) -> 
                 doubts(found, told),
                 next_step(found),
                 made_from(
-                    _runs(plant),
+                    _runs(plant, {name for one in found.after for name in one.adjusted}),
                     (),
                     recordings,
                     [
@@ -64,9 +64,11 @@ def plant_page(found: PlantDiagnosis, told: Mapping[str, Any] | None = None) -> 
     )
 
 
-def _runs(plant: Plant) -> str:
-    """How the plant was scored."""
-    own = "of a recording held out nothing is adjusted but its free starts and parameters of its own"
+def _runs(plant: Plant, adjusted: Collection[str]) -> str:
+    """How the plant was scored; `adjusted`: what is adjusted to single recordings."""
+    own = "of a recording held out nothing is adjusted"
+    if adjusted:
+        own += f" but what it has of its own: {', '.join(sorted(adjusted))}"
     if plant.score == "algebraic":
         return f"The machine has no states: every moment is foreseen from its inputs alone; {own}."
     if plant.score == "restart":

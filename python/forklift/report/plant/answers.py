@@ -88,7 +88,7 @@ def _where(found: PlantDiagnosis) -> Fact:
             + "".join(
                 f"; {100 * one.explained:.0f} % of it is a function of {one.variable}" for one in telling
             )
-            + "."
+            + (". " if telling else ", but no variable tells it. ").rstrip()
         )
     further = [words.place(plant, name) for name in list(named)[1:]]
     if further:
@@ -140,8 +140,18 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
         "Nothing but the sensors' noise is left over."
         if found.final.complete
         else "The law is uncertain: more than the sensors' noise is left over.",
+        *_groups(found),
     ]
     return Fact(question, answer, details)
+
+
+def _groups(found: PlantDiagnosis) -> list[str]:
+    """What speaks against it where whole groups were left out."""
+    bad = [one.group for one in found.groups if not one.holds]
+    said = [f"It does not hold in {', '.join(bad)}, foreseen from the others: see Doubts."] if bad else []
+    if found.lawless:
+        said.append(f"{', '.join(found.lawless)} fits no law that fits the others: see Doubts.")
+    return said
 
 
 def _untold(count: Mapping[str, int]) -> list[str]:
