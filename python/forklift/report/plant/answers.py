@@ -282,6 +282,6 @@ def _next(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
     doubtful = not found.final.complete or any(map(_alike, found.causes))
     return Fact(
         question,
-        "It was not asked." if doubtful else "Nothing more is needed for this cause.",
-        ["No candidates were given, of which the one that parts the rivals best could be named."],
+        "Nothing can be proposed." if doubtful else "Nothing more is needed for this cause.",
+        ["No candidates were given, or no other explanation came near enough to be parted from it."],
     )

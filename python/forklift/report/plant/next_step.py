@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from forklift.plant.diagnose import PlantDiagnosis
 
 UNASKED = (
-    "No candidates were given. With candidates=[...], recordings that could be made (inputs only), a "
-    "diagnosis names the one that would part what was found from its rivals best."
+    "No candidates were given, or no other explanation came near enough to be parted from what was found. With "
+    "candidates=[...], recordings that could be made (inputs only), a diagnosis names the one that parts best."
 )
 
 
