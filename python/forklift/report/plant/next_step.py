@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from forklift.plant.diagnose import PlantDiagnosis
 
 UNASKED = (
-    "No candidates were given, or no other explanation came near enough to be parted from what was found. With "
-    "candidates=[...], recordings that could be made (inputs only), a diagnosis names the one that parts best."
+    "No candidates were given, or no other explanation came near enough to be parted from what was found. "
+    "With candidates=[...], recordings that could be made (inputs only), a diagnosis names the one that "
+    "parts best."
 )
 
 
