@@ -1,6 +1,7 @@
 """The pages in a real browser, as wide as a desk's and as a telephone's: drawn, zoomed, nothing cut off."""
 
 import shutil
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -10,14 +11,16 @@ from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare, simulate
 from forklift.output import write_text
+from forklift.plant.diagnose import PlantDiagnosis, diagnose_plant
 from forklift.report.of_simulation import simulation_page
+from test_plant_report import line, recorded
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 if CHROMIUM is None:
     pytest.skip("there is no Chromium (on Debian: apt-get install chromium)", allow_module_level=True)
 api = pytest.importorskip("playwright.sync_api", reason="playwright (the extra test) is not installed")
 
-PAGES = ("diagnosis", "fit", "comparison", "simulation")
+PAGES = ("diagnosis", "fit", "comparison", "simulation", "plant")
 WIDTHS = (1280, 390)
 EXPLORED = PAGES[:3]
 
@@ -59,8 +62,15 @@ def files(tmp_path_factory, null_fit):
         "diagnosis": diagnosed("leak").write(folder / "diagnosis") / "report.html",
         "fit": null_fit.write(folder / "fit") / "report.html",
         "comparison": compare(null, thesis).write(folder / "comparison") / "report.html",
+        "plant": bent().write(folder / "plant") / "report.html",
         "simulation": write_text(folder / "simulation.html", simulation_page(lowered)),
     }
+
+
+def bent() -> PlantDiagnosis:
+    """Of a machine with two outputs, two inputs, and samples alone between gaps."""
+    plant = line()
+    return diagnose_plant(plant, recorded(plant), candidates=[replace(one, y={}) for one in recorded(plant)])
 
 
 @pytest.fixture
@@ -170,6 +180,20 @@ def test_the_keyboard_alone_zooms_and_changes_recording_and_signal(opened):
     page.get_by_role("button", name="See all").focus()
     page.keyboard.press("Space")
     assert place.evaluate(RANGE)[0] == pytest.approx(before[0], abs=0.1)
+
+
+def test_another_input_is_drawn_below_and_a_sample_alone_is_a_dot(opened):
+    page = opened("plant")
+    place = page.locator(".explorer .plot")
+    page.wait_for_function("document.querySelector('.explorer .plot').dataset.drawn")
+    titles = "place => ['yaxis', 'yaxis3'].map(name => place._fullLayout[name].title.text)"
+    modes = "place => place.data.map(one => one.mode)"
+    assert place.evaluate(titles) == ["y [V]", "u [V]"]
+    assert place.evaluate(modes)[0] == "lines"
+    page.locator(".explorer [data-choose=drive]").select_option(label="d")
+    page.locator(".explorer [data-choose=signal]").select_option(label="z")
+    assert place.evaluate(titles) == ["z [mV]", "d [V/s]"]
+    assert place.evaluate(modes)[0] == "lines+markers"
 
 
 def test_the_tabulator_reaches_the_contents_and_the_first_choice(opened):

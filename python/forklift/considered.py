@@ -1,12 +1,14 @@
-"""Every suspect that a diagnosis considered: what it promised, and what became of it."""
+"""Every suspect that a diagnosis considered, of any machine: what it promised, and what became of it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from forklift.diagnosis.screening import Screened
+from forklift.diagnosis.causes import Cause
+from forklift.diagnosis.screening import Screened, Screening
+from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.suspect import Suspect
 
 if TYPE_CHECKING:
@@ -49,32 +51,53 @@ class Considered:
 
 
 def considered(found: Diagnosis) -> list[Considered]:
-    """Each once: those named first, then by what they promised, then those that could not be told."""
-    every = {one.suspect.label: one for one in reversed([*_each(found)])}
+    """Of a truck's diagnosis."""
+    return collected(found.selection, found.screening, found.causes, found.untold, bool(found.unexcited))
+
+
+def collected(
+    selection: Selection,
+    screening: Screening,
+    causes: Sequence[Cause],
+    one_value: Sequence[Suspect] = (),
+    unexcited: bool = False,
+) -> list[Considered]:
+    """Each once: those named first, then by what they promised, then those that could not be told.
+
+    `one_value`: what was not asked, for its condition never changes; `unexcited`: nothing moved at all.
+    """
+    found = [*_each(selection, screening, causes, one_value, unexcited)]
+    every = {one.suspect.label: one for one in reversed(found)}
     return sorted(every.values(), key=lambda one: (not one.named, bool(one.untold), -(one.promised or 0.0)))
 
 
-def _each(found: Diagnosis) -> Iterator[Considered]:
+def _each(
+    selection: Selection,
+    screening: Screening,
+    causes: Sequence[Cause],
+    one_value: Sequence[Suspect],
+    unexcited: bool,
+) -> Iterator[Considered]:
     """The first of each label counts."""
-    trials = [trial for step in found.selection.steps for trial in step.trials]
+    trials = [trial for step in selection.steps for trial in step.trials]
     trials.sort(key=lambda trial: len(trial.suspects))
     by_label: dict[str, Trial] = {}
-    for trial in [*trials, *found.selection.unnamed]:
+    for trial in [*trials, *selection.unnamed]:
         for suspect in trial.suspects:
             by_label.setdefault(suspect.label, trial)
-    named = {cause.suspect.label for cause in found.causes}
+    named = {cause.suspect.label for cause in causes}
 
     def one(suspect: Suspect, promised: float | None, untold: Untold) -> Considered:
         return Considered(suspect, promised, untold, by_label.get(suspect.label), suspect.label in named)
 
     def told(screened: Screened) -> Untold:
-        return "any-size" if found.unexcited or not screened.testable else ""
+        return "any-size" if unexcited or not screened.testable else ""
 
-    for screened in found.screening.singles:
+    for screened in screening.singles:
         yield one(screened.suspects[0], screened.gain, told(screened))
-    for suspect in found.screening.untestable:
+    for suspect in screening.untestable:
         yield one(suspect, None, "no-trace")
-    for suspect in found.untold:
+    for suspect in one_value:
         yield one(suspect, None, "one-value")
-    for cause in found.causes:  # what has no name, and what was seen before any fit
+    for cause in causes:  # what has no name, and what was seen before any fit
         yield one(cause.suspect, None, "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,13 @@ from forklift.diagnosis.region import Shape
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.suspect import Suspect
-from forklift.diagnosis.trial import MOVES, NEAR, Bench, Trial
+from forklift.diagnosis.trial import Bench, Trial
 from forklift.diagnosis.twins import Twin, twins
 from forklift.errors import ForkliftError
-from forklift.estimation.algebra import one_thread
-from forklift.estimation.judgement import settled
 from forklift.estimation.knowledge import QUANTILE
+from forklift.estimation.sensors import Sensor
+from forklift.plant import files
+from forklift.plant.foreseen import Foreseen, Score, foreseen, scores
 from forklift.plant.parts import Plant
 from forklift.plant.problem import completed, pose, sensors
 from forklift.plant.recording import Recording
@@ -39,24 +41,8 @@ LATER = 0.2
 """Share of what is left over that an explanation beside another must remove: on a machine whose model never
 reaches the sensors' noise, several effects are the rule, and a second one seldom halves what is left."""
 
-LIKELY = 0.5
-"""Credibility from which on a cause is told without a doubt in its sentence."""
 NEAREST = 2
 """How many of the trials that came nearest a recording is asked to part from what was found."""
-
-
-@dataclass(frozen=True)
-class Score:
-    """How well one output of one recording is foreseen."""
-
-    file: str
-    role: str
-    output: str
-    samples: int
-    rmse_before: float
-    """Of the fitted plant, in the output's unit; nothing of the recording is adjusted but its own start."""
-    rmse_after: float
-    """With what was found."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +76,16 @@ class PlantDiagnosis:
     twins: tuple[Twin, ...]
     """What could stand for a cause on these recordings, to first order."""
     numbers: tuple[Number, ...]
+    numbers_before: tuple[Number, ...]
+    """Of the fitted plant, without what was found."""
     next_recording: Proposal | None
     """What would part the rivals, of the candidates that were given."""
+    before: tuple[Foreseen, ...]
+    """What the fitted plant foresees of every recording."""
+    after: tuple[Foreseen, ...]
+    """The same with what was found."""
+    sensors: Mapping[str, Sensor]
+    """By output, its noise and count."""
     seconds: Mapping[str, float]
 
     @property
@@ -127,72 +121,35 @@ class PlantDiagnosis:
         )
 
     @property
+    def judged_on(self) -> str:
+        """``"validate"``; ``"estimate"`` if no recording was held out."""
+        return "validate" if any(one.role == "validate" for one in self.scores) else "estimate"
+
+    @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
-        if self.verdict == "no-mismatch":
-            return f"No mismatch: {self.plant.name} explains its recordings to the sensors' noise."
-        before, after = self.rmse()
-        if not self.causes:
-            return (
-                f"Something unknown acts on {self.plant.name}, most likely at {self.inputs[0].port}: nothing "
-                f"of the catalogue explains it (held-out error {before:.3g})."
-            )
-        said = "; ".join(
-            f"{'' if cause.credibility >= LIKELY else 'perhaps '}{cause.suspect.name} ({cause.suspect.label})"
-            for cause in self.causes
-        )
-        form = " It is not all: something is still left over." if not self.final.complete else ""
-        return (
-            f"{self.plant.name}: {said}. The root mean square error on what was held out falls from "
-            f"{before:.3g} to {after:.3g}.{form}"
-        )
+        return files.sentence(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "plant": self.plant.name,
-            "verdict": self.verdict,
-            "sentence": self.sentence,
-            "causes": [
-                {
-                    "id": cause.suspect.id,
-                    "label": cause.suspect.label,
-                    "name": cause.suspect.name,
-                    "kind": cause.suspect.kind,
-                    "credibility": cause.credibility,
-                    "form": cause.form,
-                    "not_separable_from": [one.label for one in cause.not_separable_from],
-                    "rivals": [
-                        {
-                            "suspects": [one.label for one in rival],
-                            "credibility": share,
-                            "mean_square": square,
-                        }
-                        for rival, share, square in cause.rivals
-                    ],
-                }
-                for cause in self.causes
-            ],
-            "located": [
-                {"port": one.port, "evidence": one.evidence, "noise": one.noise} for one in self.inputs
-            ],
-            "shapes": [
-                {"variable": one.variable, "explained": one.explained, "region": list(one.region)}
-                for one in self.shapes
-            ],
-            "scores": [vars(one) for one in self.scores],
-            "twins": [
-                {"cause": one.accepted.label, "other": one.other.label, "share": one.share}
-                for one in self.twins
-            ],
-            "lawless": list(self.lawless),
-            "groups": [one.to_dict() for one in self.groups],
-            "parameters": [vars(one) for one in self.numbers],
-            "untestable": [one.label for one in self.untestable],
-            "next_recording": None if self.next_recording is None else self.next_recording.why,
-            "mean_square": {"before": self.baseline.left_over, "after": self.final.left_over},
-            "runtime_s": dict(self.seconds),
-        }
+        """As ``diagnosis.json`` has it."""
+        return files.to_dict(self)
+
+    def write(self, out: str | Path) -> Path:
+        """Write ``report.html`` and ``diagnosis.json`` into a folder, which is given back.
+
+        It appears whole or not at all; an earlier diagnosis of a plant there is replaced.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `out` holds anything but such a diagnosis, ``"not-writable"``.
+        """
+        return files.write(self, out)
+
+    def _repr_html_(self) -> str:
+        from forklift.report.notebook import of_plant
+
+        return of_plant(self)
 
     def __repr__(self) -> str:
         return (
@@ -200,7 +157,7 @@ class PlantDiagnosis:
         )
 
     def __str__(self) -> str:
-        return "\n".join([self.sentence, *_lines(self)])
+        return files.text(self)
 
 
 def diagnose_plant(
@@ -229,7 +186,7 @@ def diagnose_plant(
     Raises
     ------
     ForkliftError
-        ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``.
+        ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
     """
     clock = Clock(progress)
     recordings = [completed(plant, one) for one in recordings]
@@ -257,6 +214,10 @@ def diagnose_plant(
         alike = twins(selection.final, everybody)
     with clock.stage("choosing the next recording"):
         proposal = _proposal(plant, selection, alike, candidates, bench)
+    with clock.stage("foreseeing every recording"):
+        before, after = (
+            foreseen(plant, recordings, bench, trial) for trial in (selection.baseline, selection.final)
+        )
     return PlantDiagnosis(
         plant,
         verdict(selection, found.causes),
@@ -265,11 +226,15 @@ def diagnose_plant(
         found.shapes,
         selection,
         found.screening,
-        _scores(bench, selection),
+        tuple(scores(plant, before, after)),
         groups,
         alike,
         _numbers(selection.final),
+        _numbers(selection.baseline),
         proposal,
+        before,
+        after,
+        known,
         clock.seconds,
     )
 
@@ -281,34 +246,15 @@ def _blocked(recordings: Sequence[Recording]) -> list[Recording]:
     return [replace(one, blocks=each) if one in held else one for one in recordings]
 
 
-def _scores(bench: Bench, selection: Selection) -> tuple[Score, ...]:
-    """Every output of every recording, as both models foresee it with what is fitted on ``estimate``."""
-    errors = [_errors(bench, trial) for trial in (selection.baseline, selection.final)]
-    return tuple(
-        Score(*key, len(before), float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2))))
-        for (key, before), after in zip(errors[0].items(), errors[1].values(), strict=True)
-    )
-
-
-def _errors(bench: Bench, trial: Trial) -> dict[tuple[str, str, str], Floats]:
-    """What was read less what ought to be; nothing is adjusted but what a recording has of its own."""
-    problem = trial.found.problem.over(bench.everyone.samples)
-    with one_thread():
-        x = settled(problem, trial.found.x[: len(problem.unknowns)], far=NEAR, moves=MOVES)
-        said = problem.values(x)
-    return {
-        (sample.recording.file, sample.recording.role, seen.sensor.channel): seen.values
-        - seen.reading(model[seen.sensor.channel])
-        for sample, model in zip(problem.samples, said, strict=True)
-        for seen in sample.observed
-    }
+def widening(trial: Trial) -> float:
+    """Of intervals: by how much more is left over on recordings held out than on those fitted."""
+    fitted = [one for one in trial.judged if one.role == "estimate"]
+    inside = sum(one.samples * one.mean_square for one in fitted) / sum(one.samples for one in fitted)
+    return float(np.sqrt(max(1.0, trial.left_over / inside))) if inside > 0.0 else 1.0
 
 
 def _numbers(trial: Trial) -> tuple[Number, ...]:
-    """Intervals widened by how much more is left over on recordings held out than on those fitted."""
-    fitted = [one for one in trial.judged if one.role == "estimate"]
-    inside = sum(one.samples * one.mean_square for one in fitted) / sum(one.samples for one in fitted)
-    wide = np.sqrt(max(1.0, trial.left_over / inside)) if inside > 0.0 else 1.0
+    wide = widening(trial)
     rows = []
     for place, one in enumerate(trial.knowledge.estimates):
         theta = float(trial.found.x[place])
@@ -359,50 +305,3 @@ def _exchanged(bench: Bench, final: Trial, twin: Twin) -> Trial:
     """The final model with a twin in a cause's place."""
     others = tuple(twin.other if one is twin.accepted else one for one in final.suspects)
     return bench.finish(bench.rough(others, final))
-
-
-def _lines(found: PlantDiagnosis) -> list[str]:
-    lines = []
-    if found.inputs:
-        named = ", ".join(f"{one.port} ({one.evidence:.0f})" for one in found.inputs[:4])
-        lines.append(f"Where (ln evidence of an unknown input): {named}.")
-    if found.shapes:
-        best = found.shapes[0]
-        lines.append(
-            f"  It is best told by {best.variable} ({100.0 * best.explained:.0f} % of it in recordings "
-            "left out)."
-        )
-    for cause in found.causes:
-        lines.append(
-            f"Cause: {cause.suspect.label} — {cause.suspect.name}; credibility {cause.credibility:.2f}, "
-            f"form {cause.form}."
-        )
-        if cause.not_separable_from:
-            lines.append(f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}.")
-        stand = [one for one in found.twins if one.accepted is cause.suspect]
-        if stand:
-            named = ", ".join(f"{one.other.label} ({100.0 * one.share:.0f} %)" for one in stand)
-            lines.append(f"  These recordings cannot tell it from {named}.")
-        for rival, share, square in cause.rivals[:6]:
-            lines.append(
-                f"  rival {' + '.join(one.label for one in rival) or 'none'}: credibility {share:.2f}, "
-                f"mean square left {square:.3g}"
-            )
-    for one in found.numbers:
-        lines.append(f"  {one.name} = {one.value:.4g} ({one.lower:.4g} to {one.upper:.4g}) {one.unit}")
-    for score in found.scores:
-        lines.append(
-            f"  {score.file} {score.output} [{score.role}]: RMSE {score.rmse_before:.4g} -> "
-            f"{score.rmse_after:.4g}"
-        )
-    for group in found.groups:
-        verb = "holds" if group.holds else "does not hold"
-        lines.append(
-            f"  left out {group.group}: {verb}, mean square {group.before:.3g} -> {group.after:.3g} "
-            f"{dict(group.amplitudes)}; fitted alone {group.alone:.3g}"
-        )
-    if found.lawless:
-        lines.append(f"Fits no law that fits the others: {', '.join(found.lawless)}.")
-    if found.next_recording:
-        lines.append(f"Next recording: {found.next_recording.why}")
-    return lines

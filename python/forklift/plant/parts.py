@@ -23,6 +23,9 @@ Values = Mapping[str, Any]
 Derived = Callable[[NDArray[np.float64], Mapping[str, NDArray[np.float64]]], NDArray[np.float64]]
 """An input computed from others, sample by sample."""
 
+STEADY = "steady"
+"""Start of a state where its rate is zero."""
+
 DEVIATIONS = 4.0
 """A range is taken as this many standard deviations of the prior."""
 WIDE = 10.0
@@ -39,11 +42,15 @@ class State:
         E.g. ``"level"``, ``"m"``.
     start
         A number if it is known; ``"free"`` if it is estimated; an output's name if that output's first
-        sample tells it, as exactly as its noise allows; an input's name if it starts where that does.
+        sample tells it, as exactly as its noise allows; an input's name if it starts where that does;
+        ``"steady"`` if its rate is zero there, with the first sample of the inputs and the parameters as they
+        are, at every restart, too: it follows them in a fit. Several such states are steady together, with
+        all others where they start; one that is pressed against an end of its range rests there.
     lower, upper
         Where it ends: it is held there (a stop, an empty tank). A free start lies between them.
     guess
-        Of a free start; by default amid its range.
+        Of a free start; by default amid its range. Of a steady one where it is sought first: the rates may
+        be zero at several places.
     spread
         Standard deviation of a free start's prior; by default a quarter of its range.
     shared
@@ -293,9 +300,9 @@ class Plant:
             raise self._error("what has no states is scored as algebraic, and nothing else is", "score")
         if self.score == "restart" and not np.isfinite(self.horizon_s):
             raise self._error("a restart needs a horizon in seconds", "horizon_s")
-        outputs = {one.name for one in self.outputs} | {one.name for one in self.inputs}
+        told = {"free", STEADY} | {one.name for one in self.outputs} | {one.name for one in self.inputs}
         for state in self.states:
-            if isinstance(state.start, str) and state.start not in {"free", *outputs}:
+            if isinstance(state.start, str) and state.start not in told:
                 raise self._error(f"state {state.name} cannot start at {state.start!r}", state.name)
             if state.start == "free" and not np.isfinite([state.lower, state.upper]).all():
                 raise self._error(f"state {state.name} starts freely, so that it needs bounds", state.name)

@@ -15,7 +15,7 @@ from forklift.estimation.least_squares import LeastSquares
 from forklift.estimation.observed import Observed
 from forklift.estimation.sensors import Sensor, encoder_count, white_noise
 from forklift.estimation.unknowns import Unknown
-from forklift.plant.parts import Param, Plant, State
+from forklift.plant.parts import STEADY, Param, Plant, State
 from forklift.plant.recording import Recording
 from forklift.plant.run import Machine, run
 
@@ -107,7 +107,6 @@ class PlantProblem(LeastSquares):
         own = [self.samples[k].names for k in which]
         directions = shared + (len(own[0]) if own else 0) if derivatives else 0
         lanes = 1 + directions
-        start: dict[str, Floats] = {}
         moved = np.ones((len(which), directions))
         base = self.parameters(x)
         columns = {name: np.full((len(which), lanes), value) for name, value in base.items()}
@@ -131,20 +130,26 @@ class PlantProblem(LeastSquares):
                     column[row, 1 + shared + i] += step
                     moved[row, shared + i] = step
         p = {name: column.ravel() for name, column in columns.items()}
-        for state in self.machine.states:
-            start[state.name] = self._begins(state, p, which, lanes)
+        start = self._begins(p, which, lanes)
         time, u = self._driven(which, lanes, p)
         said, seen = run(self.machine, time, u, start, p, finer=max(1, self.substeps // USUAL))
         return [self._one(k, row, lanes, time, said, seen, p, moved[row]) for row, k in enumerate(which)]
 
-    def _begins(self, state: State, p: Mapping[str, Floats], which: Sequence[int], lanes: int) -> Floats:
-        """Where a state starts in every lane: estimated, at an input's first sample, or at a number."""
-        if f"{state.name}.start" in p:
-            return p[f"{state.name}.start"]
-        if isinstance(state.start, str):
-            first = [float(self.samples[k].recording.u[state.start][0]) for k in which]
-            return np.repeat(first, lanes)
-        return np.full(len(which) * lanes, state.start)
+    def _begins(self, p: Mapping[str, Floats], which: Sequence[int], lanes: int) -> dict[str, Floats]:
+        """Where states start in every lane: estimated, at an input's first sample, or at a number.
+
+        Those that start steady are left to the run.
+        """
+        start = {}
+        for state in self.machine.states:
+            if f"{state.name}.start" in p:
+                start[state.name] = p[f"{state.name}.start"]
+            elif isinstance(state.start, str) and state.start != STEADY:
+                first = [float(self.samples[k].recording.u[state.start][0]) for k in which]
+                start[state.name] = np.repeat(first, lanes)
+            elif not isinstance(state.start, str):
+                start[state.name] = np.full(len(which) * lanes, state.start)
+        return start
 
     def _driven(
         self, which: Sequence[int], lanes: int, p: Mapping[str, Floats]
@@ -212,8 +217,7 @@ class PlantProblem(LeastSquares):
 
         wide = {name: np.full(lanes, float(value)) for name, value in p.items()}
         time, u = self._driven([k], lanes, wide)
-        start = {one.name: self._begins(one, wide, [k], lanes) for one in self.machine.states}
-        said, _ = run(self.machine, time, u, start, wide, push)
+        said, _ = run(self.machine, time, u, self._begins(wide, [k], lanes), wide, push)
         read = [_read(one.name, time[:, 0], said[one.name], wide) for one in self.machine.plant.outputs]
         return np.stack([(one[:, 1:] - one[:, :1]) / size for one in read], axis=1)
 
@@ -283,16 +287,16 @@ def completed(plant: Plant, recording: Recording) -> Recording:
 
 def pose(plant: Plant, recordings: Sequence[Recording], known: Mapping[str, Sensor]) -> PlantProblem:
     """The plant's problem over recordings, without any effect, at its parameters' values."""
-    pieces = [piece for recording in recordings for piece in _pieces(plant, recording)]
-    samples = tuple(_sample(plant, piece, known) for piece in pieces)
+    each = [piece for recording in recordings for piece in pieces(plant, recording)]
+    samples = tuple(_sample(plant, piece, known) for piece in each)
     moved = [one.unknown() for one in plant.params if not one.known and one.per == "plant"]
     moved += [_start(state).unknown() for state in plant.states if state.start == "free" and state.shared]
     values = {one.name: one.value for one in plant.params if one.per == "plant"}
-    shortest = min(len(piece) for piece in pieces)
+    shortest = min(len(piece) for piece in each)
     return PlantProblem(Machine(plant), tuple(moved), samples, values, lags=max(25, shortest // CORRELATED))
 
 
-def _pieces(plant: Plant, recording: Recording) -> list[Recording]:
+def pieces(plant: Plant, recording: Recording) -> list[Recording]:
     """A recording as it is, or from one restart to the next."""
     if plant.score != "restart":
         return [recording]
@@ -316,7 +320,7 @@ def _sample(plant: Plant, recording: Recording, known: Mapping[str, Sensor]) -> 
             if not state.shared:
                 start = _start(state)
                 rows.append((name, start.value, start.width, state.lower, state.upper))
-        elif isinstance(state.start, str) and state.start not in recording.u:
+        elif isinstance(state.start, str) and state.start != STEADY and state.start not in recording.u:
             seen = recording.y.get(state.start, np.full(1, np.nan))
             finite = seen[np.isfinite(seen)]
             if not len(finite):

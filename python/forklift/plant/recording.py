@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -67,6 +69,15 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Of its data: times, inputs and outputs by name, as little-endian doubles."""
+        digest = hashlib.sha256(self.time_s.astype("<f8").tobytes())
+        for kind, columns in (("u", self.u), ("y", self.y)):
+            for name in sorted(columns):
+                digest.update(f"{kind}:{name}:".encode() + columns[name].astype("<f8").tobytes())
+        return digest.hexdigest()
 
     def between(self, first: int, last: int, file: str, role: Role | None = None) -> Recording:
         """The samples from `first` up to `last`."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from forklift.errors import ForkliftError
 from forklift.plant.parts import Effect, Plant, State, Values
+from forklift.plant.steady import begun
 
 Floats = NDArray[np.float64]
 
@@ -81,7 +82,8 @@ def run(
     u
         Inputs, (times, lanes).
     start
-        States at the start, (lanes,).
+        States at the start, (lanes,); those that are missing are steady with the first sample of the inputs,
+        whatever is pushed.
     p
         Parameters, (lanes,) or numbers.
     finer
@@ -90,11 +92,15 @@ def run(
     Raises
     ------
     ForkliftError
-        ``"not-finite"``.
+        ``"not-finite"``, ``"no-steady-state"``.
     """
     shape = time.shape
     with np.errstate(all="ignore"):
-        states = _integrate(machine, time, u, start, p, push, finer) if machine.states else {}
+        if machine.states:
+            first = {name: values[0] for name, values in u.items()}
+            states = _integrate(machine, time, u, begun(machine, time[0], first, start, p), p, push, finer)
+        else:
+            states = {}
         pushed = {}
         if push:
             pushed = dict(push(time))

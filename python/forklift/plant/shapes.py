@@ -42,13 +42,15 @@ def over_variables(trial: Trial, found: UnknownInput) -> list[Shape]:
     """An unknown input as a function of every state, input and quantity of the bus, the best first."""
     problem = trial.early.problem
     assert isinstance(problem, PlantProblem)
-    given = [
+    return shapes(found, variables(problem, trial.early.x, found))
+
+
+def variables(problem: PlantProblem, x: Floats, found: UnknownInput) -> list[dict[str, Floats]]:
+    """Of every recording each state, input and quantity of the bus at the times of the input's hats."""
+    return [
         {name: np.interp(at, one.recording.time_s, column) for name, column in seen.items()}
-        for one, (_, _, seen), at in zip(
-            problem.samples, problem.simulated(trial.early.x), found.centres, strict=True
-        )
+        for one, (_, _, seen), at in zip(problem.samples, problem.simulated(x), found.centres, strict=True)
     ]
-    return shapes(found, given)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forklift.errors import ForkliftError
-from forklift.plant.parts import Plant
+from forklift.plant.parts import STEADY, Plant
 from forklift.plant.problem import completed
 from forklift.plant.recording import Recording
 from forklift.plant.run import Machine, run
@@ -38,7 +38,8 @@ def simulate_plant(
     Raises
     ------
     ForkliftError
-        ``"parameter-unknown"``, ``"recording-invalid"``, ``"channel-unknown"``, ``"not-finite"``.
+        ``"parameter-unknown"``, ``"recording-invalid"``, ``"channel-unknown"``, ``"not-finite"``,
+        ``"no-steady-state"``.
     """
     given = dict(values or {})
     effects = tuple(effect for effect in plant.effects if effect.id in present)
@@ -52,6 +53,8 @@ def simulate_plant(
     for state in machine.states:
         name = f"{state.name}.start"
         begin = given.pop(name, state.start)
+        if begin == STEADY:
+            continue
         if isinstance(begin, str):
             guess = 0.5 * (state.lower + state.upper) if state.guess is None else state.guess
             begin = float(recording.u[begin][0]) if begin in recording.u else float(np.nan_to_num(guess))

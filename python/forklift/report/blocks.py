@@ -115,15 +115,27 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """What drove a recording: one drawing below its signals, of one input or of several in one unit."""
+
+    title: str
+    unit: str
+    curves: Mapping[str, Sequence[float | None]]
+    """``x`` [s] and each input, by what it is called."""
+    held: bool = True
+    """Whether a sample holds until the next."""
+
+
+@dataclass(frozen=True)
 class Replay:
-    """One recording, signal by signal, and its command."""
+    """One recording, signal by signal, and what drove it."""
 
     title: str
     group: str
     note: str
     signals: Sequence[Signal]
-    command: Mapping[str, Sequence[float | None]]
-    """``x`` [s] and each commanded lift's current [A]."""
+    drives: Sequence[Drive]
+    """The same in all recordings."""
 
 
 @dataclass(frozen=True)

@@ -8,46 +8,53 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from forklift import operation, unknown_ports
 from forklift.estimation.knowledge import QUANTILE
 from forklift.report.blocks import Bars, Figure, Panel
 from forklift.report.traces import numbers
-from forklift.report.words import capital, drawn, number, place, printed, spans
+from forklift.report.words import Quantity, number, printed, spans
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from forklift.candidates import NextRecording
     from forklift.estimation.knowledge import Knowledge
-    from forklift.report.law import Against
+    from forklift.report.curves import Against
 
+    Floats = NDArray[np.float64]
+
+MOST_DOTS = 1000
+"""Of a cloud."""
 ROW_PX = 17
 """Height of a row of the correlations."""
 
 
-def law(port: str, found: Sequence[Against], own: bool) -> Figure:
+def law(
+    where: Quantity, noun: str, found: Sequence[tuple[Against, Quantity]], own: bool, more: str = ""
+) -> Figure:
     """The unknown input against each variable, with its band and what the final model has there.
 
-    `own`: whether the place is that of the cause that was named.
+    `noun`: what was fitted; `own`: whether the place is that of the cause that was named; `more`: what else
+    is to be noted.
     """
-    where, unit, scale = place(port)
-    lift = unknown_ports.lift_of(port) or "main"
     return Figure(
-        f"What the recordings ask for: {where}",
-        "Dots: what has to act there, moment by moment, for the fitted truck to follow the recordings, "
+        f"What the recordings ask for: {where.name}",
+        f"Dots: what has to act there, moment by moment, for the fitted {noun} to follow the recordings, "
         "without knowing any cause. Dotted line and band: the same as a function of one variable, with its "
         "95 % interval. Solid line: what the final model has there, drawn in the same way: its own readings "
-        "were put in the recordings' place. All is relative to the fitted truck, which has taken up the mean "
-        "already, and is smoothed towards none; so only the shape and the change count, not where zero lies, "
-        "and the size of the cause is the one said above. Where the lines lie on each other, the cause that "
-        "was named has the right law; in grey stretches no recording tells."
-        + ("" if own else " No single place stands for that cause; of those there are, this explains most."),
-        [_against(one, unit, scale, *operation.words(one.variable, lift)) for one in found],
+        f"were put in the recordings' place. All is relative to the fitted {noun}, which has taken up the "
+        "mean already, and is smoothed towards none; so only the shape and the change count, not where zero "
+        "lies, and the size of the cause is the one said above. Where the lines lie on each other, the cause "
+        "that was named has the right law; in grey stretches no recording tells."
+        + ("" if own else " No single place stands for that cause; of those there are, this explains most.")
+        + more,
+        [_against(one, where, variable, noun) for one, variable in found],
         height=400,
         choose="Against",
     )
 
 
-def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str) -> Panel:
-    its_unit, its_scale = drawn(its_unit)
+def _against(one: Against, where: Quantity, variable: Quantity, noun: str) -> Panel:
+    scale, its_scale = where.scale, variable.scale
     seen = spans(one.values.tolist())
     gaps = [(low[1], high[0]) for low, high in pairwise(seen)]
     at = numbers(its_scale * one.at)
@@ -70,11 +77,10 @@ def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str
     data.append(_line("asked for, as a function", at, numbers(curve), "@before", "dot"))
     if one.law is not None:
         data.append(_line("what the final model has there", at, numbers(scale * one.law), "@after", "solid"))
-    axis = f"{capital(variable)} [{its_unit}]" if its_unit else capital(variable)
     layout = {
-        "xaxis": {"title": {"text": axis}},
+        "xaxis": {"title": {"text": variable.titled}},
         "yaxis": {
-            "title": {"text": f"Against the fitted truck [{unit}]"},
+            "title": {"text": Quantity(f"Against the fitted {noun}", where.unit).titled},
             "exponentformat": "power",
             "range": [scale * end for end in _range(one)],
         },
@@ -94,7 +100,7 @@ def _against(one: Against, unit: str, scale: float, variable: str, its_unit: str
             for low, high in gaps
         ],
     }  # fmt: skip
-    return Panel(f"{variable} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
+    return Panel(f"{variable.name} (explains {100.0 * max(one.explained, 0.0):.0f} %)", data, layout)
 
 
 def _range(one: Against) -> list[float]:
@@ -114,7 +120,7 @@ def _line(name: str, x: Sequence[Any], y: Sequence[Any], colour: str, dash: str)
     }  # fmt: skip
 
 
-def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
+def left_over(title: str, rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
     """What explanations leave over: name, mean square, and ``before``, ``after`` or ``rival``."""
     ends = [*(max(value, 1e-3) for _, value, _ in rows), 1.0]
     low, high = np.log(0.5 * min(ends)), np.log(max(*ends, 2.0))
@@ -123,7 +129,7 @@ def left_over(rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
         return round(float(100.0 * (np.log(max(value, 1e-3)) - low) / (high - low)), 1)
 
     return Bars(
-        "What each explanation leaves over",
+        title,
         f"{note} The scale is logarithmic and begins at {number(float(np.exp(low)), 2)}.",
         [(name, number(value), at(value), kind) for name, value, kind in rows],
         at(1.0),
@@ -145,12 +151,37 @@ def command(proposed: NextRecording) -> Figure:
         )
         if np.any(current)
     ]  # fmt: skip
+    panel = Panel("", data, _over_time(Quantity("Current", "A")) | {"showlegend": len(data) > 1})
+    return Figure("The command to record", "", [panel], height=260)
+
+
+def over_time(what: Quantity, time: Floats, values: Floats) -> Panel:
+    """One input of a recording that should be made."""
+    line = {
+        "type": "scatter", "mode": "lines", "name": what.name, "x": numbers(time), "y": numbers(values),
+        "line": {"color": "@after", "width": 2}, "hovertemplate": f"%{{y:.3g}} {what.unit}",
+    }  # fmt: skip
+    return Panel(what.name, [line], _over_time(what))
+
+
+def scattered(label: str, x: Quantity, y: Quantity, values: Floats, added: Floats) -> Panel:
+    """One quantity against another, as dots, thinned evenly."""
+    kept = np.unique(np.linspace(0, len(values) - 1, min(len(values), MOST_DOTS)).astype(int))
+    dots = {
+        "type": "scatter", "mode": "markers", "name": label, "x": numbers(values[kept]),
+        "y": numbers(added[kept]), "marker": {"size": 4, "color": "@after", "opacity": 0.6},
+        "hovertemplate": "%{x:.3g}: %{y:.3g}<extra></extra>",
+    }  # fmt: skip
     layout = {
-        "xaxis": {"title": {"text": "Time [s]"}},
-        "yaxis": {"title": {"text": "Current [A]"}},
-        "showlegend": len(data) > 1,
+        "hovermode": "closest",
+        "xaxis": {"title": {"text": x.titled}},
+        "yaxis": {"title": {"text": y.titled}},
     }
-    return Figure("The command to record", "", [Panel("", data, layout)], height=260)
+    return Panel(label, [dots], layout)
+
+
+def _over_time(what: Quantity) -> dict[str, Any]:
+    return {"xaxis": {"title": {"text": "Time [s]"}}, "yaxis": {"title": {"text": what.titled}}}
 
 
 def profile(name: str, unit: str, values: Any, rise: Any, normal: Any, interval: str) -> Figure:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from forklift.report.blocks import Table
@@ -16,8 +16,13 @@ KINDS = {
 }
 
 
-def considered(told: Mapping[str, Any]) -> Table:
-    """The most promising first, those that could not be tested last."""
+def considered(
+    told: Mapping[str, Any],
+    said: Callable[[str, str], str] = at,
+    noun: str = "truck",
+    kinds: Mapping[str, str] = KINDS,
+) -> Table:
+    """The most promising first, those that could not be tested last; `said` of a name and where it acts."""
     count = counts(told)
     return Table(
         f"{count['considered']} suspects considered, {count['fitted']} of them fitted, "
@@ -25,14 +30,14 @@ def considered(told: Mapping[str, Any]) -> Table:
         ["Suspect", "Kind", "Promise", "What became of it"],
         [
             [
-                capital(at(one["name"], one["where"])), KINDS[one["kind"]],
+                capital(said(one["name"], one["where"])), kinds[one["kind"]],
                 "—" if one["promised"] is None else number(one["promised"]), _fate(one),
             ]
             for one in told["suspects"]
         ],
         [False, False, True, False],
         note="Promise: how far −ln of the probability of all recordings together would fall with the suspect "
-        "and all parameters at their best, by a linear estimate at the fitted truck, before any fit. As "
+        f"and all parameters at their best, by a linear estimate at the fitted {noun}, before any fit. As "
         "long as a cause is missing, others promise some of what it explains; so only those are fitted that "
         "do not fall far behind the best, and fits on recordings held out decide.",
     )  # fmt: skip

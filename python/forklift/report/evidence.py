@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from forklift import operation, unknown_ports
 from forklift.effects import EFFECTS
-from forklift.report import charts, heat, law, parameters, words
+from forklift.report import charts, heat, law, parameters, rivals, words
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
 from forklift.report.gains import every_fit, gains, validation
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
@@ -16,6 +17,7 @@ from forklift.tables import mean_square, percent, share
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
     from forklift.estimation.problem import Observed
+    from forklift.names import Lift
 
 NOT_PUT_RIGHT = (
     "The curves are the truck's own: what a sensor reads wrongly, or was entered wrongly, is not put right "
@@ -33,7 +35,7 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         _heat(found, changed),
         *_law(found),
         *_added(found),
-        *_rivals(found, told),
+        *rivals.contests(_contests(found, told["left_over"]), words.suspect),
         *_places(told),
         *(gains(found.before, found.after) if changed else validation(found.after)),
         _shares(told),
@@ -110,7 +112,16 @@ def _law(found: Diagnosis) -> list[Figure]:
     drawn = law.against(found, one) if one else []
     telling = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
     own = not found.causes or (one is not None and law.is_at(one.port, found.causes[0].suspect))
-    return [charts.law(one.port, telling, own)] if one and telling else []
+    if one is None or not telling:
+        return []
+    lift = unknown_ports.lift_of(one.port) or "main"
+    variables = [(of, _variable(of.variable, lift)) for of in telling]
+    return [charts.law(words.Quantity(*words.place(one.port)), "truck", variables, own)]
+
+
+def _variable(variable: str, lift: Lift) -> words.Quantity:
+    name, unit = operation.words(variable, lift)
+    return words.Quantity(name, *words.drawn(unit))
 
 
 def _added(found: Diagnosis) -> list[Points]:
@@ -128,55 +139,21 @@ def _added(found: Diagnosis) -> list[Points]:
     return [Points(said, "What was added to the model")] if said else []
 
 
-def _rivals(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
-    for cause, row in zip(found.causes, told["causes"], strict=True):
-        if not cause.rivals and cause.suspect not in found.final.suspects:
-            continue  # seen before any fit
-        rivals = sorted(cause.rivals, key=lambda one: one[2])
-        name = words.suspect(cause.suspect)
-        after = told["left_over"]["after"]
-        bars = [
-            ("nothing added: the fitted truck", told["left_over"]["before"], "before"),
-            (f"{name}: credibility {row['credibility']:.2f}", after, "after"),
-            *(
-                (
-                    f"{' and '.join(map(words.suspect, suspects))}: credibility {credible:.2f}",
-                    left,
-                    "rival",
-                )
-                for suspects, credible, left in rivals
-            ),
-        ]
-        yield charts.left_over(
-            bars,
-            f"On average over all signals held out, {words.NOISE}; {words.REST}."
-            + (
-                " Rivals that fell far behind on the way were stopped early, so that theirs may be a little "
-                "too much."
-                if rivals
-                else " No rival was fitted beside it."
-            ),
-        )
+def _contests(found: Diagnosis, left: Mapping[str, float]) -> list[rivals.Contest]:
+    return [
+        rivals.Contest([cause], "nothing added: the fitted truck", left["before"], left["after"])
+        for cause in found.causes
+        if cause.rivals or cause.suspect in found.final.suspects  # else seen before any fit
+    ]
 
 
 def _places(told: Mapping[str, Any]) -> list[Table]:
-    if not told["unknown_inputs"]:
-        return []
-    return [
-        Table(
-            "Where an unknown influence would explain most",
-            ["Place", "ln evidence", "Left over"],
-            [
-                [words.place(one["port"])[0], f"{one['ln_evidence']:.0f}", mean_square(one["left_over"])]
-                for one in told["unknown_inputs"]
-            ],
-            [False, True, True],
-            note="Without knowing any cause: an influence that may vary freely in time is put at each place "
-            "in turn. The greater the evidence, the better the recordings are explained; a difference of 5 "
-            "is strong. Left over: mean square in units of the sensors' noise.",
-            folded=True,
-        )
-    ]
+    return rivals.places(
+        [
+            (words.place(one["port"])[0], one["ln_evidence"], one["left_over"])
+            for one in told["unknown_inputs"]
+        ]
+    )
 
 
 def _shares(told: Mapping[str, Any]) -> Table:

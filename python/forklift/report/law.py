@@ -1,58 +1,17 @@
-"""The unknown input that the recordings ask for, against its variable, beside what the final model has there.
-
-Both are smoothed alike: first from what the recordings say beyond the fitted truck, then from what the final
-model says beyond it, read by the same sensors with their noise and put in the recordings' place. Where the
-final model has the right law the two curves lie on each other, whatever other parameters have taken up of it.
-"""
+"""The unknown input that recordings ask of a truck: at which place, and against which of its variables."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from forklift import operation, unknown_ports
-from forklift.diagnosis.inputs import UnknownInput, unknown_inputs
-from forklift.diagnosis.region import Shape, shapes
-from forklift.estimation.knowledge import QUANTILE
+from forklift.diagnosis.region import shapes
+from forklift.report import curves
 
 if TYPE_CHECKING:
     from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.inputs import UnknownInput
     from forklift.diagnosis.suspect import Suspect
-    from forklift.estimation.interface import Problem
-    from forklift.estimation.sensors import Sensor
-
-Floats = NDArray[np.float64]
-
-MOST_VARIABLES = 3
-SEED = 1
-"""Of the noise with which the final model is read."""
-TOLD = 0.7
-"""A moment is drawn if the recordings narrow the input there to this share of what it may be anyway."""
-
-
-@dataclass(frozen=True, eq=False)
-class Against:
-    """The input against one variable."""
-
-    variable: str
-    explained: float
-    """Share of the input's square that the curve explains in recordings it was not drawn from."""
-    values: Floats
-    """(moments,) of the variable."""
-    found: Floats
-    """(moments,) the input."""
-    at: Floats
-    """(knots,) of the variable."""
-    curve: Floats
-    """(knots,) the input as a function of it."""
-    band: Floats
-    """(knots,) half of its 95 % interval, from leaving out each recording in turn (jackknife)."""
-    law: Floats | None
-    """(knots,) what the final model has there; None if nothing was added to it."""
 
 
 def place_of(found: Diagnosis) -> UnknownInput | None:
@@ -73,84 +32,14 @@ def is_at(port: str, suspect: Suspect) -> bool:
     return equation == suspect.equation and lift == suspect.where
 
 
-def against(found: Diagnosis, best: UnknownInput) -> list[Against]:
+def against(found: Diagnosis, best: UnknownInput) -> list[curves.Against]:
     """An unknown input against the variables that explain most of it."""
-    trial = found.baseline
-    problem, x = trial.early.problem, trial.early.x
+    problem, x = found.baseline.early.problem, found.baseline.early.x
     lift = unknown_ports.lift_of(best.port) or "main"
     given = [
         operation.variables(sample, said, lift, centres)
         for sample, said, centres in zip(problem.samples, problem.values(x), best.centres, strict=True)
     ]
     seen = found.shapes if best is found.inputs[0] else shapes(best, given)
-    fitted = _fitted(found, problem, x, best.port)
-    return [_against(best, shape, given, fitted) for shape in seen[:MOST_VARIABLES]]
-
-
-def _fitted(found: Diagnosis, problem: Problem, x: Floats, port: str) -> UnknownInput | None:
-    """The same input, had the recordings been what the final model says and the sensors read of it."""
-    if not found.final.suspects:
-        return None
-    last = found.final.found
-    random = np.random.default_rng(SEED)
-    said = [
-        replace(
-            sample,
-            observed=tuple(
-                replace(seen, values=_read(run[seen.sensor.channel], seen.sensor, random))
-                for seen in sample.observed
-            ),
-        )
-        for sample, run in zip(problem.samples, last.problem.values(last.x), strict=True)
-    ]
-    instead = problem.over(said)
-    return next(iter(unknown_inputs(instead, x, [port], unknown_ports.respond)), None)
-
-
-def _read(values: Floats, sensor: Sensor, random: np.random.Generator) -> Floats:
-    """What a sensor would have read: whole counts of an encoder, else with noise."""
-    if sensor.count:
-        return np.floor(values / sensor.count) * sensor.count
-    return values + sensor.noise * random.standard_normal(len(values))
-
-
-def _against(
-    best: UnknownInput, shape: Shape, given: Sequence[Mapping[str, Floats]], fitted: UnknownInput | None
-) -> Against:
-    name = shape.variable
-    columns = [one[name] for one in given]
-    told = np.concatenate(best.bands) < TOLD * best.size
-    values, moments = np.concatenate(columns), np.concatenate(best.values)
-    told &= np.isfinite(values)
-    law = None if fitted is None else _curve(fitted, name, columns, shape.at)
-    return Against(
-        name, shape.explained, values[told], moments[told], shape.at, shape.curve,
-        _band(best, name, columns, shape.at), law,
-    )  # fmt: skip
-
-
-def _curve(of: UnknownInput, name: str, columns: Sequence[Floats], at: Floats) -> Floats | None:
-    """The input as a function of one variable, at these values of it."""
-    drawn = shapes(of, [{name: column} for column in columns])
-    return np.interp(at, drawn[0].at, drawn[0].curve) if drawn else None
-
-
-def _band(best: UnknownInput, name: str, columns: Sequence[Floats], at: Floats) -> Floats:
-    count = len(columns)
-    curves = []
-    for out in range(count):
-        kept = [k for k in range(count) if k != out]
-        part = replace(
-            best,
-            centres=tuple(best.centres[k] for k in kept),
-            values=tuple(best.values[k] for k in kept),
-            bands=tuple(best.bands[k] for k in kept),
-        )
-        curve = _curve(part, name, [columns[k] for k in kept], at)
-        if curve is not None:
-            curves.append(curve)
-    if len(curves) < 2:
-        return np.full(len(at), np.nan)
-    n = len(curves)
-    variance: Floats = (n - 1) / n * np.sum((np.array(curves) - np.mean(curves, axis=0)) ** 2, axis=0)
-    return np.asarray(QUANTILE * np.sqrt(variance))
+    final = curves.had_it_been(found.baseline, found.final, best.port, unknown_ports.respond)
+    return curves.against(best, seen, given, final)

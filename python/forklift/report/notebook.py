@@ -8,6 +8,7 @@ from forklift.names import LIFTS
 from forklift.report import words
 from forklift.report.gains import gains, validation
 from forklift.report.page import fragment
+from forklift.report.plant import words as plant
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from forklift.compare import Comparison
     from forklift.diagnose import Diagnosis
     from forklift.fit import Fit
+    from forklift.plant.diagnose import PlantDiagnosis
     from forklift.report.blocks import Table
 
 
@@ -33,6 +35,21 @@ def of_diagnosis(found: Diagnosis) -> str:
              ", ".join(words.suspect(one) for one in cause.not_separable_from) or "—"]
         )  # fmt: skip
     head = ["Cause", "Size (99 % interval)", "Credibility", "Form", "Not separable from"]
+    return _summary([found.sentence], [(head, rows)] if rows else [])
+
+
+def of_plant(found: PlantDiagnosis) -> str:
+    """The sentence, and each cause with its sizes and credibility."""
+    told = found.to_dict()
+    rows = [
+        [
+            plant.suspect(cause.suspect), "; ".join(plant.sizes(told, cause.suspect)) or "—",
+            f"{cause.credibility:.2f}", cause.form,
+            ", ".join(map(plant.suspect, cause.not_separable_from)) or "—",
+        ]
+        for cause in found.causes
+    ]  # fmt: skip
+    head = ["Cause", "Size", "Credibility", "Form", "Not separable from"]
     return _summary([found.sentence], [(head, rows)] if rows else [])
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.trial import Trial
     from forklift.fit import Fit
 
 
@@ -66,27 +67,44 @@ def _bars(fit: Fit) -> list[Bar]:
 
 def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table]:
     """One table per lift: the fitted truck's parameters, and the final one's; `rows` as the JSON has them."""
-    bars, changed = _changes(found), bool(found.final.suspects)
+    changed = bool(found.final.suspects)
     groups = dict.fromkeys(row["name"].partition(".")[0] for row in rows)
     order = [*(lift for lift in LIFTS if lift in groups), *(name for name in groups if name not in LIFTS)]
-    tables = []
-    for group in order:
-        own = [row for row in rows if row["name"].partition(".")[0] == group]
-        tables.append(
-            Table(
-                f"Parameters of the {group} lift" if group in LIFTS else f"Further: {group}",
-                ["Parameter", "Start", *BEFORE[: 2 * changed], *AFTER[changed], "Unit", ""],
-                [[*_cells(row, changed), bars[row["name"]]] for row in own],
-                [False, True, *[True] * (4 if changed else 2), False, False],
-                note="Intervals of 95 %. Upright: the start."
-                if not changed
-                else "Before: fitted without what was found; after: with it. Intervals of 95 %, for the "
-                "cause, too, which above has one of 99 %. They hold if the model is right, so those before "
-                "do not if something was missing. Bars: thin, before; thick, after; upright, the start.",
-                folded=True,
-            )
+    bars = changes(found.baseline if changed else None, found.final)
+    return [
+        table(
+            f"Parameters of the {group} lift" if group in LIFTS else f"Further: {group}",
+            [row for row in rows if row["name"].partition(".")[0] == group],
+            bars,
+            changed,
+            ", for the cause, too, which above has one of 99 %",
         )
-    return tables
+        for group in order
+    ]
+
+
+def table(
+    title: str,
+    rows: Sequence[Mapping[str, Any]],
+    bars: Mapping[str, Bar],
+    changed: bool,
+    widths: str = "",
+    *,
+    folded: bool = True,
+) -> Table:
+    """Of any machine: start, before if `changed`, and after, with intervals; `widths` says more of these."""
+    return Table(
+        title,
+        ["Parameter", "Start", *BEFORE[: 2 * changed], *AFTER[changed], "Unit", ""],
+        [[*_cells(row, changed), bars[row["name"]]] for row in rows],
+        [False, True, *[True] * (4 if changed else 2), False, False],
+        note="Intervals of 95 %. Upright: the start."
+        if not changed
+        else f"Before: fitted without what was found; after: with it. Intervals of 95 %{widths}. They hold "
+        "if the model is right, so those before do not if something was missing. Bars: thin, before; thick, "
+        "after; upright, the start.",
+        folded=folded,
+    )
 
 
 def _cells(row: Mapping[str, Any], changed: bool) -> list[str]:
@@ -101,16 +119,16 @@ def _cells(row: Mapping[str, Any], changed: bool) -> list[str]:
     return [*cells, printed(row["unit"])]
 
 
-def _changes(found: Diagnosis) -> dict[str, Bar]:
-    """By parameter, its intervals in the prior's deviations from the start."""
+def changes(baseline: Trial | None, final: Trial, wide: tuple[float, float] = (1.0, 1.0)) -> dict[str, Bar]:
+    """By parameter, its intervals in the prior's deviations from the start, each side's so much wider."""
     sides: list[dict[str, tuple[float, float]]] = [{}, {}]
-    for side, trial in zip(sides, (found.baseline, found.final), strict=True):
+    for side, trial, factor in zip(sides, (baseline, final), wide, strict=True):
+        if trial is None:
+            continue
         for estimate, theta in zip(trial.knowledge.estimates, trial.found.x.tolist(), strict=False):
-            half = QUANTILE * estimate.deviation
+            half = QUANTILE * factor * estimate.deviation
             side[estimate.name] = theta - half, theta + half
     before, after = sides
-    if not found.final.suspects:
-        before = {}
     return {
         name: _bar(before.get(name), after.get(name, before.get(name, (0.0, 0.0))), "")
         for name in {**before, **after}

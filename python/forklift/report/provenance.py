@@ -29,8 +29,6 @@ def provenance(
     campaign: Campaign, trucks: Mapping[str, Truck], command: str | None, more: Sequence[Block] = ()
 ) -> Section:
     """Hashes, versions and the command; `trucks` by the part they play."""
-    from forklift import __version__
-
     made = [
         [f"{capital(named(campaign))}, {len(campaign.recordings)} recordings", campaign.sha256],
         *(
@@ -38,24 +36,28 @@ def provenance(
             for part, truck in trucks.items()
         ),
     ]
+    again: list[Block] = [Code("The same again", command)] if command else []
+    recordings = [[one.file, one.role, one.sha256] for one in campaign.recordings]
+    first = [*again, Table("Made from", ["What", "SHA-256"], made, [False, False])]
+    return made_from(FREE_RUN, first, recordings, more)
+
+
+def made_from(
+    lead: str, first: Sequence[Block], recordings: Sequence[Sequence[str]], more: Sequence[Block] = ()
+) -> Section:
+    """Of any machine: what it was made from, each recording's name, role and hash, and the versions."""
+    from forklift import __version__
+
     used = {"forklift": __version__, "Python": platform.python_version()} | {
         name: found for name in PACKAGES if (found := _version(name))
     }
-    again: list[Block] = [Code("The same again", command)] if command else []
     return Section(
         "provenance",
         "Provenance",
-        FREE_RUN,
+        lead,
         [
-            *again,
-            Table("Made from", ["What", "SHA-256"], made, [False, False]),
-            Table(
-                "Recordings",
-                ["File", "Role", "SHA-256"],
-                [[one.file, one.role, one.sha256] for one in campaign.recordings],
-                [False, False, False],
-                folded=True,
-            ),
+            *first,
+            Table("Recordings", ["File", "Role", "SHA-256"], recordings, [False, False, False], folded=True),
             Table("Made with", ["Program", "Version"], [[*row] for row in used.items()], [False, False]),
             *more,
         ],

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from forklift.estimation.knowledge import QUANTILE
 from forklift.names import channels, commanded, outputs
-from forklift.report.blocks import Replay, Signal
-from forklift.report.words import SHOWN, capital, lifts, signal
+from forklift.report.blocks import Drive, Replay, Signal
+from forklift.report.words import SHOWN, Quantity, capital, lifts, signal
 
 if TYPE_CHECKING:
     from forklift.compare import Comparison, Prediction
@@ -26,10 +26,12 @@ BUDGET = 320_000
 DIGITS = 5
 """Of a point: finer than a pixel."""
 
-HOW_TO_READ = (
+READ = (
     "Above: simulated less measured, which is zero of a perfect model; in the middle: both as they are; "
-    "below: the command. Drag over a stretch to zoom, double-click to see all again, or use the buttons."
+    "below: {}. Drag over a stretch to zoom, double-click to see all again, or use the buttons."
 )
+"""With what drove it."""
+HOW_TO_READ = READ.format("the command")
 
 BAND = (
     "Grey band: what the sensor's noise alone would leave, 95 times in 100. Of an encoder, which reads "
@@ -43,14 +45,18 @@ def replays(
     sides: Mapping[str, Comparison], note: Note, sensors: Mapping[str, Sensor] | None = None
 ) -> list[Replay]:
     """Every recording in every comparison, those held out first; `note` by file and channel."""
-    bands = {name: _band(sensor) for name, sensor in (sensors or {}).items()}
+    bands = {name: band(sensor) for name, sensor in (sensors or {}).items()}
     first, *others = sides.values()
     by_file = [{one.recording.file: one for one in other.predictions} for other in others]
     together = [[one, *(known[one.recording.file] for known in by_file)] for one in first.predictions]
     together.sort(key=lambda told: told[0].recording.role != "validate")
     curves = sum(len(told[0].signals) for told in together) * (2 + len(sides))
-    most = int(np.clip(BUDGET / max(curves, 1), 100, MOST_POINTS))
-    return [_replay(list(sides), told, note, most, bands) for told in together]
+    return [_replay(list(sides), told, note, points(curves), bands) for told in together]
+
+
+def points(curves: int) -> int:
+    """How many samples each of so many curves of a page may have."""
+    return int(np.clip(BUDGET / max(curves, 1), 100, MOST_POINTS))
 
 
 def place(recordings: Sequence[Replay], file: str, channel: str) -> tuple[int, int]:
@@ -72,7 +78,7 @@ def conditions(prediction: Prediction) -> str:
     )
 
 
-def _band(sensor: Sensor) -> tuple[float, float]:
+def band(sensor: Sensor) -> tuple[float, float]:
     """Of simulated less measured: an encoder reads the count below."""
     half = 0.475 * sensor.count if sensor.count else QUANTILE * sensor.noise
     return 0.5 * sensor.count - half, 0.5 * sensor.count + half
@@ -91,37 +97,36 @@ def _replay(
     for one in told[0].signals:
         said = [prediction.signal(one.channel) for prediction in told]
         simulated = {side: s.simulated for side, s in zip(sides, said, strict=True) if s is not None}
-        signals.append(
-            _signal(
-                one.channel, time, one.measured, simulated, note(recording.file, one.channel), most,
-                bands.get(one.channel),
-            )
-        )  # fmt: skip
+        what = Quantity(capital(signal(one.channel)), *shown(one.channel))
+        said_of = note(recording.file, one.channel)
+        signals.append(drawn(what, time, one.measured, simulated, said_of, most, bands.get(one.channel)))
     currents = {lift: recording.channels[f"current_{lift}_a"] for lift in commanded(recording.lift)}
     thin, *kept = decimate(most, time, *currents.values())
     command = {"x": numbers(thin)} | {
-        lift: numbers(current) for lift, current in zip(currents, kept, strict=True)
+        f"command, {lift} lift": numbers(current) for lift, current in zip(currents, kept, strict=True)
     }
     group = "Held out" if recording.role == "validate" else "Fitted on"
-    return Replay(recording.file, group, conditions(told[0]), signals, command)
+    drives = [Drive("command", "A", command)]
+    return Replay(recording.file, group, conditions(told[0]), signals, drives)
 
 
-def _signal(
-    channel: str,
+def drawn(
+    what: Quantity,
     time: Floats,
     measured: Floats,
     simulated: Mapping[str, Floats],
     note: str,
     most: int,
-    band: tuple[float, float] | None,
+    ends: tuple[float, float] | None,
 ) -> Signal:
-    unit, scale = shown(channel)
+    """One signal, thinned; `ends` as `band` has them, in the signal's own unit."""
+    scale = what.scale
     curves = {"measured": measured, **simulated}
     off = [values - measured for values in simulated.values()]  # their peaks are drawn, too
     thin, *kept = decimate(most, time, *curves.values(), *off)
-    drawn = {name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)}
-    ends = band and (scale * band[0], scale * band[1])
-    return Signal(capital(signal(channel)), unit, note, {"x": numbers(thin)} | drawn, ends)
+    lines = {name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)}
+    ends = ends and (scale * ends[0], scale * ends[1])
+    return Signal(what.name, what.unit, note, {"x": numbers(thin)} | lines, ends)
 
 
 def shown(channel: str) -> tuple[str, float]:

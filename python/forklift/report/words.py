@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,23 @@ EQUATIONS: Mapping[Equation, str] = {
     "any": "a place that could not be told",
 }
 """Where in the model something may be wrong."""
+
+
+class Quantity(NamedTuple):
+    """What a figure draws: its name, the unit it is drawn in, and how many of that one of its own is."""
+
+    name: str
+    unit: str = ""
+    scale: float = 1.0
+    symbol: bool = False
+    """Whether its name is written as it is, and never with a capital."""
+
+    @property
+    def titled(self) -> str:
+        """As an axis has it."""
+        name = self.name if self.symbol else capital(self.name)
+        return f"{name} [{self.unit}]" if self.unit else name
+
 
 GLOSSARY: dict[str, str] = {
     "Held out": "Recordings that the model was not fitted on (role validate). Only they say how good it is: "

@@ -43,31 +43,36 @@ function drawFigure(place, block) {
   return Plotly.react(place, coloured(panel.data), framed(coloured(panel.layout)), options);
 }
 
-// One recording, one signal: measured and simulated, their difference, the command; one time for all.
+// One recording, one signal: measured and simulated, their difference, what drove it; one time for all.
+const united = (name, unit) => unit ? `${name} [${unit}]` : name;
+// A sample without neighbours is no line.
+const lonely = y => y.some((value, k) => value !== null && (y[k - 1] ?? null) === null && (y[k + 1] ?? null) === null);
 const widths = { measured: 3.5, before: 2, after: 1.8, simulated: 1.8 };
 
 function drawRecording(place, block) {
   const recording = block.recordings[place.recording], signal = recording.signals[place.signal];
   const { x, ...curves } = signal.curves;
   const shown = name => ({ color: colour(name), width: widths[name], dash: name === "before" ? "dot" : "solid" });
-  const data = Object.entries(curves).map(([name, y]) => ({
-    type: "scatter", mode: "lines", name, x, y, line: shown(name), opacity: name === "measured" ? 0.75 : 1, hovertemplate: "%{y:.4g}",
+  const curve = (name, colours, y, more) => ({
+    type: "scatter", name, x, y, line: shown(colours), ...(lonely(y) ? { mode: "lines+markers", marker: { size: 4 } } : { mode: "lines" }), ...more,
+  });
+  const data = Object.entries(curves).map(([name, y]) =>
+    curve(name, name, y, { opacity: name === "measured" ? 0.75 : 1, hovertemplate: "%{y:.4g}" }));
+  for (const name of block.sides) if (curves[name]) {
+    const off = curves[name].map((value, k) => value === null || curves.measured[k] === null ? null : value - curves.measured[k]);
+    data.push(curve(`${name} less measured`, name, off, { yaxis: "y2", hovertemplate: "%{y:.3g}" }));
+  }
+  const drive = recording.drives[place.drive ?? 0], { x: time, ...inputs } = drive?.curves ?? {};
+  Object.entries(inputs).forEach(([name, y], k) => data.push({
+    type: "scatter", mode: "lines", name, x: time, y, yaxis: "y3", hovertemplate: `%{y:.3g} ${drive.unit}`,
+    line: { color: colour("soft"), width: 1.5, dash: k ? "dash" : "solid", shape: drive.held ? "hv" : "linear" },
   }));
-  for (const name of block.sides) if (curves[name]) data.push({
-    type: "scatter", mode: "lines", name: `${name} less measured`, x, yaxis: "y2", line: shown(name), hovertemplate: "%{y:.3g}",
-    y: curves[name].map((value, k) => value === null || curves.measured[k] === null ? null : value - curves.measured[k]),
-  });
-  const { x: time, ...currents } = recording.command;
-  for (const [lift, y] of Object.entries(currents)) data.push({
-    type: "scatter", mode: "lines", name: `command, ${lift} lift`, x: time, y, yaxis: "y3", hovertemplate: "%{y:.3g} A",
-    line: { color: colour("soft"), width: 1.5, dash: lift === "main" && currents.free ? "dash" : "solid", shape: "hv" },
-  });
   const title = text => ({ text, font: { size: 11 } });
   const layout = framed({
-    xaxis: { title: title("Time [s]"), anchor: "y3", ...(place.range ? { range: place.range } : {}) },
-    yaxis: { title: title(`${signal.title.split(" of ")[0]} [${signal.unit}]`), domain: [0.17, 0.42], nticks: 5 },
-    yaxis2: { title: title(`simulated less measured [${signal.unit}]`), domain: [0.46, 1], nticks: 7 },
-    yaxis3: { title: title("command [A]"), domain: [0, 0.13], nticks: 3 },
+    xaxis: { title: title("Time [s]"), anchor: drive ? "y3" : "y", ...(place.range ? { range: place.range } : {}) },
+    yaxis: { title: title(united(signal.title.split(" of the ")[0], signal.unit)), domain: [0.17, 0.42], nticks: 5 },
+    yaxis2: { title: title(united("simulated less measured", signal.unit)), domain: [0.46, 1], nticks: 7 },
+    ...(drive ? { yaxis3: { title: title(united(drive.title, drive.unit)), domain: [0, 0.13], nticks: 3 } } : {}),
     hoversubplots: "axis",
     shapes: signal.band ? [{
       type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y2", y0: signal.band[0], y1: signal.band[1],
@@ -106,6 +111,11 @@ function explore(place, block) {
   const [recording, signal] = ["recording", "signal"].map(name => frame.querySelector(`[data-choose=${name}]`));
   const end = () => block.recordings[place.recording].signals[place.signal].curves.x.at(-1);
   const begin = () => block.recordings[place.recording].signals[place.signal].curves.x[0];
+  const drive = frame.querySelector("[data-choose=drive]");
+  if (drive) {
+    fill(drive, block.recordings[0].drives.map(one => one.title));
+    drive.addEventListener("change", () => { keep(); place.drive = Number(drive.value); draw(place); });
+  }
   fill(recording, block.recordings.map(one => one.title), block.recordings.map(one => one.group));
   function choose(k, wanted) {
     const signals = block.recordings[k].signals.map(one => one.title);

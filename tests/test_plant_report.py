@@ -1,0 +1,304 @@
+"""The page of a plant's diagnosis: every section, of machines of every kind, and nothing of a forklift."""
+
+import ast
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plotly.offline import get_plotlyjs
+
+from forklift.errors import ForkliftError
+from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
+from forklift.plant.diagnose import PlantDiagnosis, diagnose_plant
+from forklift.plant.simulate import simulate_plant
+from forklift.report import words
+from forklift.report.of_plant import plant_page
+from forklift.report.plant.words import at
+from test_machines import OF_A_MACHINE
+from test_report import FETCHING, ROOMY_BYTES, Text
+
+OF_A_FORKLIFT = re.compile(r"truck|\blift|mast|valve|velocity|forks", re.IGNORECASE)
+SECTIONS = ["Evidence", "Doubts", "Next steps", "Provenance"]
+
+
+def line(**changed):
+    """y = k u, and z = −k u, which the sensor of z reads up to 3."""
+    bend = Effect(
+        "bend", "it bends", (Param("c", "1/V", 0.0, -1.0, 1.0),), ("law",),
+        lambda x, u, p, bus: {"law": p["c"] * u["u"] ** 2}, source="a book",
+    )  # fmt: skip
+    given = {
+        "name": "line",
+        "params": (Param("k", "1", 1.0, 0.1, 10.0),),
+        "inputs": (Input("u", "V"), Input("d", "V/s", derived=lambda t, u: np.gradient(u["u"], t))),
+        "outputs": (Output("y", "V", sigma=0.05), Output("z", "mV", sigma=0.05, upper=3.0)),
+        "out": lambda t, x, u, w, p, bus: {"y": p["k"] * u["u"] + w["law"], "z": -p["k"] * u["u"]},
+        "ports": (Port("law", "V", kind="law"),),
+        "effects": (bend,),
+        "score": "algebraic",
+    }
+    return Plant(**{**given, **changed})
+
+
+def recorded(plant, present=("bend",), roles=("estimate", "validate"), sizes=(0.3,), count=3):
+    found = []
+    for k in range(count):
+        random = np.random.default_rng(k)
+        u = random.uniform(-2.0, 2.0, 120)
+        bends = {"k": 2.0} | dict(zip(["bend.c"] if present else [], sizes, strict=False))
+        true = simulate_plant(plant, np.arange(120.0), {"u": u}, bends, present)
+        y = true["y"] + random.normal(0.0, 0.05, 120)
+        z = np.minimum(true["z"] + random.normal(0.0, 0.05, 120), 3.0)
+        y[10:20], z[::2] = np.nan, np.nan  # alone between gaps
+        role = roles[0] if k else roles[-1]
+        found.append(Recording(f"<r{k}>", np.arange(120.0), {"u": u}, {"y": y, "z": z}, role, f"g{k}"))
+    return found
+
+
+@pytest.fixture(scope="module")
+def bent() -> PlantDiagnosis:
+    plant = line()
+    return diagnose_plant(plant, recorded(plant), candidates=[
+        Recording("a ramp", np.arange(50.0), {"u": np.linspace(-2.0, 2.0, 50)}, {})
+    ])  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(bent, tmp_path_factory):
+    return bent.write(tmp_path_factory.mktemp("plant") / "found")
+
+
+@pytest.fixture(scope="module")
+def told(folder):
+    return json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def said(page):
+    return Text(page)
+
+
+def drawn(page):
+    return json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
+
+
+ROOT = Path(__file__).parents[1] / "python" / "forklift"
+OF_ANY_PLANT = [
+    *sorted((ROOT / "plant").glob("*.py")),
+    *sorted((ROOT / "report" / "plant").glob("*.py")),
+    *(ROOT / "report" / f"{name}.py" for name in ("curves", "of_plant", "rivals")),
+]
+
+
+@pytest.mark.parametrize("path", OF_ANY_PLANT, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_no_branch_hangs_on_a_machine(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            known = {"forklift.truck", "forklift.names", "forklift.operation", "forklift.unknown_ports"}
+            assert node.module not in known
+            assert not (node.module or "").startswith("forklift.rigs")
+        if isinstance(node, ast.Compare | ast.match_case):
+            said = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)]
+            assert not [one for one in said if isinstance(one, str) and OF_A_MACHINE.search(one)]
+
+
+def test_the_folder_holds_the_page_and_the_json_and_is_replaced_whole(bent, folder, told, tmp_path):
+    assert sorted(one.name for one in folder.iterdir()) == ["diagnosis.json", "report.html"]
+    assert told == json.loads(json.dumps(bent.to_dict()))
+    assert bent.write(folder) == folder
+    other = tmp_path / "mine"
+    other.mkdir()
+    (other / "notes.txt").write_text("mine")
+    with pytest.raises(ForkliftError) as error:
+        bent.write(other)
+    assert error.value.code == "output-exists"
+    with pytest.raises(ForkliftError) as error:
+        bent.write(tmp_path / "missing" / "found")
+    assert error.value.code == "not-writable"
+
+
+def test_the_verdict_comes_first_and_then_the_short_answers(bent, told, said):
+    assert said.of("h1") == [bent.sentence]
+    assert said.of("h2") == SECTIONS
+    first = said.everything[: said.everything.index("Before is the model")]
+    (row,) = (row for row in told["parameters"] if row["name"] == "bend.c")
+    value, lower, upper = words.size(row["value"], row["lower"], row["upper"])
+    for what in (
+        "What is wrong, and how much? It bends",
+        f"bend.c = {value} 1/V (95 % interval {lower} to {upper})",
+        "Where? At law, a law",
+        "How sure is that?",
+        f"Of {len(told['suspects'])} suspects considered",
+        "How much better does the model get? Error of y",
+        "What could it be instead?",
+        "What to record next?",
+    ):
+        assert what in first, what
+    assert "NaN" not in said.everything
+    assert row["lower"] <= 0.3 <= row["upper"]
+
+
+def test_the_sentence_of_outputs_in_several_units_counts_in_noise(bent):
+    assert "times the sensors' noise power" in bent.sentence
+    alone = replace(bent, plant=line(outputs=(Output("y", "V"), Output("z", "V"))))
+    assert alone.sentence.endswith(" V.")
+
+
+def test_every_number_of_the_tables_is_the_jsons(told, said):
+    rows = {tuple(row) for row in said.rows}
+    for one in told["scores"]:
+        errors = tuple(words.number(one[f"rmse_{when}"]) for when in ("before", "after"))
+        assert any(row[:2] == (one["file"], one["output"]) and row[2:4] == errors for row in rows)
+    for one in told["groups"]:
+        squares = (one["mean_square_before"], one["mean_square_after"], one["mean_square_alone"])
+        assert any(row[:4] == (one["group"], *map(words.number, squares)) for row in rows)
+    for one in told["parameters"]:
+        assert any(row[0] == one["name"] and f"{one['value']:.5g}" in row for row in rows)
+        assert one["before"] is None or any(f"{one['before']['value']:.5g}" in row for row in rows)
+    for one in told["recordings"]:
+        assert (one["file"], one["role"], one["sha256"]) in rows
+    assert len(told["recordings"]) == 3
+    assert len({one["sha256"] for one in told["recordings"]}) == 3
+
+
+def test_every_output_is_drawn_with_its_gaps_and_every_input_below(bent, page):
+    explorer = next(block for block in drawn(page) if "recordings" in block)
+    assert explorer["sides"] == ["before", "after"]
+    assert [one["title"] for one in explorer["recordings"]] == ["<r0>", "<r1>", "<r2>"]
+    first = explorer["recordings"][0]
+    assert [(one["title"], one["unit"]) for one in first["signals"]] == [("y", "V"), ("z", "mV")]
+    assert [(one["title"], one["unit"]) for one in first["drives"]] == [("u", "V"), ("d", "V/s")]
+    y = first["signals"][0]["curves"]
+    assert y["measured"][10:20] == [None] * 10
+    assert None not in y["after"]
+    recording = bent.before[0].recording
+    assert y["measured"][0] == pytest.approx(recording.y["y"][0], rel=1e-4)
+    assert max(first["signals"][1]["curves"]["after"]) == 3.0  # as the sensor would read it
+
+
+def test_what_is_asked_for_the_law_and_the_rivals_are_drawn(bent, page, said):
+    titles = [block["title"] for block in drawn(page)]
+    assert "What the recordings ask for: law, a law" in titles
+    assert "The law that was found" in titles
+    law = next(block for block in drawn(page) if block["title"] == "The law that was found")
+    dots = law["panels"][0]["data"][0]
+    np.testing.assert_allclose(dots["y"], bent.numbers[-1].value * np.square(dots["x"]), rtol=1e-3, atol=1e-3)
+    assert words.number(bent.baseline.left_over) in said.of("b")
+    assert any("Source: a book." in item for item in said.of("li"))
+
+
+def test_no_machine_is_told_as_a_forklift(page, said):
+    everything = said.everything.replace("forklift.simulate_plant", "").replace("forklift 0", "")
+    assert not OF_A_FORKLIFT.search(everything.replace("forklift", "")), OF_A_FORKLIFT.search(everything)
+    text = page.replace(get_plotlyjs(), "")
+    assert not FETCHING.search(text)
+    assert len(page.encode()) < 0.75 * ROOMY_BYTES
+    assert "<r0>" not in text.partition('id="data"')[0]  # a recording's name is escaped
+
+
+def test_the_call_that_simulates_what_was_found_does(bent, said):
+    (code,) = said.of("code")
+    import forklift
+
+    time = np.arange(120.0)
+    y = eval(code, {"forklift": forklift, "plant": line(), "time_s": time, "u": bent.before[0].recording.u})
+    np.testing.assert_allclose(y["y"], bent.after[0].outputs["y"], atol=1e-4)
+
+
+def test_a_notebook_gets_the_sentence_and_a_table(bent):
+    shown = bent._repr_html_()
+    assert len(shown) < 3_000
+    assert Text(shown).of("p") == [bent.sentence]
+    assert "bend.c = " in shown
+
+
+def whole(found):
+    """The page's text, with every section there and nothing undefined."""
+    text = Text(plant_page(found))
+    assert text.of("h2") == SECTIONS
+    assert not re.search(r"\b(nan|inf|None|NaN)\b", text.everything)
+    json.dumps(found.to_dict(), allow_nan=False)
+    assert Text(found._repr_html_()).of("p") == [found.sentence]
+    return text
+
+
+def test_no_mismatch_is_said_as_plainly():
+    plant = line()
+    text = whole(diagnose_plant(plant, recorded(plant, ())))
+    assert "Nothing that these recordings show." in text.of("strong")
+    assert "of a recording held out nothing is adjusted." in text.everything
+    assert "→" not in " ".join(cell for row in text.rows for cell in row)
+
+
+def test_what_has_no_name_is_said_and_drawn():
+    plant = line()
+    blind = line(effects=())
+    for found in (
+        diagnose_plant(blind, recorded(plant)),
+        replace(diagnose_plant(blind, recorded(plant)), causes=(), verdict="unknown-effect"),
+    ):
+        assert found.verdict == "unknown-effect"
+        whole(found)
+
+
+def test_a_group_that_fits_no_law_is_named_on_the_first_screen(bent):
+    first, *others = bent.groups
+    odd = replace(first, alone=50.0, before=1.0, after=2.0)
+    text = whole(replace(bent, groups=(odd, *others)))
+    screen = text.everything[: text.everything.index("Before is the model")]
+    assert f"{first.group} fits no law that fits the others: see Doubts." in screen
+    assert f"It does not hold in {first.group}, foreseen from the others" in screen
+    assert any(row[-1] == "fits no law" for row in text.rows if row)
+
+
+def test_without_a_recording_held_out_that_is_said_aloud():
+    plant = line()
+    found = diagnose_plant(plant, recorded(plant, roles=("estimate",)))
+    text = whole(found)
+    assert "on what it was fitted on" in found.sentence or "of what it was fitted on" in found.sentence
+    assert any("No recording was held out" in item for item in text.of("li"))
+
+
+def test_restarts_are_joined_to_whole_recordings():
+    plant = Plant(
+        "decay",
+        (Param("a", "1/s", 0.5, 0.05, 5.0), Param("gain", "1", 1.0, 0.5, 2.0, per="recording")),
+        (Input("u"),),
+        (Output("y", sigma=0.01), Output("rare", sigma=0.01)),
+        lambda t, x, u, w, p, bus: {"y": x["x"], "rare": p["gain"] * x["x"]},
+        states=(State("x", start="y"),),
+        rhs=lambda t, x, u, w, p, bus: {"x": u["u"] - p["a"] * x["x"]},
+        score="restart",
+        horizon_s=2.0,
+    )
+    time = np.linspace(0.0, 10.0, 101)
+    recordings = []
+    for seed, role in ((1, "estimate"), (2, "validate")):
+        random = np.random.default_rng(seed)
+        u = np.repeat(random.uniform(0.0, 2.0, 11), 10)[:101]
+        y = simulate_plant(replace(plant, params=(plant.params[0], Param("gain", "1", 1.0))), time, {"u": u})
+        noisy = {name: values + random.normal(0.0, 0.01, 101) for name, values in y.items()}
+        if role == "validate":
+            del noisy["rare"]
+        recordings.append(Recording(f"r{seed}", time, {"u": u}, noisy, role))
+    found = diagnose_plant(plant, recordings)
+    assert [(one.file, one.output, one.samples) for one in found.scores] == [
+        ("r1", "y", 100), ("r1", "rare", 100), ("r2", "y", 100),  # one sample alone is no run
+    ]  # fmt: skip
+    text = whole(found)
+    assert any("Not recorded: rare in r2." in item for item in text.of("li"))
+    assert "start anew every 2 s" in text.everything
+
+
+def test_where_something_acts_is_said_once():
+    assert at("the input's zero is off", "u") == "the input's zero is off (u)"
+    assert at("k is known within a range only", "k") == "k is known within a range only"
+    assert at("it bends", "") == "it bends"
