@@ -23,7 +23,8 @@ def judge(result, separable):
         group.update(one.get("alike", ()))
     if result["case"] in EITHER:
         groups = [set().union(*groups)]
-    named = [cause["id"] for cause in answer["causes"]]
+    # A curve without a name beside one says that the law is another; the form tells whether it is.
+    named = [cause["id"] for cause in answer["causes"] if cause["id"] != "unknown"]
     location = answer["location"] or {}
     equations = {*truth["equations"], *(EQUATIONS[one] for group in groups for one in group)}
     places = {lift for cause in answer["causes"] for lift in LIFTS if lift in cause["where"]}
