@@ -33,11 +33,11 @@ def demo():
 
 
 def test(*arguments):
-    """all tests, of Rust and of Python; further arguments go to pytest"""
+    """all tests, of Rust and of Python, on all cores; further arguments go to pytest"""
     install("test")
     return max(
         run("cargo", "test", "--profile", "testing", "--workspace", "--no-fail-fast"),
-        run(PYTHON, "-m", "pytest", *arguments),
+        run(PYTHON, "-m", "pytest", "--numprocesses", "auto", "--dist", "loadfile", *arguments),
     )
 
 

@@ -315,9 +315,11 @@ def test_every_name_of_the_package_is_there_and_stays_the_verb():
 
 
 def test_compare_takes_less_than_5_s_with_start_up(tmp_path):
-    """The first requirement of a tool that is called in a loop; about 1 s where it was written."""
+    """The first requirement of a tool that is called in a loop. Counted on the processor: other tests run
+    beside it."""
     campaign = CAMPAIGNS / "null"
     call = [sys.executable, "-m", "forklift", "compare", str(campaign), "--out", str(tmp_path / "out")]
-    start = time.perf_counter()
+    before = os.times()
     subprocess.run(call, check=True, capture_output=True)
-    assert time.perf_counter() - start < 5.0
+    after = os.times()
+    assert after.children_user + after.children_system - before.children_user - before.children_system < 5.0
