@@ -1,6 +1,7 @@
 """What could stand for an explanation that was accepted: suspects with the same effect on these recordings.
 
-Of an accepted suspect the whole effect d on what the model says is taken, of every other the first step c.
+Of an accepted suspect the whole effect d on what the model says is taken, of every other the first step c
+where the accepted one is absent (where it acts, an input's gain scales it too, and looks like it).
 With J how the model's other unknowns move it, all in units of the weights, a suspect stands for the accepted
 one as far as it takes away what the unknowns alone leave of d:
 
@@ -72,7 +73,7 @@ def _of(trial: Trial, suspect: Suspect, others: Sequence[Suspect]) -> list[Twin]
         return []
     best: dict[str, Twin] = {}
     for other in others:
-        column = _column(problem, x, other)
+        column = _column(problem, quiet, other)
         if column is None:
             continue
         left = column - basis @ (basis.T @ column)
@@ -97,7 +98,7 @@ def _ends(problem: Problem, other: Suspect) -> tuple[float, float]:
 
 
 def _column(problem: Problem, x: Floats, other: Suspect) -> Floats | None:
-    """The first step of another suspect, beside the accepted one."""
+    """The first step of another suspect, in the accepted one's place."""
     more = other.add(problem)
     ahead = carry(x, problem, more)
     start = _said(more, ahead)
