@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from forklift import _core
+from forklift import Campaign, Truck, _core, diagnose
+from forklift.diagnosis.selection import CLEARLY
 from forklift.effects import EFFECTS
 
 PROOFS = Path(__file__).parents[1] / "proofs"
@@ -17,6 +19,7 @@ sys.path.insert(0, str(PROOFS))
 import cases  # noqa: E402
 import judging  # noqa: E402
 import separability  # noqa: E402
+from reference.plant import campaign  # noqa: E402
 
 
 def cause(name, where="free", form="complete"):
@@ -178,22 +181,34 @@ def test_amplitudes_end_where_the_catalogue_says():
             assert cases.most(spec["id"]) == spec["parameters"][0]["plausible_upper"]
 
 
-def test_a_law_that_no_channel_shows_by_itself_is_asked_for_all_the_same(tmp_path):
-    """A case of the proof: every channel stays below its bound, and the oil's viscosity is still found."""
-    from dataclasses import replace
-
-    from forklift import Campaign, Truck, diagnose
-    from reference.plant import campaign
-
-    made = next(one for one in cases.variations(["effects"]) if one.name == "effects-viscosity_law-2")
-    law = cases.law_of("viscosity_law", made.case.lift, made.case.seed, cases.most("viscosity_law"))
-    folder = tmp_path / "campaign"
+def diagnosed(name, amplitude, folder):
+    """A case of the proof whose law has this amplitude: what is said of it."""
+    made = next(one for one in cases.variations(["effects", "others"]) if one.name == name)
+    law = cases.law_of(made.concealed[0][0], made.case.lift, made.case.seed, amplitude)
     campaign.record(replace(made.case, laws=(law,)), folder)
-    found = diagnose(Campaign.read(folder), Truck.read("thesis"))
+    return made.case.lift, diagnose(Campaign.read(folder), Truck.read("thesis"))
+
+
+def test_a_law_that_no_channel_shows_by_itself_is_asked_for_all_the_same(tmp_path):
+    """Every channel stays below its bound, and the oil's viscosity is still found."""
+    concealed = cases.most("viscosity_law")
+    lift, found = diagnosed("effects-viscosity_law-2", concealed, tmp_path / "campaign")
     assert found.baseline.complete
     assert found.verdict == "missing-physics"
-    assert [(one.suspect.label, one.form) for one in found.causes] == [
-        (f"{made.case.lift}.viscosity_law", "complete")
-    ]
+    assert [(one.suspect.label, one.form) for one in found.causes] == [(f"{lift}.viscosity_law", "complete")]
     share = next(one for one in found.to_dict()["causes"][0]["parameters"] if one["name"].endswith("share"))
-    assert share["lower"] <= cases.most("viscosity_law") <= share["upper"]
+    assert share["lower"] <= concealed <= share["upper"]
+
+
+def test_a_name_with_another_law_is_uncertain_and_a_curve_over_the_right_variable_mends_it(tmp_path):
+    """Grease that softens above 35 degC only: linear in the temperature, no channel exceeds its bound."""
+    lift, found = diagnosed("others-friction_temperature__kink-2", 0.0123, tmp_path / "campaign")
+    assert found.verdict == "missing-physics"
+    first, curve = found.causes
+    assert (first.suspect.label, first.form) == (f"{lift}.friction_temperature", "uncertain")
+    assert (curve.suspect.kind, curve.suspect.equation) == ("unknown", "friction")
+    assert "oil temperature" in curve.suspect.name
+    assert "by another law than the catalogue's" in found.sentence
+    named = next(one for one in found.selection.steps[0].trials if one.suspects == (first.suspect,))
+    assert named.complete  # so that nothing but the curve showed it
+    assert found.final.squares < named.squares - CLEARLY
