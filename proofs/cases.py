@@ -43,6 +43,7 @@ EQUATIONS = {
     "position_scale": "sensor",
     "sensor_lag": "sensor",
     "sensor_stuck": "sensor",
+    "sensor_slip": "sensor",
     "load_entered": "operating-point",
     "temperature_offset": "operating-point",
 }

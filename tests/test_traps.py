@@ -68,6 +68,18 @@ def test_two_seconds_of_a_stuck_sensor_are_taken_out_and_named(channel):
     assert found.final.complete
 
 
+def test_an_encoder_that_loses_counts_is_taken_out_from_there_on_and_named():
+    def spoil(recording: Recording, columns: Columns) -> None:
+        if recording.file == "free_prms1_800kg_20c.csv":
+            columns["position_free_m"][250:] -= 0.06
+
+    found = diagnosed(spoil)
+    assert found.verdict == "sensor-fault"
+    assert [cause.suspect.label for cause in found.causes] == ["position_free_m.sensor_slip"]
+    assert "slips in free_prms1_800kg_20c.csv at 5.00 s" in found.sentence
+    assert found.final.complete
+
+
 def test_all_signals_late_and_a_dead_time_cannot_be_parted():
     def spoil(_: Recording, columns: Columns) -> None:
         for name, values in columns.items():

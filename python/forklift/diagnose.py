@@ -38,8 +38,8 @@ from forklift.phases import PHASES, of_recording
 from forklift.proposals import CONDITIONS, propose
 from forklift.regressors import regressors
 from forklift.splits import splits
-from forklift.stuck_sensors import Stuck, unstuck
-from forklift.suspects import stuck_suspect, suspects
+from forklift.spoilt_signals import Spoilt, unspoilt
+from forklift.suspects import spoilt_suspect, suspects
 from forklift.truck import Truck
 
 
@@ -76,8 +76,8 @@ class Diagnosis:
     screening: Screening
     """All suspects at the fitted truck."""
     cautions: tuple[Caution, ...]
-    stuck: tuple[Stuck, ...]
-    """Signals that stood still; these samples were left out."""
+    spoilt: tuple[Spoilt, ...]
+    """Signals that stood still or slipped; these samples were left out."""
     unexcited: str
     """Why the recordings tell nothing of any lift; empty if they do."""
     deficiency: tuple[Deficiency, Deficiency]
@@ -185,7 +185,7 @@ def diagnose(
     """
     check_temperature(oil_temperature_degc)
     clock = Clock(progress)
-    campaign, stuck = unstuck(campaign, truck)
+    campaign, spoilt = unspoilt(campaign, truck)
     lifts, cautions, unexcited = _suited(campaign, truck)
     every = sensors(campaign.recordings)
     samples = tuple(
@@ -203,7 +203,7 @@ def diagnose(
     selection, inputs, seen = found.selection, found.inputs, found.shapes
     baseline, final = selection.baseline, selection.final
     tested, left, agreement = _evidence(campaign, truck, selection, every, clock)
-    named = (*found.causes, *(Cause(stuck_suspect(one), 1.0, "complete", (), ()) for one in stuck))
+    named = (*found.causes, *(Cause(spoilt_suspect(one), 1.0, "complete", (), ()) for one in spoilt))
     said = verdict(selection, named, hopeless=bool(unexcited))
     with clock.stage("choosing the next recording"):
         proposed, why = propose(campaign, selection, named, cautions, every)
@@ -227,7 +227,7 @@ def diagnose(
         untold,
         found.screening,
         cautions,
-        stuck,
+        spoilt,
         unexcited,
         tested,
         left,

@@ -41,6 +41,8 @@ LEVEL = 0.99
 """Of the intervals of what was found missing."""
 DRAWS = 2000
 """Of resampled sets of recordings, for the interval of the gain."""
+SPOILT = ("sensor_stuck", "sensor_slip")
+"""Causes that are seen before any fit."""
 FLAT = 0.3
 """A curve that varies by no more than this share of its largest absolute value is a constant."""
 TELLING = 0.2
@@ -57,9 +59,9 @@ def sentence(found: Diagnosis) -> str:
             f"No mismatch: the fitted truck explains all {len(judged)} recordings held out to the sensors' "
             f"noise (mean square at most {found.final.worst.mean_square:.2f})."
         )
-    if all(cause.suspect.id == "sensor_stuck" for cause in found.causes) and found.baseline.complete:
+    if all(cause.suspect.id in SPOILT for cause in found.causes) and found.baseline.complete:
         return (
-            f"A sensor is stuck: {' and '.join(_named(cause) for cause in found.causes)}; without these "
+            f"A sensor fails: {' and '.join(_named(cause) for cause in found.causes)}; without these "
             f"samples the fitted truck explains all {len(judged)} recordings held out to the sensors' noise."
         )
     rose = _rise(found)

@@ -19,7 +19,7 @@ from forklift.names import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec
-    from forklift.stuck_sensors import Stuck
+    from forklift.spoilt_signals import Spoilt
     from forklift.truck import Truck
 
 LOAD_WIDTH_KG = 100.0
@@ -62,12 +62,11 @@ def suspects(
     return (*_physics(lifts, travelled), *_sensors(measured), *_conditions())
 
 
-def stuck_suspect(stuck: Stuck) -> Suspect:
-    """A signal that stood still, whose samples were left out: nothing is left to try."""
+def spoilt_suspect(spoilt: Spoilt) -> Suspect:
+    """A signal that stood still or slipped, whose samples were left out: nothing is left to try."""
     return Suspect(
-        "sensor_stuck", "sensor", f"the signal stands still in {stuck.where}", stuck.channel, "sensor", None,
-        lambda problem: problem,
-    )  # fmt: skip
+        f"sensor_{spoilt.how}", "sensor", spoilt.said, spoilt.channel, "sensor", None, lambda problem: problem
+    )
 
 
 def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]) -> Iterator[Suspect]:

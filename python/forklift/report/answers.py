@@ -139,8 +139,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             question,
             "It is seen in the samples themselves",
             [
-                "The signal stands still while the command moves, which no working sensor does; these "
-                "samples were left out of everything below."
+                "The signal stands still while the lift moves, or jumps while the lift does not, which no "
+                "working sensor does; these samples were left out of everything below."
             ],
         )
     share = 100.0 * row["credibility"]
