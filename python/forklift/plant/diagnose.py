@@ -229,8 +229,8 @@ def diagnose_plant(
         tuple(scores(plant, before, after)),
         groups,
         alike,
-        _numbers(selection.final),
-        _numbers(selection.baseline),
+        numbers(selection.final),
+        numbers(selection.baseline),
         proposal,
         before,
         after,
@@ -253,7 +253,8 @@ def widening(trial: Trial) -> float:
     return float(np.sqrt(max(1.0, trial.left_over / inside))) if inside > 0.0 else 1.0
 
 
-def _numbers(trial: Trial) -> tuple[Number, ...]:
+def numbers(trial: Trial) -> tuple[Number, ...]:
+    """Every parameter of a trial with its interval."""
     wide = widening(trial)
     rows = []
     for place, one in enumerate(trial.knowledge.estimates):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from forklift import output
 from forklift.compare import PAGE, defined
 from forklift.considered import collected
+from forklift.diagnosis.region import TELLING
 
 if TYPE_CHECKING:
     from forklift.plant.diagnose import PlantDiagnosis
@@ -168,8 +169,9 @@ def _lines(found: PlantDiagnosis) -> list[str]:
     if found.shapes:
         best = found.shapes[0]
         lines.append(
-            f"  It is best told by {best.variable} ({100.0 * best.explained:.0f} % of it in recordings "
-            "left out)."
+            f"  In recordings left out {100.0 * best.explained:.0f} % of it is a function of {best.variable}."
+            if best.explained >= TELLING
+            else "  In recordings left out it is a function of nothing that was measured."
         )
     for cause in found.causes:
         lines.append(
@@ -196,9 +198,10 @@ def _lines(found: PlantDiagnosis) -> list[str]:
         )
     for group in found.groups:
         verb = "holds" if group.holds else "does not hold"
+        amplitudes = ", ".join(f"{name} = {value:.4g}" for name, value in group.amplitudes)
         lines.append(
-            f"  left out {group.group}: {verb}, mean square {group.before:.3g} -> {group.after:.3g} "
-            f"{dict(group.amplitudes)}; fitted alone {group.alone:.3g}"
+            f"  left out {group.group}: {verb}, mean square {group.before:.3g} -> {group.after:.3g}, fitted "
+            f"alone {group.alone:.3g}; without it {amplitudes}"
         )
     if found.lawless:
         lines.append(f"Fits no law that fits the others: {', '.join(found.lawless)}.")

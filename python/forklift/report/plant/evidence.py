@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.diagnosis.region import TELLING
 from forklift.plant.diagnose import widening
 from forklift.plant.laws import laws
 from forklift.plant.shapes import over_variables, respond, variables, width_s
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-TELLING = 0.05
-"""A variable that explains less than this share of the input is not worth a drawing."""
 MOST_PLACES = 3
 """At so many places what the recordings ask for is drawn."""
 BEYOND = 3.0
