@@ -23,7 +23,6 @@ from forklift.compare import (
     truck_facts,
 )
 from forklift.considered import considered
-from forklift.diagnosis.causes import mended
 from forklift.estimation.readings import Reading
 from forklift.names import LIFTS
 
@@ -71,11 +70,8 @@ def sentence(found: Diagnosis) -> str:
             f"Something is missing that no suspect explains: it acts on the {found.location.equation} of "
             f"{_lifts(found.location.lift)}; {found.location.region}."
         )
-    curves = {curve for cause in found.causes for curve in mended(cause.suspect, found.final)}
-    named = " and ".join(_named(cause) for cause in found.causes if cause.suspect not in curves)
-    if curves:
-        named += f", by another law than the catalogue's: {' and '.join(curve.name for curve in curves)}"
-    elif found.selection.curve:
+    named = " and ".join(_named(cause) for cause in found.causes)
+    if found.selection.curve and not any(cause.curve for cause in found.causes):
         named += ", perhaps by another law than the catalogue's"
     left = (
         "nothing is left over"
@@ -100,7 +96,13 @@ def _rise(found: Diagnosis) -> str:
 def _named(cause: Cause) -> str:
     where = cause.suspect.where
     where = f"{where} lift" if where in LIFTS else where
-    return f"{cause.suspect.name}{f' ({where})' if where else ''}"
+    law = f", by another law than the catalogue's, a curve over {over(cause.curve)}" if cause.curve else ""
+    return f"{cause.suspect.name}{f' ({where})' if where else ''}{law}"
+
+
+def over(curve: Suspect) -> str:
+    """Over what a free shape is a curve, in words."""
+    return f"the {curve.name.partition(' as a function of the ')[2]}"
 
 
 def region(seen: Sequence[Shape], lift: Lift) -> str:
@@ -150,12 +152,14 @@ def text(found: Diagnosis) -> str:
                 f"  an unknown input at {one.port}: ln evidence {one.evidence:.0f}, leaves {one.noise**2:.2f}"
             )
     for cause in found.causes:
-        for row in _parameters(found, cause.suspect):
+        for row in [row for one in (cause.suspect, cause.curve) if one for row in _parameters(found, one)]:
             lines.append(
                 f"  {row['name']} = {row['value']:.5g} {row['unit']} "
                 f"({100 * LEVEL:g} %: {row['lower']:.5g} to {row['upper']:.5g})"
             )
         lines.append(f"  credibility {cause.credibility:.3f}, form {cause.form}")
+        if cause.alone is not None:
+            lines.append(f"  by the catalogue's law alone: leaves {cause.alone:.3g}")
         for suspects, share, left in cause.rivals:
             names = " and ".join(suspect.label for suspect in suspects)
             lines.append(f"  rival {names}: credibility {share:.3f}, leaves {left:.3g}")
@@ -247,6 +251,12 @@ def _cause(found: Diagnosis, cause: Cause) -> dict[str, Any]:
         "credibility": cause.credibility,
         "form": cause.form,
         "parameters": list(_parameters(found, cause.suspect)),
+        "curve": cause.curve
+        and {
+            "over": over(cause.curve),
+            "parameters": list(_parameters(found, cause.curve)),
+            "left_over_without": cause.alone,
+        },
         "not_separable_from": [one.label for one in cause.not_separable_from],
         "rivals": [
             {"id": "+".join(one.id for one in suspects), "credibility": share, "left_over": left}

@@ -53,7 +53,8 @@ def propose(
 
 
 def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Trial]:
-    """What these recordings cannot part: as good explanations; or what comes nearest to an uncertain one."""
+    """What these recordings cannot part: as good explanations, another law of the same, or what comes nearest
+    to an uncertain one."""
     alike = {suspect for cause in found for suspect in cause.not_separable_from}
     trials = [trial for step in selection.steps for trial in step.trials]
     best = [
@@ -61,6 +62,13 @@ def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Trial]:
         for trial in trials
         if trial.complete and trial is not selection.final and set(trial.suspects) & alike
     ]
+    if not best and selection.curve:  # the same with the catalogue's law alone, or with the curve
+        curve = set(selection.curve.suspects)
+        best = [
+            trial
+            for trial in (*trials, *selection.unnamed)
+            if trial.finished and set(trial.suspects) ^ set(selection.final.suspects) == curve
+        ]
     if not best and found and not selection.final.complete:
         others = [trial for trial in (*trials, *selection.unnamed) if trial.finished]
         others = [trial for trial in others if trial is not selection.final]

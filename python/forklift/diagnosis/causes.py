@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from forklift.diagnosis.selection import AS_NEAR, Selection, credibility
@@ -27,6 +27,10 @@ class Cause:
     not_separable_from: tuple[Suspect, ...]
     rivals: tuple[tuple[tuple[Suspect, ...], float, float], ...]
     """What else was tried: suspects, credibility, and the mean square they leave over."""
+    curve: Suspect | None = None
+    """A free shape that mends its law, as part of the final model."""
+    alone: float | None = None
+    """Mean square that it leaves over by the catalogue's law alone, where a curve mends it."""
 
 
 def causes(selection: Selection) -> tuple[Cause, ...]:
@@ -60,24 +64,32 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
             for trial in trials
             if trial is not accepted and set(accepted.suspects) <= set(trial.suspects)
         )
-        found += [
-            Cause(suspect, credible, "uncertain" if mended(suspect, final) else form, alike, rivals)
-            for suspect in _new(accepted, known)
-            if suspect in final.suspects
-        ]
-    found += [_unnamed(suspect, selection) for suspect in final.suspects if suspect.kind == "unknown"]
+        for suspect in _new(accepted, known):
+            if suspect in final.suspects:
+                cause = Cause(suspect, credible, form, alike, rivals)
+                curve = _curve(suspect, final)
+                if curve:
+                    cause = replace(cause, form="uncertain", curve=curve, alone=accepted.left_over)
+                found.append(cause)
+    curves = {cause.curve for cause in found}
+    found += [
+        _unnamed(suspect, selection)
+        for suspect in final.suspects
+        if suspect.kind == "unknown" and suspect not in curves
+    ]
     return tuple(found)
 
 
-def mended(named: Suspect, final: Trial) -> tuple[Suspect, ...]:
-    """The free shapes that had to mend the law of a name."""
+def _curve(named: Suspect, final: Trial) -> Suspect | None:
+    """The free shape that had to mend the law of a name."""
     if named.kind == "unknown":
-        return ()
-    return tuple(
-        suspect
-        for suspect in final.suspects
-        if suspect.kind == "unknown" and (suspect.where, suspect.equation) == (named.where, named.equation)
-    )
+        return None
+    shapes = [
+        one
+        for one in final.suspects
+        if one.kind == "unknown" and (one.where, one.equation) == (named.where, named.equation)
+    ]
+    return shapes[0] if shapes else None
 
 
 def _unnamed(suspect: Suspect, selection: Selection) -> Cause:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift import operation
 from forklift.diagnosis.selection import REDRAWS
-from forklift.diagnosis_files import TELLING
+from forklift.diagnosis_files import TELLING, over
 from forklift.estimation.judgement import AT_NOISE
 from forklift.report import words
 from forklift.report.blocks import Fact
@@ -101,6 +101,16 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
             f"{value} {unit} ({100 * one['level']:g} % interval {lower} to {upper})".replace("  ", " ")
         )
     name = words.suspect(cause.suspect)
+    if cause.curve:
+        return Fact(
+            "What is wrong?",
+            words.capital(name),
+            [
+                "But by another law than the catalogue's: a curve without a name, over "
+                f"{over(cause.curve)}, has joined it in the model. Only their sum is told, not the share of "
+                "either; it is drawn below."
+            ],
+        )
     return Fact(
         f"What is wrong{', and how much' if sizes else ''}?",
         words.capital(name),
@@ -144,11 +154,14 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             ],
         )
     share = 100.0 * row["credibility"]
-    if row["form"] != "complete":
+    if row["form"] != "complete" and found.selection.curve:
         law = (
-            "Its law is uncertain: the place is right, but something is left over, or a curve without a name "
-            "explains more."
+            "Its law is uncertain: the catalogue's leaves no more than the noise in any signal, but a curve "
+            f"over {over(found.selection.curve.suspects[0])} beside it explains the fitted recordings better"
+            f"{', and those held out too' if cause.curve else '; those held out do not decide'}."
         )
+    elif row["form"] != "complete":
+        law = "Its law is uncertain: the place is right, but something is left over."
     elif row["kind"] in ENTERED:
         law = "With it nothing but the sensors' noise is left over."
     else:
@@ -249,6 +262,15 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         if found.causes:
             open_ = [*_runner_up(told), *open_]
         return Fact(question, none, open_)
+    open_ = [
+        *(
+            f"The same by the catalogue's law alone leaves {words.number(cause.alone)} on average: its law "
+            "is in doubt, not its place."
+            for cause in found.causes
+            if cause.alone is not None
+        ),
+        *open_,
+    ]
     left, share, names = rivals[0]
     nearest = " and ".join(words.suspect(one) for one in names)
     return Fact(
@@ -265,7 +287,7 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     question, proposed = "What to record next?", told["next_recording"]
     alike = [words.suspect(one) for cause in found.causes for one in cause.not_separable_from]
-    uncertain = bool(found.causes) and not found.final.complete
+    uncertain = any(cause.form == "uncertain" for cause in found.causes)
     if proposed is None:
         if alike or uncertain:
             return Fact(
@@ -282,6 +304,8 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         )
     if alike:
         why = f"It would tell the cause from this: {_listed(alike)}."
+    elif found.selection.curve:
+        why = "It would tell the catalogue's law from the curve."
     elif uncertain:
         why = "It would tell the cause from what comes nearest to it."
     elif found.causes:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from forklift.diagnosis.selection import ALARM
+from forklift.diagnosis_files import over
 from forklift.report import words
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.words import number, printed
@@ -53,12 +55,12 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         if row["form"] == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
         elif found.final.complete and found.selection.curve:
-            borne_out = found.selection.curve.suspects[0] in found.final.suspects
+            curve = found.selection.curve
             yield (
-                f"{name}: uncertain. Everything is explained, but where “"
-                f"{found.selection.curve.suspects[0].name}” beside it the fitted recordings are explained "
-                f"better (by {number(found.selection.curve.gain)} in ln posterior), and those held out "
-                f"{'as well' if borne_out else 'not clearly'}; the law may be another."
+                f"{name}: uncertain. The catalogue's law alone leaves no more than the noise in any signal, "
+                f"but a curve over {over(curve.suspects[0])} beside it explains the fitted recordings better "
+                f"(it promises {number(curve.gain)} in ln posterior, where {ALARM['physics']:g} is much), those "
+                f"held out {'too' if cause.curve else 'not clearly'}. Elsewhere none is told."
             )
         else:
             yield (

@@ -39,9 +39,14 @@ def contests(
     for one in found:
         cause = one.causes[0]
         named = " and ".join(said(cause.suspect) for cause in one.causes)
+        whole = f"{named} with a curve beside it" if cause.curve else named
+        alone = (
+            [] if cause.alone is None else [(f"{named} by the catalogue's law alone", cause.alone, "rival")]
+        )
         bars = [
             (one.without, one.before, "before"),
-            (f"{named}: credibility {cause.credibility:.2f}", one.after, "after"),
+            (f"{whole}: credibility {cause.credibility:.2f}", one.after, "after"),
+            *alone,
             *(
                 (f"{' and '.join(map(said, suspects))}: credibility {credible:.2f}", left, "rival")
                 for suspects, credible, left in sorted(cause.rivals, key=lambda one: one[2])
