@@ -59,8 +59,9 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
             yield (
                 f"{name}: uncertain. The catalogue's law alone leaves no more than the noise in any signal, "
                 f"but a curve over {over(curve.suspects[0])} beside it explains the fitted recordings better "
-                f"(it promises {number(curve.gain)} in ln posterior, where {ALARM['physics']:g} is much), those "
-                f"held out {'too' if cause.curve else 'not clearly'}. Elsewhere none is told."
+                f"(it promises {number(curve.gain)} in ln posterior, where {ALARM['physics']:g} is much), "
+                f"those held out {'too' if cause.curve else 'not clearly'}. Where no recording lies, neither "
+                "is told."
             )
         else:
             yield (
