@@ -103,7 +103,7 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
         if not left:
             return Fact(
                 question,
-                f"All {len(found.final.held_out)} signals are explained",
+                f"All {len(found.final.held_out)} signals of recordings held out are explained",
                 [
                     f"{count['considered']} suspects were screened, and none promises more than chance.",
                     *_untold(count),
@@ -111,7 +111,7 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
             )
         return Fact(
             question,
-            f"{len(left)} of {len(found.final.held_out)} signals are not explained",
+            f"{len(left)} of {len(found.final.held_out)} signals of recordings held out are not explained",
             [
                 f"Of {count['considered']} suspects considered (list below), {count['fitted']} were fitted; "
                 "none makes what was held out better.",
@@ -200,7 +200,7 @@ def _better(found: PlantDiagnosis) -> Fact:
         f"Error of {first}",
         [
             *([f"Error of {'; '.join(others)}."] if others else []),
-            f"Root mean square, {judged}; smaller in {better} of {len(own)} signals.",
+            f"Root mean square, {judged}; smaller in {better} of {len(own)} signals held out.",
             f"What is left over falls from {number(found.baseline.left_over)} to "
             f"{number(found.final.left_over)} {NOISE}.",
         ],
@@ -282,6 +282,11 @@ def _next(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
     doubtful = not found.final.complete or any(map(_alike, found.causes))
     return Fact(
         question,
-        "Nothing can be proposed." if doubtful else "Nothing more is needed for this cause.",
-        ["No candidates were given, or no other explanation came near enough to be parted from it."],
+        "Candidates would be needed." if doubtful else "Nothing more is needed for this cause.",
+        [
+            "With recordings that could be made, the diagnosis names the one that parts best: see Next steps."
+            if doubtful
+            else "No other explanation came near it. What no recording covers (other ranges, the other "
+            "direction) stays untested."
+        ],
     )
