@@ -45,6 +45,8 @@ def propose(
         possible = candidates(campaign.recordings, [truck], sensors)
         proposal = tell(selection.final, vague, possible)
         return next_recording(proposal), proposal.why
+    if not found:
+        return None, "nothing is left over that a further recording would explain"
     return (
         None,
         "no other explanation is left that a further recording could rule out, and the size of what was "
