@@ -23,8 +23,7 @@ def judge(result, separable):
         group.update(one.get("alike", ()))
     if result["case"] in EITHER:
         groups = [set().union(*groups)]
-    # A curve without a name beside one says that the law is another; the form tells whether it is.
-    named = [cause["id"] for cause in answer["causes"] if cause["id"] != "unknown"]
+    named = [cause["id"] for cause in answer["causes"]]
     location = answer["location"] or {}
     equations = {*truth["equations"], *(EQUATIONS[one] for group in groups for one in group)}
     places = {lift for cause in answer["causes"] for lift in LIFTS if lift in cause["where"]}

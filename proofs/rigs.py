@@ -15,11 +15,10 @@ from pathlib import Path
 import numpy as np
 
 import forklift
-from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Bench
-from forklift.plant import Plant, Recording
-from forklift.plant.diagnose import Number, numbers
-from forklift.plant.problem import completed, pose, sensors
+from forklift.plant import Recording
+from forklift.plant.diagnose import Number, PlantDiagnosis, numbers
+from forklift.plant.problem import completed, pose
 from forklift.rigs import cascaded_tanks, pneumatic_seal
 
 
@@ -29,24 +28,21 @@ def tanks(folder: Path) -> None:
     recordings = cascaded_tanks.read(folder / "cascaded_tanks")
     found = forklift.diagnose_plant(cascaded_tanks.plant(), recordings)
     print(found)
-    kept = found.final.suspects
-    first, again = (refitted(found.plant, recordings, role, kept) for role in ("estimate", "validate"))
-    inside = sum(one.lower <= other.value <= one.upper for one, other in zip(first, again, strict=True))
+    first = {one.name: one for one in found.numbers}
+    again = refitted(found, recordings)
+    inside = sum(first[one.name].lower <= one.value <= first[one.name].upper for one in again)
     print(
-        f"Fitted to the validation record alone, {inside} of {len(first)} parameters lie within the 95 % "
+        f"Fitted to the validation record alone, {inside} of {len(again)} parameters lie within the 95 % "
         "intervals of the estimation record."
     )
 
 
-def refitted(
-    plant: Plant, recordings: Sequence[Recording], role: str, kept: tuple[Suspect, ...]
-) -> list[Number]:
-    """The parameters of a plant with these suspects, fitted to the recordings of one role alone."""
-    known = sensors(plant, recordings)
-    everyone = pose(plant, [completed(plant, one) for one in recordings], known)
-    own = everyone.over([one for one in everyone.samples if one.recording.role == role])
-    bench = Bench(own, everyone, known, strict=True)
-    trial = bench.finish(bench.rough(kept))
+def refitted(found: PlantDiagnosis, recordings: Sequence[Recording]) -> list[Number]:
+    """The parameters of the model that was found, fitted to the recordings held out alone."""
+    everyone = pose(found.plant, [completed(found.plant, one) for one in recordings], found.sensors)
+    held = everyone.over([one for one in everyone.samples if one.recording.role == "validate"])
+    bench = Bench(held, everyone, found.sensors, strict=True)
+    trial = bench.finish(bench.rough(found.final.suspects))
     return [one for one in numbers(trial) if not one.name.endswith(".start")]
 
 

@@ -5,6 +5,7 @@ import contextlib
 import io
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording,
 from forklift.plant.diagnose import diagnose_plant
 from forklift.plant.problem import pose, sensors
 from forklift.plant.simulate import simulate_plant
+from forklift.report.of_plant import plant_page
 
 ROOT = Path(__file__).parents[1]
 REAL = Path(os.environ.get("FORKLIFT_REAL") or ROOT.parent / "shared" / "real")
@@ -62,9 +64,14 @@ def recording(plant, seed=1, role="estimate", time=None, values=None, present=()
     return Recording(f"r{seed}", time, {"u": u}, {"y": y}, role)
 
 
-def test_the_tutorial_finds_what_it_conceals_in_under_eighty_lines():
+def tutorial():
+    """Its text, and the blocks of its program: the plant first."""
     page = (ROOT / "docs" / "machines.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    return page, re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+
+
+def test_the_tutorial_finds_what_it_conceals_in_under_eighty_lines():
+    page, blocks = tutorial()
     assert sum(len(block.splitlines()) for block in blocks) < 80
     names: dict[str, object] = {}
     with contextlib.redirect_stdout(io.StringIO()) as out:
@@ -77,6 +84,34 @@ def test_the_tutorial_finds_what_it_conceals_in_under_eighty_lines():
     assert drag.lower <= 0.01 <= drag.upper
     assert found.shapes[0].variable == "speed"
     assert found.to_dict()["verdict"] == "missing-physics"
+
+
+def test_a_drag_of_another_power_is_told_by_a_curve_over_the_speed():
+    names: dict[str, object] = {}
+    exec(compile(tutorial()[1][0], "machines.md", "exec"), names)
+    plant = names["plant"]
+    steeper = Effect(
+        "steeper", "drag", (Param("factor", "1", 0.0, 0.0, 1.0),), ("torque",),
+        lambda x, u, p, bus: {"torque": -p["factor"] * np.sign(x["speed"]) * np.abs(x["speed"]) ** 2.3},
+    )  # fmt: skip
+    true = replace(plant, effects=(steeper,))
+    recordings = []
+    for seed, role in ((1, "estimate"), (2, "estimate"), (3, "validate"), (4, "validate")):
+        random, time = np.random.default_rng(seed), 0.1 * np.arange(300)
+        u = {"u": np.repeat(random.uniform(0.0, 12.0, 15), 20)}
+        values = {"k": 5.0, "b": 0.3, "steeper.factor": 0.003, "speed.start": 0.0}
+        omega = simulate_plant(true, time, u, values, ["steeper"])["omega"]
+        recordings.append(
+            Recording(f"r{seed}", time, u, {"omega": omega + random.normal(0.0, 0.2, 300)}, role)
+        )
+    found = diagnose_plant(plant, recordings)
+    (cause,) = found.causes
+    assert (cause.suspect.label, cause.form) == ("drag", "uncertain")
+    assert cause.curve
+    assert cause.curve.over == "speed"
+    assert found.final.complete
+    assert "by another law" in found.sentence
+    assert "beside it explains the fitted recordings better" in plant_page(found)
 
 
 @pytest.mark.parametrize("path", ENGINE, ids=lambda path: path.stem)

@@ -17,8 +17,8 @@ from forklift.plant.simulate import simulate_plant
 from forklift.report import words
 from forklift.report.of_plant import plant_page
 from forklift.report.plant.words import at
+from pages import FETCHING, ROOMY_BYTES, Text, drawn
 from test_machines import OF_A_MACHINE
-from test_report import FETCHING, ROOMY_BYTES, Text
 
 OF_A_FORKLIFT = re.compile(r"truck|\blift|mast|valve|velocity|forks", re.IGNORECASE)
 SECTIONS = ["Evidence", "Doubts", "Next steps", "Provenance"]
@@ -69,25 +69,6 @@ def bent() -> PlantDiagnosis:
 @pytest.fixture(scope="module")
 def folder(bent, tmp_path_factory):
     return bent.write(tmp_path_factory.mktemp("plant") / "found")
-
-
-@pytest.fixture(scope="module")
-def told(folder):
-    return json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def page(folder):
-    return (folder / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def said(page):
-    return Text(page)
-
-
-def drawn(page):
-    return json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
 
 
 ROOT = Path(__file__).parents[1] / "python" / "forklift"

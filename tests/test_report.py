@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from string import Formatter
 from typing import get_args
 
@@ -23,49 +22,7 @@ from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.page import html
 from forklift.report.traces import decimate, replays
 from forklift.tables import mean_square, percent
-
-ROOMY_BYTES = 8_000_000
-"""More than a page may weigh: a mail's attachment."""
-FETCHING = re.compile(
-    r"""(src|href)\s*=\s*["']?\s*(https?:|//)|<link|<img|<iframe|@import|url\(""", re.IGNORECASE
-)
-
-
-class Text(HTMLParser):
-    """The texts of the elements of a page, by tag; tables as rows of cells."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.seen: list[tuple[str, str]] = []
-        self.rows: list[list[str]] = []
-        self.open: list[str] = []
-        self.feed(page)
-
-    def handle_starttag(self, tag, attributes):
-        if tag not in ("meta", "br", "link"):
-            self.open.append(tag)
-        if tag == "tr":
-            self.rows.append([])
-        if tag in ("td", "th"):
-            self.rows[-1].append("")
-
-    def handle_endtag(self, tag):
-        while self.open and self.open.pop() != tag:
-            pass
-
-    def handle_data(self, data):
-        if not self.open or self.open[-1] in ("script", "style") or not data.strip():
-            return
-        self.seen.append((self.open[-1], " ".join(data.split())))
-        if "td" in self.open or "th" in self.open:
-            self.rows[-1][-1] += data.strip()
-
-    def of(self, tag: str) -> list[str]:
-        return [text for at, text in self.seen if at == tag]
-
-    @property
-    def everything(self) -> str:
-        return " ".join(text for _, text in self.seen)
+from pages import FETCHING, ROOMY_BYTES, Text
 
 
 @pytest.fixture(scope="module")
@@ -79,25 +36,6 @@ def folder(leak, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def told(folder):
-    return json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def page(folder):
-    return (folder / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def said(page):
-    return Text(page)
-
-
-@pytest.fixture(scope="module")
-def drawn(page):
-    return json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
-
-
 def test_the_verdict_comes_first(told, said):
     assert said.of("h1") == [told["sentence"]]
     before = said.everything.partition(told["sentence"])[0]

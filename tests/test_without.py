@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "proofs"))
 
 import without
 from forklift import Campaign
+from forklift.diagnosis.selection import General
 
 CAMPAIGNS = Path(__file__).parent / "campaigns"
 PLACES = {
@@ -48,6 +49,12 @@ def test_a_step_left_out_is_left_out_and_put_back(step):
     assert changed == PLACES[step]
     assert all(key in looked_up(modules[name]) for name, key in changed)
     assert all(vars(module) == before[name] for name, module in modules.items())
+
+
+def test_who_offers_no_shapes_offers_them_as_those_who_do():
+    asked = [name for name in vars(General) if not name.startswith("_") or name == "__call__"]
+    assert asked == ["__call__", "beside"]
+    assert all(getattr(without.NoShapes(("free",), {}), name)(None) == [] for name in asked)
 
 
 def test_without_recordings_held_out_only_fitted_ones_are_seen():

@@ -96,13 +96,8 @@ def _rise(found: Diagnosis) -> str:
 def _named(cause: Cause) -> str:
     where = cause.suspect.where
     where = f"{where} lift" if where in LIFTS else where
-    law = f", by another law than the catalogue's, a curve over {over(cause.curve)}" if cause.curve else ""
+    law = f", by another law than the catalogue's, a curve over {cause.curve.over}" if cause.curve else ""
     return f"{cause.suspect.name}{f' ({where})' if where else ''}{law}"
-
-
-def over(curve: Suspect) -> str:
-    """Over what a free shape is a curve, in words."""
-    return f"the {curve.name.partition(' as a function of the ')[2]}"
 
 
 def region(seen: Sequence[Shape], lift: Lift) -> str:
@@ -253,7 +248,7 @@ def _cause(found: Diagnosis, cause: Cause) -> dict[str, Any]:
         "parameters": list(_parameters(found, cause.suspect)),
         "curve": cause.curve
         and {
-            "over": over(cause.curve),
+            "over": cause.curve.over,
             "parameters": list(_parameters(found, cause.curve)),
             "left_over_without": cause.alone,
         },

@@ -140,6 +140,7 @@ def _curve(port: str, lift: Lift, variable: str, lower: float, upper: float) -> 
             problem, law.parameters(), lambda truck: [unknown(truck, name) for name in names]
         ),
         further=tuple(names[1:]),
+        over=f"the {meaning}",
     )
 
 

@@ -67,7 +67,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         for suspect in _new(accepted, known):
             if suspect in final.suspects:
                 cause = Cause(suspect, credible, form, alike, rivals)
-                curve = _curve(suspect, final)
+                curve = _curve(suspect, selection)
                 if curve:
                     cause = replace(cause, form="uncertain", curve=curve, alone=accepted.left_over)
                 found.append(cause)
@@ -80,16 +80,18 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
     return tuple(found)
 
 
-def _curve(named: Suspect, final: Trial) -> Suspect | None:
-    """The free shape that had to mend the law of a name."""
-    if named.kind == "unknown":
-        return None
-    shapes = [
-        one
-        for one in final.suspects
-        if one.kind == "unknown" and (one.where, one.equation) == (named.where, named.equation)
-    ]
-    return shapes[0] if shapes else None
+def _curve(named: Suspect, selection: Selection) -> Suspect | None:
+    """The curve of the final model that mends the law of a name: put to its test, or at the same place."""
+    tested = selection.curve.suspects if selection.curve else ()
+    place = named.where, named.equation
+    return next(
+        (
+            one
+            for one in selection.final.suspects
+            if one in tested or (one.over and (one.where, one.equation) == place)
+        ),
+        None,
+    )
 
 
 def _unnamed(suspect: Suspect, selection: Selection) -> Cause:

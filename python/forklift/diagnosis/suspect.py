@@ -50,6 +50,8 @@ class Suspect:
     """Whether it yields to what explains the same as well."""
     further: tuple[str, ...] = ()
     """More unknowns that are zero where it is absent, and act from there on like the amplitude: a curve's."""
+    over: str = ""
+    """Of a curve: its variable, in words."""
 
     @property
     def amplitudes(self) -> tuple[str, ...]:

@@ -31,6 +31,7 @@ def sentence(found: PlantDiagnosis) -> str:
         )
     said = "; ".join(
         f"{'' if cause.credibility >= LIKELY else 'perhaps '}{cause.suspect.name} ({cause.suspect.label})"
+        f"{f', by another law, a curve over {cause.curve.over}' if cause.curve else ''}"
         for cause in found.causes
     )
     rest = "" if found.final.complete else " It is not all: something is still left over."
@@ -84,6 +85,7 @@ def to_dict(found: PlantDiagnosis) -> dict[str, Any]:
                 "kind": cause.suspect.kind,
                 "credibility": cause.credibility,
                 "form": cause.form,
+                "curve_over": cause.curve and cause.curve.over,
                 "not_separable_from": [one.label for one in cause.not_separable_from],
                 "rivals": [
                     {

@@ -127,5 +127,13 @@ def _curve(port: Port, variable: str, at: Floats, size: float) -> Suspect:
     law = Effect(f"{port.name}.over.{variable}", name, tuple(number), (port.name,), term)
     further = tuple(law.full(one) for one in number[1:])
     return Suspect(
-        "unknown", "unknown", name, port.name, port.kind, law.amplitude, acting(law), further=further
+        "unknown",
+        "unknown",
+        name,
+        port.name,
+        port.kind,
+        law.amplitude,
+        acting(law),
+        further=further,
+        over=variable,
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift import operation
 from forklift.diagnosis.selection import REDRAWS
-from forklift.diagnosis_files import TELLING, over
+from forklift.diagnosis_files import TELLING
 from forklift.estimation.judgement import AT_NOISE
 from forklift.report import words
 from forklift.report.blocks import Fact
@@ -107,7 +107,7 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
             words.capital(name),
             [
                 "But by another law than the catalogue's: a curve without a name, over "
-                f"{over(cause.curve)}, has joined it in the model. Only their sum is told, not the share of "
+                f"{cause.curve.over}, has joined it in the model. Only their sum is told, not the share of "
                 "either; it is drawn below."
             ],
         )
@@ -157,7 +157,7 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
     if row["form"] != "complete" and found.selection.curve:
         law = (
             "Its law is uncertain: the catalogue's leaves no more than the noise in any signal, but a curve "
-            f"over {over(found.selection.curve.suspects[0])} beside it explains the fitted recordings better"
+            f"over {found.selection.curve.suspects[0].over} beside it explains the fitted recordings better"
             f"{', and those held out too' if cause.curve else '; those held out do not decide'}."
         )
     elif row["form"] != "complete":

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.diagnosis.selection import ALARM
-from forklift.diagnosis_files import over
 from forklift.report import words
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.words import number, printed
@@ -55,14 +53,7 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         if row["form"] == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
         elif found.final.complete and found.selection.curve:
-            curve = found.selection.curve
-            yield (
-                f"{name}: uncertain. The catalogue's law alone leaves no more than the noise in any signal, "
-                f"but a curve over {over(curve.suspects[0])} beside it explains the fitted recordings better "
-                f"(it promises {number(curve.gain)} in ln posterior, where {ALARM['physics']:g} is much), "
-                f"those held out {'too' if cause.curve else 'not clearly'}. Where no recording lies, neither "
-                "is told."
-            )
+            yield f"{name}: uncertain. {words.another_law(found.selection.curve, bool(cause.curve))}"
         else:
             yield (
                 f"{name}: uncertain. The place is supported, but the final model leaves up to "

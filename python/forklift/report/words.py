@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from forklift.diagnosis.selection import ALARM
 from forklift.effects import EFFECTS, Equation
 from forklift.free_shape import ports
 from forklift.names import LIFTS, channels, outputs
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from forklift.campaign import Campaign
+    from forklift.diagnosis.screening import Screened
     from forklift.diagnosis.suspect import Suspect
 
 SHOWN: Mapping[str, tuple[str, str, float]] = {
@@ -241,3 +243,13 @@ def sentence(one: Suspect, rows: Sequence[Mapping[str, Any]]) -> str:
         return effect.sentence.format(lift=one.where, **said).replace(" degC", " °C")
     except KeyError:  # a parameter that was not estimated
         return f"{capital(suspect(one))}."
+
+
+def another_law(curve: Screened, joined: bool) -> str:
+    """Why the law of what explains everything is in doubt; `joined`: whether the curve is in the model."""
+    return (
+        "The catalogue's law alone leaves no more than the noise in any signal, but a curve over "
+        f"{curve.suspects[0].over} beside it explains the fitted recordings better (it promises "
+        f"{number(curve.gain)} in ln posterior, where {ALARM['physics']:g} is much), those held out "
+        f"{'too' if joined else 'not clearly'}. Where no recording lies, neither is told."
+    )

@@ -137,7 +137,8 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
         f"Of {count['considered']} suspects considered (list below), {count['fitted']} "
         f"{'was' if count['fitted'] == 1 else 'were'} fitted. Judged on {words.samples(found)}, redrawn at "
         f"random {REDRAWS} times.",
-        "Nothing but the sensors' noise is left over."
+        "Nothing but the sensors' noise is left over"
+        f"{', but the law is uncertain: see Doubts' if found.selection.curve else ''}."
         if found.final.complete
         else "The law is uncertain: more than the sensors' noise is left over.",
         *_groups(found),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from forklift.considered import Untold
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.plant import words
-from forklift.report.words import NOISE, capital, number
+from forklift.report.words import NOISE, another_law, capital, number
 
 if TYPE_CHECKING:
     from forklift.plant.diagnose import PlantDiagnosis
@@ -74,6 +74,8 @@ def _form(found: PlantDiagnosis) -> Iterator[str]:
         name = capital(words.suspect(cause.suspect))
         if cause.form == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
+        elif found.selection.curve:
+            yield f"{name}: uncertain. {another_law(found.selection.curve, bool(cause.curve))}"
         else:
             yield f"{name}: uncertain. The place is supported, but the law may be another."
     most = f"most in {worst.channel} of {worst.file}: {number(worst.mean_square)} {NOISE}"
