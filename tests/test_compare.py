@@ -18,6 +18,7 @@ from forklift.names import amount
 from forklift.phases import PHASES, phases, shut_current
 from forklift.report.of_comparison import comparison_page
 from forklift.report.traces import MOST_POINTS, decimate
+from pages import drawn
 
 HEAD = "time_s," + ",".join(PREDICTED)
 
@@ -215,9 +216,9 @@ def test_the_page_is_self_contained_and_its_script_stands_in_it_once(tmp_path, c
     assert page.count("plotly.js v") == 1
     assert not re.search(r'<(script|link|img)[^>]+(src|href)="', page)
     assert page.index(comparison.verdict[0].split("'")[0]) < page.index('class="plot"') < page.index("<table")
-    drawn = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
-    assert page.count('class="plot"') == len(drawn)
-    recordings = drawn[0]["recordings"]
+    figures = drawn(page)
+    assert page.count('class="plot"') == len(figures)
+    recordings = figures[0]["recordings"]
     assert {one["title"] for one in recordings} == {one.recording.file for one in comparison.predictions}
     for one in recordings:
         for signal in one["signals"]:

@@ -1,6 +1,5 @@
 """The page of a diagnosis says what its JSON says, needs no other file, and escapes what files hold."""
 
-import json
 import re
 from dataclasses import replace
 from string import Formatter
@@ -22,7 +21,7 @@ from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.page import html
 from forklift.report.traces import decimate, replays
 from forklift.tables import mean_square, percent
-from pages import FETCHING, ROOMY_BYTES, Text
+from pages import FETCHING, ROOMY_BYTES, Text, drawn
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +35,10 @@ def folder(leak, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def blocks(page):
+    return drawn(page)
+
+
 def test_the_verdict_comes_first(told, said):
     assert said.of("h1") == [told["sentence"]]
     before = said.everything.partition(told["sentence"])[0]
@@ -141,8 +144,8 @@ def test_doubts_next_recording_and_provenance_are_told(told, said):
     assert told["forklift"] in said.everything
 
 
-def test_every_recording_is_drawn_and_keeps_its_peaks(leak, drawn):
-    explorer = next(block for block in drawn if "recordings" in block)
+def test_every_recording_is_drawn_and_keeps_its_peaks(leak, blocks):
+    explorer = next(block for block in blocks if "recordings" in block)
     assert explorer["sides"] == ["before", "after"]
     assert explorer["recordings"][0]["title"].startswith("main_prms2")  # held out first
     by_file = {one["title"]: one for one in explorer["recordings"]}
@@ -161,8 +164,8 @@ def test_every_recording_is_drawn_and_keeps_its_peaks(leak, drawn):
     assert first["title"] == leak.baseline.worst.file
 
 
-def test_the_mismatch_is_seen_in_the_colours_where_it_is(leak, drawn):
-    heat = next(block for block in drawn if block.get("title", "").startswith("Where the difference lies"))
+def test_the_mismatch_is_seen_in_the_colours_where_it_is(leak, blocks):
+    heat = next(block for block in blocks if block.get("title", "").startswith("Where the difference lies"))
     before, after = heat["panels"][0]["data"]
     assert (before["name"], after["name"]) == ("before", "after")
     assert set(before["y"]) == {one.file for one in leak.campaign.recordings}
@@ -187,8 +190,8 @@ def test_errors_are_those_of_recordings_held_out(leak, told):
     assert one["after"] < one["before"]
 
 
-def test_what_the_sensors_noise_would_leave_is_drawn_behind_the_difference(leak, drawn):
-    explorer = next(block for block in drawn if "recordings" in block)
+def test_what_the_sensors_noise_would_leave_is_drawn_behind_the_difference(leak, blocks):
+    explorer = next(block for block in blocks if "recordings" in block)
     signals = {one["title"]: one for one in explorer["recordings"][0]["signals"]}
     low, high = signals["Pressure of the main lift"]["band"]
     assert low == pytest.approx(-high)
@@ -370,8 +373,8 @@ def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(l
     assert "Pseudo-random steps: the recording parts them." in said.of("p")
     assert ["Command file, beside this page", "next_recording.csv"] in said.rows
     assert any(text.startswith("forklift simulate --command next_recording.csv") for text in said.of("code"))
-    drawn = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
-    shown = next(block for block in drawn if block["title"] == "The command to record")["panels"][0]["data"]
+    (figure,) = (block for block in drawn(page) if block["title"] == "The command to record")
+    shown = figure["panels"][0]["data"]
     assert [trace["name"] for trace in shown] == ["main lift"]
     assert max(shown[0]["y"]) == pytest.approx(command.current_main_a.max(), rel=1e-4)
 
