@@ -31,7 +31,7 @@ from forklift.suspects import suspects
 @pytest.fixture(scope="module")
 def complete(null_fit):
     """The campaign without a mismatch, as a trial."""
-    return Trial((), null_fit.found, null_fit.knowledge, null_fit.judged, 0.0, True, null_fit.found)
+    return Trial((), null_fit.found, null_fit.knowledge, null_fit.judged, (0.0, 0.0), True, null_fit.found)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def rival(trial, suspect, amplitude):
         replace(trial.found, x=x, problem=problem),
         knowledge(problem, x),
         trial.judged,
-        0.0,
+        (0.0, 0.0),
         True,
         trial.found,
     )

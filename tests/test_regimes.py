@@ -45,7 +45,7 @@ def fitted(warmer):
     known = knowledge(found.problem, found.x)
     theta = found.x[: len(problem.unknowns)]
     seen = tuple(judge(found.problem, theta, known.covariance, every))
-    return Trial((), found, known, seen, 0.0, True, found)
+    return Trial((), found, known, seen, (0.0, 0.0), True, found)
 
 
 @pytest.fixture(scope="module")

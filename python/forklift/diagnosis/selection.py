@@ -15,7 +15,7 @@ import numpy as np
 
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Kind, Suspect
-from forklift.diagnosis.trial import QUICK, ROUGH, Bench, Trial
+from forklift.diagnosis.trial import ALIKE, Bench, Trial
 
 FIRST, FURTHER = 3, 4
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
@@ -27,11 +27,9 @@ PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
 """From how many places of its further parameters the search for one suspect starts."""
-MUCH = 0.2
-"""Share of what the best leaves over that one start may leave without another being tried."""
-ALIKE, LEAST_ROUGH = 0.5, 2.0
-"""A suspect stays in the race if, after the tempered stages, −ln posterior has fallen by this share of what
-it has with the best one, and by no less than this."""
+LEAST_ROUGH = 2.0
+"""A suspect stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what it
+has with the best one, and by no less than this."""
 LEAST_GAIN = 0.1
 """Share of what is left over that the first explanation must remove; of later ones `Bench.later`."""
 CLEARLY = 30.0
@@ -173,7 +171,7 @@ def _unnamed(
         for suspect in general(trial):
             say(f"trying {suspect.label} at the {suspect.equation}")
             suspects = (*trial.suspects, suspect)
-            rough.append(_ahead(bench.rough(suspects, trial), bench.cold([suspects])))
+            rough.append(bench.ahead([suspects], trial))
         trials += _finished(bench, trial, rough, [], say)
     return tuple(sorted(trials, key=_rank))
 
@@ -306,15 +304,7 @@ def _roughly(bench: Bench, best: Trial, screened: Screened, screening: Screening
     if len(screened.suspects) == 1:
         several = [(one,) for one in screening.variants(screened.suspects[0])[:VARIANTS]]
     every = [(*best.suspects, *more) for more in several]
-    warm = bench.rough(every[0], best, QUICK if quick else ROUGH)
-    if quick or warm.excess <= MUCH * best.excess:
-        return warm
-    return _ahead(warm, bench.cold(every))
-
-
-def _ahead(*trials: Trial) -> Trial:
-    """Who has come furthest in the tempered stages."""
-    return min(trials, key=lambda trial: trial.rough)
+    return bench.quick(every[0], best) if quick else bench.ahead(every, best)
 
 
 def credibility(trials: Sequence[Trial], draws: int = REDRAWS, seed: int = 1) -> list[float]:

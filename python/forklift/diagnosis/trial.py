@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,12 @@ FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
 LESS = 0.95
 """Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
 be quicker than the model without it."""
+MUCH = 0.2
+"""Share of what was left over that one start may leave without another being tried."""
+ALIKE = 0.5
+"""What gains little has more than this share left of what there was without it."""
+BEHIND = 2.0
+"""A start is not led on if the first stage leaves it this many times as far off as another one."""
 CLEAR = 3.0
 """An amplitude is there if it lies this many of its standard deviations from its quiet value."""
 
@@ -47,8 +54,8 @@ class Trial:
     knowledge: Knowledge
     judged: tuple[Judged, ...]
     """On every recording if it is finished, else on those held out."""
-    rough: float
-    """−ln posterior after the tempered stages, with their weights: trials compare by it."""
+    costs: tuple[float, float]
+    """−ln posterior after each of the tempered stages, with their weights."""
     finished: bool
     """Whether the search went on to the sensors' own noise."""
     early: Found
@@ -57,6 +64,11 @@ class Trial:
 
     left_at_weights: float | None = None
     """Mean square left over in units of the weights that deviations were told with; None: of the noise."""
+
+    @property
+    def rough(self) -> float:
+        """−ln posterior after the tempered stages: trials compare by it."""
+        return self.costs[-1]
 
     @property
     def held_out(self) -> tuple[Judged, ...]:
@@ -115,6 +127,14 @@ class Trial:
         return sums
 
 
+class First(NamedTuple):
+    """Where the first tempered stage ended."""
+
+    suspects: Sequence[Suspect]
+    found: Found
+    cost: float
+
+
 @dataclass(frozen=True)
 class Bench:
     """All that trials have in common."""
@@ -138,22 +158,46 @@ class Bench:
         """How many times as much as white noise the slowest of the sensors' noise promises by chance."""
         return max(sensor.together for sensor in self.sensors.values())
 
-    def rough(
-        self, suspects: Sequence[Suspect], after: Trial | None = None, stages: tuple[Stage, ...] = ROUGH
-    ) -> Trial:
-        """The tempered stages, cold from the start machine or from where another trial left them.
+    def rough(self, suspects: Sequence[Suspect], after: Trial | None = None) -> Trial:
+        """The tempered stages, cold from the start machine or from where another trial left them."""
+        return self._led_on(self._first(suspects, after))
+
+    def quick(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
+        """A few evaluations from where another trial left them; fewer where the first ones gain little."""
+        found, first = self._searched(*self._from(suspects, after), QUICK[:1])
+        if first > ALIKE * after.costs[0]:
+            return self._stopped(suspects, found, (first, np.inf))
+        return self._led_on(First(suspects, found, first), QUICK[1:])
+
+    def ahead(self, several: Sequence[tuple[Suspect, ...]], after: Trial) -> Trial:
+        """Who comes furthest in the tempered stages: the first of several sets of suspects from where another
+        trial left them; and if that leaves much over, all of them from the start machine too.
 
         Either start can end astray where the other does not.
         """
-        return self._stopped(suspects, *self._searched(*self._from(suspects, after), stages))
+        warm = self._first(several[0], after)
+        if warm.cost > MUCH * after.costs[0]:
+            return self._furthest([warm, *self._cold(several)])
+        trial = self._led_on(warm)
+        if trial.excess <= MUCH * after.excess:
+            return trial
+        return min(trial, self._furthest(self._cold(several)), key=lambda one: one.rough)
 
-    def cold(self, several: Sequence[tuple[Suspect, ...]]) -> Trial:
-        """Of several sets of suspects the one that is ahead after the first tempered stage from the start
-        machine, led on by the second."""
-        ends = [(suspects, *self._searched(*self._from(suspects), ROUGH[:1])) for suspects in several]
-        suspects, first, _ = min(ends, key=lambda end: end[2])
-        found, cost = self._searched(first.problem, first.x, ROUGH[1:])
-        return self._stopped(suspects, _after(first, found), cost)
+    def _cold(self, several: Sequence[tuple[Suspect, ...]]) -> list[First]:
+        return [self._first(suspects) for suspects in several]
+
+    def _first(self, suspects: Sequence[Suspect], after: Trial | None = None) -> First:
+        return First(suspects, *self._searched(*self._from(suspects, after), ROUGH[:1]))
+
+    def _furthest(self, firsts: Sequence[First]) -> Trial:
+        """Led on by the second stage, without those that are clearly behind after the first."""
+        least = min(first.cost for first in firsts)
+        near = [first for first in firsts if first.cost <= max(BEHIND * least, least + BEHIND)]
+        return min((self._led_on(first) for first in near), key=lambda one: one.rough)
+
+    def _led_on(self, first: First, stages: tuple[Stage, ...] = ROUGH[1:]) -> Trial:
+        found, cost = self._searched(first.found.problem, first.found.x, stages)
+        return self._stopped(first.suspects, _after(first.found, found), (first.cost, cost))
 
     def _from(self, suspects: Sequence[Suspect], after: Trial | None = None) -> tuple[Problem, Floats]:
         problem = _with(self.start, suspects)
@@ -163,8 +207,7 @@ class Bench:
     def _searched(self, problem: Problem, x: Floats, stages: tuple[Stage, ...]) -> tuple[Found, float]:
         """Where these stages end, and at which cost."""
         found = search(problem, x, self.sensors, stages, self.progress)
-        with one_thread():
-            return found, geodesic.cost(found.problem, found.x)
+        return found, _cost(found.problem, found.x)
 
     def baseline(self) -> Trial:
         """The machine without any suspect."""
@@ -174,7 +217,7 @@ class Bench:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
         early, clearly = trial.early, trial.worst.mean_square >= MISFIT
         fine = search(early.problem, early.x, self.sensors, SETTLING if clearly else FINE, self.progress)
-        done = self._judged(trial.suspects, _after(early, fine), trial.rough, early=early, finished=True)
+        done = self._judged(trial.suspects, _after(early, fine), trial.costs, early=early, finished=True)
         return done if clearly or done.complete else self._finer(done)
 
     def _finer(self, trial: Trial) -> Trial:
@@ -183,7 +226,7 @@ class Bench:
         exact = self._judged(
             trial.suspects,
             replace(trial.found, problem=problem),
-            trial.rough,
+            trial.costs,
             early=trial.early,
             finished=True,
         )
@@ -191,7 +234,7 @@ class Bench:
             return trial
         found = search(problem, trial.found.x, self.sensors, (FINEST,), self.progress)
         return self._judged(
-            trial.suspects, _after(trial.found, found), trial.rough, early=trial.early, finished=True
+            trial.suspects, _after(trial.found, found), trial.costs, early=trial.early, finished=True
         )
 
     def without(self, suspect: Suspect, trial: Trial) -> Trial:
@@ -199,14 +242,21 @@ class Bench:
         rest = tuple(one for one in trial.suspects if one is not suspect)
         problem = _with(self.start, rest)
         x = carry(trial.found.x, trial.found.problem, problem)
-        return self.finish(self._stopped(rest, *self._searched(problem, x, AGAIN)))
+        found, cost = self._searched(problem, x, AGAIN)
+        return self.finish(self._stopped(rest, found, (np.inf, cost)))
 
-    def _stopped(self, suspects: Sequence[Suspect], found: Found, rough: float) -> Trial:
+    def _stopped(self, suspects: Sequence[Suspect], found: Found, costs: tuple[float, float]) -> Trial:
         """Judged as it stands after the tempered stages."""
-        return self._judged(suspects, found, rough, early=found, finished=False)
+        return self._judged(suspects, found, costs, early=found, finished=False)
 
     def _judged(
-        self, suspects: Sequence[Suspect], found: Found, rough: float, *, early: Found, finished: bool
+        self,
+        suspects: Sequence[Suspect],
+        found: Found,
+        costs: tuple[float, float],
+        *,
+        early: Found,
+        finished: bool,
     ) -> Trial:
         everyone = _with(self.everyone, suspects).weighted(found.problem.sigma, found.problem.substeps)
         if not finished:  # where it stands, only those held out tell
@@ -221,7 +271,7 @@ class Bench:
             else:
                 judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
         left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
-        return Trial(tuple(suspects), found, known, judged, rough, finished, early, left)
+        return Trial(tuple(suspects), found, known, judged, costs, finished, early, left)
 
 
 def _left_at(weights: Mapping[str, float], judged: Sequence[Judged], sensors: Mapping[str, Sensor]) -> float:
@@ -230,6 +280,11 @@ def _left_at(weights: Mapping[str, float], judged: Sequence[Judged], sensors: Ma
     scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
     square = sum(found.samples * found.mean_square * scale[found.channel] ** 2 for found in held)
     return square / sum(found.samples for found in held)
+
+
+def _cost(problem: Problem, x: Floats) -> float:
+    with one_thread():
+        return geodesic.cost(problem, x)
 
 
 def _after(before: Found, found: Found) -> Found:
