@@ -8,12 +8,15 @@ other suspect? README.md beside this file says how. Writes `separable.json` besi
 
 import argparse
 import json
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+import forklift
 from cases import BETWEEN_LIFTS, POINTS, ROUGH, amplitude_of, at_cost, cost_curve, most, plausible
+from reference.names import NAMES
 from reference.plant import campaign, effects, others, run
 from reference.plant.sensors import COUNT_M, HEIGHT_NOISE_M, PRESSURE_NOISE_PA, PRESSURE_STEP_PA
 from reference.plant.truck import ESTIMATED, LIFTS, THESIS
@@ -36,6 +39,7 @@ NOISE = {
 # Prior standard deviations: of the truck's parameters and of what each recording has of its own
 STEP, PARAMETER, AREA, CURRENT_A = 0.07, 0.3, 0.15, 0.02  # the step is in prior deviations
 ITERATIONS, MOST = 6, 4.0  # of the best imitation, and prior deviations that it may use
+NEAR = 2e3  # a chi-square from which on slopes are taken anew, where the fit ended
 FAR = 2e4  # a chi-square that no mending of a linear imitation brings down to the noise
 TOGETHER = 16  # variants of the truck simulated at once
 TEMPERATURE_K, START_M, LOAD_KG, TEMPERATURE_OFF_K = 0.15, 0.001, 100.0, 3.0
@@ -82,6 +86,19 @@ def moved(given):
     return tuple(trucks)
 
 
+def found_at(lift, truck):
+    """By how many deviations of their priors a fitted truck's parameters are moved."""
+    moves = []
+    for one, name, knot in parameters(lift):
+        value, start = truck.values[f"{one}.{NAMES[name]}"], THESIS[LIFTS.index(one)][name]
+        if knot is None:
+            moves.append(np.log(max(value / start, 1e-9)) / PARAMETER)
+        else:
+            unit = CURRENT_A if name == "current" else AREA * start[knot]
+            moves.append((value[knot] - start[knot]) / unit)
+    return np.array(moves)
+
+
 def parameters(lift):
     """(lift, name, knot) of everything that a fit moves."""
     for one in LIFTS if lift == "both" else [lift]:
@@ -109,15 +126,19 @@ class Bench:
         ]
         self.plain = run.simulate(THESIS, (), self.given, ROUGH)
         self.kept = kept(self.planned, self.plain)
-        self.shared = self._shared()
+        self.shared = self.slopes(np.zeros(len(list(parameters(lift)))))
         self.own, self.loads = self._own()
 
     def change(self, made):
         return changes(self.lift, self.planned, made, self.plain)
 
-    def _shared(self):
-        """Answers to each parameter of the truck, per standard deviation of its prior."""
-        trucks = [moved([(one, STEP)]) for one in parameters(self.lift)]
+    def slopes(self, theta):
+        """Answers to each parameter of the truck at `theta`, per standard deviation of its prior."""
+        names = list(parameters(self.lift))
+        trucks = [
+            moved(zip(names, theta + by, strict=True))
+            for by in (np.zeros(len(names)), *STEP * np.eye(len(names)))
+        ]
         columns, count = [], len(self.given)
         for first in range(0, len(trucks), TOGETHER):
             some = trucks[first : first + TOGETHER]
@@ -125,8 +146,8 @@ class Bench:
                 THESIS, (), [replace(one, trucks=truck) for truck in some for one in self.given], ROUGH
             )
             for k in range(len(some)):
-                columns.append(self.change(made[k * count : (k + 1) * count]) / STEP)
-        return np.array(columns)
+                columns.append(self.change(made[k * count : (k + 1) * count]))
+        return (np.array(columns[1:]) - columns[0]) / STEP
 
     def _own(self):
         """Answers to a kelvin and to 10 kg in each recording."""
@@ -233,18 +254,19 @@ def each(answer):
 class Imitation:
     """What the truck's parameters, and what recordings have of their own, can imitate at these samples."""
 
-    def __init__(self, bench, samples):
-        self.bench, self.samples = bench, np.broadcast_to(samples[:, None], bench.own.shape)
+    def __init__(self, bench, samples, shared=None):
+        """`shared`: slopes along the truck's parameters, if not those of the thesis's truck."""
+        self.bench, self.kept = bench, samples
+        self.samples = np.broadcast_to(samples[:, None], bench.own.shape)
         self.starts = []
-        for position, height in (
-            (0, 1.0),
-            (1, 2.0),
-        ):  # the forks rise by twice of what the main encoder tells
+        # The forks rise by twice of what the main encoder tells.
+        for position, height in ((0, 1.0), (1, 2.0)):
             start = np.zeros_like(bench.own)
             start[:, position] = START_M / list(NOISE.values())[position]
             start[:, 4] = START_M * height / HEIGHT_NOISE_M
             self.starts += each(start)
-        columns = [*bench.shared, *each(bench.own * TEMPERATURE_K), *self.starts]
+        shared = bench.shared if shared is None else shared
+        columns = [*shared, *each(bench.own * TEMPERATURE_K), *self.starts]
         A = np.array([column[self.samples] for column in columns]).T
         # Each column's prior is one: chi-square counts it like a sample.
         self.q, self.r = np.linalg.qr(np.concatenate([A, np.eye(A.shape[1])]))
@@ -299,42 +321,78 @@ class Imitation:
         return float(rest @ rest + coefficients @ ridge @ coefficients)
 
 
-def imitated(bench, cases, changed):
-    """What each law's change leaves where the truck imitates it, two ways: linear, and by simulated trucks.
+def fitted(bench, name, points, amplitude, scratch):
+    """Where a fit of the diagnosis's own model to recordings of this law, read by sensors, ends."""
+    path = scratch / f"{bench.lift}-{name}-{points:g}.json"
+    if not path.exists():
+        with tempfile.TemporaryDirectory() as folder:
+            case = campaign.Case("", bench.lift, 1, (law_at(name, bench.lift, amplitude),))
+            campaign.record(case, Path(folder), bench.planned, THESIS)
+            fit = forklift.fit(forklift.Campaign.read(folder), forklift.Truck.read("thesis"), starts=1)
+        write(path, json.dumps(list(found_at(bench.lift, fit.truck))))
+    return np.array(json.loads(path.read_text(encoding="utf-8")))
 
-    The second goes by Levenberg and Marquardt, with the Jacobian of the thesis's truck; where linear answers
-    leave far more than the noise it is not tried.
-    """
-    changed = {case: change.astype(float) for case, change in changed.items()}
-    linear = {case: fit.rows(changed[case]) for case, fit in cases.items()}
-    near = [case for case in cases if linear[case] @ linear[case] < FAR]
-    theta = {case: np.zeros(cases[case].r.shape[1]) for case in near}
-    left, damping = {case: changed[case] for case in near}, dict.fromkeys(near, 1.0)
-    cost = {case: cases[case].cost(left[case], theta[case]) for case in near}
+
+def descended(bench, cases, changed, theta):
+    """Levenberg and Marquardt from each case's `theta`: where it ends, what is left, and its chi-square."""
     count = len(bench.given)
-    for _ in range(ITERATIONS):
-        tried = {
-            case: theta[case] + cases[case].step(left[case], theta[case], damping[case]) for case in near
-        }
-        conditions = [
-            one for case in near for one in cases[case].conditions(np.clip(tried[case], -MOST, MOST))
-        ]
+
+    def left_at(tried):
+        tried = {case: np.clip(at, -MOST, MOST) for case, at in tried.items()}
+        conditions = [one for case, at in tried.items() for one in cases[case].conditions(at)]
         made = []
         for first in range(0, len(conditions), TOGETHER * count):
             made += run.simulate(THESIS, (), conditions[first : first + TOGETHER * count], ROUGH)
-        for k, case in enumerate(near):
-            to = np.clip(tried[case], -MOST, MOST)
-            answer = bench.change(made[k * count : (k + 1) * count]) + cases[case].offsets(to)
+        for k, (case, at) in enumerate(tried.items()):
+            answer = bench.change(made[k * count : (k + 1) * count]) + cases[case].offsets(at)
             rest = changed[case] - answer
-            if cases[case].cost(rest, to) < cost[case]:
-                theta[case], left[case], cost[case] = to, rest, cases[case].cost(rest, to)
+            yield case, (at, rest, cases[case].cost(rest, at))
+
+    ends, damping = dict(left_at(theta)), dict.fromkeys(theta, 1.0)
+    for _ in range(ITERATIONS):
+        tried = {case: at + cases[case].step(rest, at, damping[case]) for case, (at, rest, _) in ends.items()}
+        for case, end in left_at(tried):
+            if end[2] < ends[case][2]:
+                ends[case] = end
                 damping[case] /= 10.0
             else:
                 damping[case] *= 10.0
-    return {
-        case: [linear[case], *([fit.rows(left[case], theta[case])] if case in theta else [])]
-        for case, fit in cases.items()
-    }
+    return ends
+
+
+def imitated(bench, cases, changed, start):
+    """What each law's change leaves where the truck imitates it: linear, and by simulated trucks.
+
+    These go by Levenberg and Marquardt from the thesis's truck, and from where `start` says a fit ended, each
+    with the slopes of the thesis's truck; where the latter comes near but not near enough, with slopes taken
+    where it is. Where linear answers leave far more than the noise, none is tried.
+    """
+    changed = {case: change.astype(float) for case, change in changed.items()}
+    left = {case: [fit.rows(changed[case])] for case, fit in cases.items()}
+
+    def least(case):
+        return min(float(rest @ rest) for rest in left[case])
+
+    def go_on(several, theta, fits):
+        ends = descended(bench, fits, changed, {case: theta[case] for case in several})
+        for case, (at, rest, _) in ends.items():
+            left[case].append(fits[case].rows(rest, at))
+        return {case: at for case, (at, _, _) in ends.items()}
+
+    near = [case for case in cases if least(case) < FAR]
+    go_on(near, {case: np.zeros(cases[case].r.shape[1]) for case in near}, cases)
+    near = [case for case in near if least(case) >= LIMIT]
+    begun = {}
+    for case in near:
+        begun[case] = np.zeros(cases[case].r.shape[1])
+        begun[case][: len(bench.shared)] = start(*case)
+    ended = go_on(near, begun, cases)
+    for case in near:
+        if LIMIT <= least(case) < NEAR:
+            shared = bench.slopes(ended[case][: len(bench.shared)])
+            there = Imitation(bench, cases[case].kept, shared)
+            go_on([case], ended, {case: there})
+    return left
 
 
 def groups(lift, scratch):
@@ -353,7 +411,13 @@ def groups(lift, scratch):
             samples = half_seconds(bench.kept & answer[f"kept 0.5@{points:g}"])
             key = samples.tobytes()
             known[key] = cases[name, points] = known.get(key) or Imitation(bench, samples)
-    targets = imitated(bench, cases, {case: laws[case[0]][f"0.5@{case[1]:g}"] for case in cases})
+
+    def start(name, points):
+        amplitude = laws[name]["amplitudes"][POINTS.index(points)]
+        return fitted(bench, name, points, amplitude, scratch)
+
+    changed = {case: laws[case[0]][f"0.5@{case[1]:g}"] for case in cases}
+    targets = imitated(bench, cases, changed, start)
     told = {}
     for name, answer in laws.items():
         for points, amplitude in zip(POINTS, answer["amplitudes"], strict=True):

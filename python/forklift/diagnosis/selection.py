@@ -34,14 +34,18 @@ LEAST_GAIN = 0.1
 """Share of what is left over that the first explanation must remove; of later ones `Bench.later`."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
+CONFIRMED = 10.0
+"""The same where nothing shows and all recordings together have raised an alarm: e^-5 in likelihood."""
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
 in likelihood, which samples of one recording, that err together, may well make up for."""
-ALARM: Mapping[Kind, float] = {"physics": 15.0, "parameter": 30.0, "sensor": 50.0, "unknown": np.inf}
-"""Fall of −ln posterior that a suspect must promise to be asked for where no channel of a recording held out
-shows by itself that anything is missing: 5.5 deviations of an amplitude, among some sixty. Conditions have an
-unknown for every recording; and sensors promise up to 25 where nothing is amiss, since an encoder that starts
-from the same place in every recording is rounded alike in all of them."""
+ALARM: Mapping[Kind, float] = {"physics": 12.0, "parameter": 30.0, "sensor": 80.0, "unknown": np.inf}
+"""Fall of −ln posterior over all recordings that a suspect must promise to be asked for where no channel of a
+recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some sixty.
+Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss, since an
+encoder that starts from the same place in every recording is rounded alike in all of them."""
+LAW = 15.0
+"""Likewise, over the recordings that were fitted, of a curve beside a name that explains everything."""
 MOST_ACCEPTED = 3
 REDRAWS = 2000
 """Of the recordings held out, for the credibility."""
@@ -181,7 +185,7 @@ def _curve(bench: Bench, best: Trial, general: General) -> Screened | None:
     is as much as is asked of a suspect where no channel shows anything."""
     at = best.told_from
     promised = screen(at.problem, at.x, general.beside(best), 0).singles
-    return next((one for one in promised if one.gain >= bench.together * ALARM["physics"]), None)
+    return next((one for one in promised if one.gain >= bench.together * LAW), None)
 
 
 def _with_curve(bench: Bench, best: Trial, curve: Screened, say: Say) -> tuple[Trial, ...]:
@@ -216,11 +220,11 @@ def _rank(trial: Trial) -> tuple[bool, float, float]:
 
 def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
     """The best of those that remove this share of what `best` leaves over, and are told from nothing."""
+    least = CONFIRMED if best.complete else max(CLEARLY, share * best.excess)
     enough = [
         trial
         for trial in trials
-        if best.squares - trial.squares >= max(CLEARLY, share * best.excess)
-        and all(trial.clear(suspect) for suspect in trial.suspects)
+        if best.squares - trial.squares >= least and all(trial.clear(suspect) for suspect in trial.suspects)
     ]
     if not enough:
         return None
@@ -276,6 +280,12 @@ def _race(
 
     Beside what explains everything already, one start is enough: `quick`.
     """
+    if best.complete:
+        trials = list(ended)
+        for screened in entered:
+            say(f"fitting {' and '.join(suspect.label for suspect in screened.suspects)}")
+            trials.append(bench.slightly((*best.suspects, *screened.suspects), best))
+        return trials
     rough = []
     for screened in entered:
         say(f"trying {' and '.join(suspect.label for suspect in screened.suspects)}")

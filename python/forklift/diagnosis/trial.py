@@ -32,6 +32,8 @@ MISFIT = 3.0
 NEAR, MOVES = 1e-3, 12
 """A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
+OVER_ALL = replace(STAGES[-1], evaluations=4)
+"""From a fit that explains all recordings, those held out too."""
 LESS = 0.95
 """Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
 be quicker than the model without it."""
@@ -183,6 +185,14 @@ class Bench:
             return trial
         return min(trial, self._furthest(self._cold(several)), key=lambda one: one.rough)
 
+    def slightly(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
+        """From where what explains everything ended, at the sensors' own noise: what shows in no channel is
+        nothing to the tempered stages."""
+        problem = _with(self.start, suspects)
+        x = carry(after.found.x, after.found.problem, problem)
+        found = search(problem, x, self.sensors, FINE[-1:], self.progress)
+        return self._judged(suspects, found, after.costs, early=after.early, finished=True)
+
     def _cold(self, several: Sequence[tuple[Suspect, ...]]) -> list[First]:
         return [self._first(suspects) for suspects in several]
 
@@ -212,6 +222,18 @@ class Bench:
     def baseline(self) -> Trial:
         """The machine without any suspect."""
         return self.finish(self.rough(()))
+
+    def everywhere(self, trial: Trial) -> Found:
+        """The same machine fitted to all recordings, those held out too."""
+        told = trial.found
+        problem = _with(self.everyone, trial.suspects).weighted(told.problem.sigma, told.problem.substeps)
+        x = np.zeros(problem.starts[-1])
+        x[: len(problem.unknowns)] = told.x[: len(problem.unknowns)]
+        for k, sample in enumerate(problem.samples):
+            for j, fitted in enumerate(told.problem.samples):
+                if fitted.recording is sample.recording:
+                    x[problem.place(k)] = told.x[told.problem.place(j)]
+        return search(problem, x, self.sensors, (OVER_ALL,), self.progress)
 
     def finish(self, trial: Trial) -> Trial:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""

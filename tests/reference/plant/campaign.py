@@ -75,10 +75,18 @@ def conditions(case: Case, planned: Sequence[Plan]) -> list[run.Condition]:
     return made
 
 
-def record(case: Case, folder: Path, planned: Sequence[Plan] | None = None) -> list[run.Trajectory]:
-    """Write ``campaign.toml`` and its recordings into `folder`; gives what truly happened."""
+def record(
+    case: Case,
+    folder: Path,
+    planned: Sequence[Plan] | None = None,
+    trucks: tuple[dict, dict] | None = None,
+) -> list[run.Trajectory]:
+    """Write ``campaign.toml`` and its recordings into `folder`; gives what truly happened.
+
+    Of the case's own scattered truck, if no other is given.
+    """
     planned = plans(case.lift) if planned is None else planned
-    trucks = scattered(case.seed)
+    trucks = scattered(case.seed) if trucks is None else trucks
     true = run.simulate(trucks, case.laws, conditions(case, planned))
     random = np.random.default_rng([case.seed, 2])
     folder.mkdir(parents=True, exist_ok=True)
