@@ -39,10 +39,11 @@ NOISE = {
 # Prior standard deviations: of the truck's parameters and of what each recording has of its own
 STEP, PARAMETER, AREA, CURRENT_A = 0.07, 0.3, 0.15, 0.02  # the step is in prior deviations
 ITERATIONS, MOST = 6, 4.0  # of the best imitation, and prior deviations that it may use
-NEAR = 2e3  # a chi-square from which on slopes are taken anew, where the fit ended
+NEAR = 400.0  # a chi-square from which on slopes are taken anew, where the fit ended
 FAR = 2e4  # a chi-square that no mending of a linear imitation brings down to the noise
 TOGETHER = 16  # variants of the truck simulated at once
-TEMPERATURE_K, START_M, LOAD_KG, TEMPERATURE_OFF_K = 0.15, 0.001, 100.0, 3.0
+TEMPERATURE_K, WARMING_K, START_M = 0.15, 1.0, 0.001  # of each recording's own
+LOAD_KG, TEMPERATURE_OFF_K = 100.0, 3.0
 
 
 def signals(trajectory):
@@ -127,7 +128,7 @@ class Bench:
         self.plain = run.simulate(THESIS, (), self.given, ROUGH)
         self.kept = kept(self.planned, self.plain)
         self.shared = self.slopes(np.zeros(len(list(parameters(lift)))))
-        self.own, self.loads = self._own()
+        self.own, self.warming, self.loads = self._own()
 
     def change(self, made):
         return changes(self.lift, self.planned, made, self.plain)
@@ -150,12 +151,13 @@ class Bench:
         return (np.array(columns[1:]) - columns[0]) / STEP
 
     def _own(self):
-        """Answers to a kelvin and to 10 kg in each recording."""
+        """Answers to a kelvin, to warming up by a kelvin until the end, and to 10 kg in each recording."""
         warmer = [replace(one, temperature_degc=one.temperature_degc + 1.0) for one in self.given]
+        warming = [replace(one, warming_k=1.0) for one in self.given]
         heavier = [replace(one, load_kg=one.load_kg + 10.0) for one in self.given]
-        made = run.simulate(THESIS, (), warmer + heavier, ROUGH)
-        count = len(self.given)
-        return self.change(made[:count]), self.change(made[count:]) / 10.0
+        made = run.simulate(THESIS, (), warmer + warming + heavier, ROUGH)
+        one, two, three = (made[k : k + len(self.given)] for k in range(0, len(made), len(self.given)))
+        return self.change(one), self.change(two), self.change(three) / 10.0
 
 
 def law_at(name, lift, amplitude, share=0.5):
@@ -266,7 +268,8 @@ class Imitation:
             start[:, 4] = START_M * height / HEIGHT_NOISE_M
             self.starts += each(start)
         shared = bench.shared if shared is None else shared
-        columns = [*shared, *each(bench.own * TEMPERATURE_K), *self.starts]
+        own = [*each(bench.own * TEMPERATURE_K), *each(bench.warming * WARMING_K)]
+        columns = [*shared, *own, *self.starts]
         A = np.array([column[self.samples] for column in columns]).T
         # Each column's prior is one: chi-square counts it like a sample.
         self.q, self.r = np.linalg.qr(np.concatenate([A, np.eye(A.shape[1])]))
@@ -289,10 +292,12 @@ class Imitation:
         """The plain recordings with the truck and the oil so moved."""
         names = list(parameters(self.bench.lift))
         truck = moved(zip(names, theta[: len(names)], strict=True))
-        warmer = theta[len(names) : len(names) + len(self.bench.given)] * TEMPERATURE_K
+        own = theta[len(names) :][: 2 * len(self.bench.given)].reshape(2, -1)
         return [
-            replace(one, trucks=truck, temperature_degc=one.temperature_degc + by)
-            for one, by in zip(self.bench.given, warmer, strict=True)
+            replace(one, trucks=truck, temperature_degc=one.temperature_degc + by, warming_k=until)
+            for one, by, until in zip(
+                self.bench.given, TEMPERATURE_K * own[0], WARMING_K * own[1], strict=True
+            )
         ]
 
     def offsets(self, theta):
@@ -363,9 +368,9 @@ def descended(bench, cases, changed, theta):
 def imitated(bench, cases, changed, start):
     """What each law's change leaves where the truck imitates it: linear, and by simulated trucks.
 
-    These go by Levenberg and Marquardt from the thesis's truck, and from where `start` says a fit ended, each
-    with the slopes of the thesis's truck; where the latter comes near but not near enough, with slopes taken
-    where it is. Where linear answers leave far more than the noise, none is tried.
+    These go by Levenberg and Marquardt from where `start` says a fit ended, with the slopes of the thesis's
+    truck, and once more with slopes taken where that comes near but not near enough. Where linear answers
+    leave far more than the noise, none is tried.
     """
     changed = {case: change.astype(float) for case, change in changed.items()}
     left = {case: [fit.rows(changed[case])] for case, fit in cases.items()}
@@ -379,9 +384,7 @@ def imitated(bench, cases, changed, start):
             left[case].append(fits[case].rows(rest, at))
         return {case: at for case, (at, _, _) in ends.items()}
 
-    near = [case for case in cases if least(case) < FAR]
-    go_on(near, {case: np.zeros(cases[case].r.shape[1]) for case in near}, cases)
-    near = [case for case in near if least(case) >= LIMIT]
+    near = [case for case in cases if LIMIT <= least(case) < FAR]
     begun = {}
     for case in near:
         begun[case] = np.zeros(cases[case].r.shape[1])

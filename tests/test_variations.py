@@ -156,7 +156,7 @@ def test_an_amplitude_costs_what_is_asked():
 
 def test_an_imitation_leaves_what_is_orthogonal_and_pays_for_priors():
     class Bench:
-        own = np.zeros((1, 5, 4))
+        own = warming = np.zeros((1, 5, 4))
         shared = np.array([np.eye(20)[0].reshape(1, 5, 4) * 10.0])
 
     Bench.planned = [None]
@@ -185,15 +185,20 @@ def diagnosed(name, amplitude, folder):
     return made.case.lift, diagnose(Campaign.read(folder), Truck.read("thesis"))
 
 
-def test_a_law_that_no_channel_shows_by_itself_is_asked_for_all_the_same(tmp_path):
-    """Every channel stays below its bound, and the oil's viscosity is still found."""
-    concealed = cases.most("viscosity_law")
-    lift, found = diagnosed("effects-viscosity_law-2", concealed, tmp_path / "campaign")
+@pytest.mark.parametrize(
+    ("effect", "amplitude", "concealed"),
+    [("viscosity_law", "share", cases.most("viscosity_law")), ("valve_flow_force", "coefficient", 3.6e-4)],
+)
+def test_a_law_that_no_channel_shows_by_itself_is_asked_for_all_the_same(
+    effect, amplitude, concealed, tmp_path
+):
+    """Every channel stays below its bound, and what is missing is still found in all recordings together."""
+    lift, found = diagnosed(f"effects-{effect}-2", concealed, tmp_path / "campaign")
     assert found.baseline.complete
     assert found.verdict == "missing-physics"
-    assert [(one.suspect.label, one.form) for one in found.causes] == [(f"{lift}.viscosity_law", "complete")]
-    share = next(one for one in found.to_dict()["causes"][0]["parameters"] if one["name"].endswith("share"))
-    assert share["lower"] <= concealed <= share["upper"]
+    assert [(one.suspect.label, one.form) for one in found.causes] == [(f"{lift}.{effect}", "complete")]
+    told = next(one for one in found.to_dict()["causes"][0]["parameters"] if one["name"].endswith(amplitude))
+    assert told["lower"] <= concealed <= told["upper"]
 
 
 def test_a_name_with_another_law_is_uncertain_and_a_curve_over_the_right_variable_mends_it(tmp_path):
