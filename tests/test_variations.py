@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, Truck, _core, diagnose
-from forklift.diagnosis.selection import CLEARLY
+from forklift.diagnosis.screening import screen
+from forklift.diagnosis.selection import ALARM, CLEARLY
 from forklift.effects import EFFECTS
 
 PROOFS = Path(__file__).parents[1] / "proofs"
@@ -177,6 +178,13 @@ def test_amplitudes_end_where_the_catalogue_says():
             assert cases.most(spec["id"]) == spec["parameters"][0]["plausible_upper"]
 
 
+@pytest.fixture(scope="module")
+def slight(tmp_path_factory):
+    """The free lift's spool with a flow force that no channel shows, and what is said of it."""
+    concealed = 3.6e-4
+    return concealed, *diagnosed("effects-valve_flow_force-2", concealed, tmp_path_factory.mktemp("slight"))
+
+
 def diagnosed(name, amplitude, folder):
     """A case of the proof whose law has this amplitude: what is said of it."""
     made = next(one for one in cases.variations(["effects", "others"]) if one.name == name)
@@ -185,20 +193,33 @@ def diagnosed(name, amplitude, folder):
     return made.case.lift, diagnose(Campaign.read(folder), Truck.read("thesis"))
 
 
-@pytest.mark.parametrize(
-    ("effect", "amplitude", "concealed"),
-    [("viscosity_law", "share", cases.most("viscosity_law")), ("valve_flow_force", "coefficient", 3.6e-4)],
-)
-def test_a_law_that_no_channel_shows_by_itself_is_asked_for_all_the_same(
-    effect, amplitude, concealed, tmp_path
-):
-    """Every channel stays below its bound, and what is missing is still found in all recordings together."""
-    lift, found = diagnosed(f"effects-{effect}-2", concealed, tmp_path / "campaign")
+def found_alone(found, lift, effect, amplitude, concealed):
+    """Every channel stays below its bound, and what is missing is still found."""
     assert found.baseline.complete
     assert found.verdict == "missing-physics"
     assert [(one.suspect.label, one.form) for one in found.causes] == [(f"{lift}.{effect}", "complete")]
     told = next(one for one in found.to_dict()["causes"][0]["parameters"] if one["name"].endswith(amplitude))
     assert told["lower"] <= concealed <= told["upper"]
+
+
+def test_a_law_that_no_channel_shows_by_itself_is_asked_for_all_the_same(tmp_path):
+    concealed = cases.most("viscosity_law")
+    lift, found = diagnosed("effects-viscosity_law-2", concealed, tmp_path / "campaign")
+    found_alone(found, lift, "viscosity_law", "share", concealed)
+
+
+def test_what_is_too_slight_for_the_tempered_stages_is_found_from_where_the_fit_ended(slight):
+    concealed, lift, found = slight
+    found_alone(found, lift, "valve_flow_force", "coefficient", concealed)
+
+
+def test_all_recordings_together_show_what_those_that_were_fitted_do_not(slight):
+    _, _, found = slight
+    (cause,) = found.causes
+    (everywhere,) = (one for one in found.screening.singles if one.suspects == (cause.suspect,))
+    fitted = found.baseline.found
+    (there,) = screen(fitted.problem, fitted.x, [cause.suspect]).singles
+    assert there.gain < ALARM["physics"] < 0.5 * everywhere.gain
 
 
 def test_a_name_with_another_law_is_uncertain_and_a_curve_over_the_right_variable_mends_it(tmp_path):
