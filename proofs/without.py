@@ -40,7 +40,7 @@ def without(step):
             put(forklifts, "suspects", physics)
             put(selection, "FIRST", 1)
             put(selection, "FURTHER", 0)
-            put(selection, "_confused", lambda *_: [])
+            put(selection, "_rivals", lambda *_: [])
         yield
 
 

@@ -18,7 +18,7 @@ CAMPAIGNS = Path(__file__).parent / "campaigns"
 PLACES = {
     "location": {("engine", "unknown_inputs"), ("forklifts", "FreeSuspects")},
     "rivals": {("forklifts", "suspects"), ("selection", "FIRST"), ("selection", "FURTHER")}
-    | {("selection", "_confused")},
+    | {("selection", "_rivals")},
     "held-out": set(),
 }
 

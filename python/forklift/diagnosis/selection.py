@@ -15,7 +15,7 @@ import numpy as np
 
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.diagnosis.suspect import Kind, Suspect
-from forklift.diagnosis.trial import ALIKE, Bench, Trial
+from forklift.diagnosis.trial import ALIKE, MUCH, Bench, Trial
 
 FIRST, FURTHER = 3, 4
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
@@ -140,23 +140,19 @@ def select(
 
 
 def _round(bench: Bench, best: Trial, screening: Screening, say: Say) -> Step:
-    """The most promising; further ones if none explains everything; what the winner is confused with."""
+    """The most promising; further ones while none explains everything; what the winner is confused with."""
     share = bench.later if best.suspects else LEAST_GAIN
     ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
-    trials = _race(bench, best, ranked[:1], screening, [], say)
-    accepted = _choice(trials, best, share)
-    if accepted is not None and accepted.complete:
-        rivals = [*screening.singles[1:FIRST], *_confused(accepted, trials, screening)]
-        rivals = list({found.suspects[0].label: found for found in rivals}.values())
-        trials = _race(bench, best, rivals, screening, trials, say, quick=True)
-    else:
-        trials = _race(bench, best, [*ranked[1:FIRST], *pairs], screening, trials, say)
+    trials: list[Trial] = []
+    for entered in (ranked[:1], [*ranked[1:FIRST], *pairs], ranked[FIRST : FIRST + FURTHER]):
+        trials = _race(bench, best, entered, screening, trials, say)
         accepted = _choice(trials, best, share)
-        if accepted is None or not accepted.complete:
-            trials = _race(bench, best, ranked[FIRST : FIRST + FURTHER], screening, trials, say)
-    accepted = _choice(trials, best, share)
-    return Step(screening, tuple(sorted(trials, key=_rank)), accepted)
+        if accepted is not None and accepted.complete:
+            rivals = _rivals(accepted, trials, screening)
+            trials = _race(bench, best, rivals, screening, trials, say, quick=True)
+            break
+    return Step(screening, tuple(sorted(trials, key=_rank)), _choice(trials, best, share))
 
 
 def _unnamed(
@@ -239,16 +235,17 @@ def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
     return first if first in likely or not likely else min(likely, key=_rank)
 
 
-def _confused(accepted: Trial, trials: Sequence[Trial], screening: Screening) -> list[Screened]:
-    """What could be taken for the accepted explanation and was not tried."""
+def _rivals(accepted: Trial, trials: Sequence[Trial], screening: Screening) -> list[Screened]:
+    """The most promising, and what could be taken for the accepted explanation, that were not tried."""
     known = set(chain.from_iterable(trial.suspects for trial in trials))
     words = {word for suspect in accepted.suspects for word in suspect.confused_with}
     gains = [found.gain for found in screening.singles if found.suspects[0] in accepted.suspects]
     least = CONFUSED * max(gains, default=0.0)
     return [
         found
-        for found in screening.singles
-        if found.suspects[0] not in known and found.suspects[0].id in words and found.gain >= least
+        for place, found in enumerate(screening.singles)
+        if found.suspects[0] not in known
+        and (place < FIRST or (found.suspects[0].id in words and found.gain >= least))
     ]
 
 
@@ -278,7 +275,8 @@ def _race(
 ) -> list[Trial]:
     """Those entered, fitted; who falls behind, also behind those that ended before, is stopped.
 
-    Beside what explains everything already, one start is enough: `quick`.
+    Who soon leaves little over is fitted to the end at once, and if that explains everything, nobody enters
+    any more. Beside what explains everything already, one start is enough: `quick`.
     """
     if best.complete:
         trials = list(ended)
@@ -286,11 +284,17 @@ def _race(
             say(f"fitting {' and '.join(suspect.label for suspect in screened.suspects)}")
             trials.append(bench.slightly((*best.suspects, *screened.suspects), best))
         return trials
-    rough = []
+    rough: list[Trial] = []
+    trials = list(ended)
     for screened in entered:
         say(f"trying {' and '.join(suspect.label for suspect in screened.suspects)}")
         rough.append(_roughly(bench, best, screened, screening, quick=quick))
-    return _finished(bench, best, rough, ended, say)
+        if not quick and rough[-1].rough <= MUCH * best.rough:
+            trials = _finished(bench, best, rough[-1:], trials, say)
+            rough.pop()
+            if trials[-1].complete and trials[-1].told:
+                break
+    return _finished(bench, best, rough, trials, say)
 
 
 def _finished(

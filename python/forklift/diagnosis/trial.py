@@ -107,6 +107,11 @@ class Trial:
         """Sum of squares left over the noise, channel by channel, on recordings held out."""
         return sum(found.excess for found in self.held_out)
 
+    @property
+    def told(self) -> bool:
+        """Whether all its amplitudes are told from none."""
+        return all(self.clear(suspect) for suspect in self.suspects)
+
     def clear(self, suspect: Suspect) -> bool:
         """Whether the suspect's amplitude is told from none, its deviation widened by what is left over."""
         if suspect.amplitude is None or suspect.kind == "unknown":

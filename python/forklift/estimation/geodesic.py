@@ -20,6 +20,7 @@ from forklift.errors import ForkliftError
 if TYPE_CHECKING:
     from forklift.estimation.interface import Problem
     from forklift.estimation.least_squares import Linearised
+    from forklift.estimation.limits import Limits
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +46,14 @@ class Point:
     gradient: Floats
     cost: float
 
+    def step(self, limits: Limits, damping: float = 0.0) -> Floats:
+        """The straight step within the limits."""
+        return limits.step(self.normal + damping * np.eye(len(self.x)), self.gradient, self.x)
+
+    def gain(self, step: Floats) -> float:
+        """By how much a straight step would lower the cost."""
+        return float(-step @ (self.gradient + 0.5 * self.normal @ step))
+
 
 def descend(
     problem: Problem,
@@ -62,11 +71,11 @@ def descend(
     """
     here = _point(problem, x)
     progress(here.cost, x)
-    damping, small = DAMPING, 0
+    limits, damping, small = problem.limits(), DAMPING, 0
     for _ in range(1, evaluations):
-        if small > 1 or 0.5 * here.gradient @ np.linalg.solve(here.normal, here.gradient) < gain:
+        if small > 1 or here.gain(here.step(limits)) < gain:
             break
-        then, damping = _downhill(problem, here, damping, gain)
+        then, damping = _downhill(problem, here, limits, damping, gain)
         if then is None:
             break
         before, here = here.cost, _point(problem, then)
@@ -89,35 +98,35 @@ def _point(problem: Problem, x: Floats) -> Point:
     return Point(x, [run.at for run in runs], normal, gradient, 0.5 * square)
 
 
-def _downhill(problem: Problem, here: Point, damping: float, gain: float) -> tuple[Floats | None, float]:
+def _downhill(
+    problem: Problem, here: Point, limits: Limits, damping: float, gain: float
+) -> tuple[Floats | None, float]:
     """The first of ever shorter steps that leads down, and its damping; None if there is nothing to gain."""
     for _ in range(MOST_REFUSED):
-        then = _step(problem, here, damping)
+        straight = here.step(limits, damping)
+        then = _taken(problem, here, limits, damping, straight)
         if then is not None:
             return then, damping
-        straight = np.linalg.solve(here.normal + damping * np.eye(len(here.x)), here.gradient)
-        if straight @ (here.gradient - 0.5 * here.normal @ straight) < gain:
+        if here.gain(straight) < gain:
             break
         damping *= STIFFEN
     return None, damping
 
 
-def _step(problem: Problem, here: Point, damping: float) -> Floats | None:
+def _taken(problem: Problem, here: Point, limits: Limits, damping: float, straight: Floats) -> Floats | None:
     """Where the bent step ends, if the cost is lower there."""
-    lower, upper = problem.bounds()
     matrix = here.normal + damping * np.eye(len(here.x))
-    first: Floats = -np.asarray(np.linalg.solve(matrix, here.gradient))
 
     def bent() -> Floats:
-        return -0.5 * np.asarray(np.linalg.solve(matrix, _curvature(problem, here, first)))
+        return limits.step(matrix, 0.5 * _curvature(problem, here, straight), here.x + straight)
 
     # The bent step first; the straight one where the bend is not to be trusted: over the smallest steps it
     # is lost in the simulation's own roughness.
-    for bend in (bent, lambda: np.zeros_like(first)):
+    for bend in (bent, lambda: np.zeros_like(straight)):
         try:
             second = bend()
-            if 2.0 * np.linalg.norm(second) <= BENT * np.linalg.norm(first):
-                then: Floats = np.clip(here.x + first + second, lower, upper)
+            if 2.0 * np.linalg.norm(second) <= BENT * np.linalg.norm(straight):
+                then: Floats = np.clip(here.x + straight + second, *problem.bounds())  # against rounding
                 if cost(problem, then) < here.cost:
                     return then
         except ForkliftError as error:

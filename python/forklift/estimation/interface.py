@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from forklift.estimation.least_squares import Linearised, Products
+    from forklift.estimation.limits import Limits
     from forklift.estimation.observed import Observed
     from forklift.estimation.unknowns import Unknown
 
@@ -121,6 +122,8 @@ class Problem(Protocol):
     def held(self, x: Floats, amplitudes: Collection[str]) -> tuple[Self, Floats]: ...
 
     def bounds(self) -> tuple[Floats, Floats]: ...
+
+    def limits(self) -> Limits: ...
 
     def own(self, x: Floats, k: int) -> Floats: ...
 

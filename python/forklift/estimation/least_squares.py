@@ -24,6 +24,7 @@ from forklift.estimation import likelihood
 from forklift.estimation.algebra import one_thread
 from forklift.estimation.interface import Sample
 from forklift.estimation.judgement import LAGS
+from forklift.estimation.limits import Limits
 from forklift.estimation.unknowns import DEGREES, Unknown
 
 if TYPE_CHECKING:
@@ -105,6 +106,16 @@ class LeastSquares(ABC):
             upper += [*((sample.most[sample.free] - sample.centre[sample.free]) / sample.width[sample.free])]
             lower += [*((sample.least[sample.free] - sample.centre[sample.free]) / sample.width[sample.free])]
         return np.array(lower), np.array(upper)
+
+    def limits(self) -> Limits:
+        """What the unknown vector may not leave: its bounds, and the order of what must rise."""
+        rows, least = self.rising()
+        beyond = np.zeros((len(rows), self.starts[-1] - len(self.unknowns)))
+        return Limits.of(*self.bounds(), np.concatenate([rows, beyond], axis=1), least)
+
+    def rising(self) -> tuple[Floats, Floats]:
+        """(orders, shared unknowns) rows and (orders,) what their product with θ must reach."""
+        return np.zeros((0, len(self.unknowns))), np.zeros(0)
 
     def own(self, x: Floats, k: int) -> Floats:
         """φ of recording k."""

@@ -20,7 +20,7 @@ from forklift.estimation.least_squares import Linearised as Linearised
 from forklift.estimation.least_squares import Products as Products
 from forklift.estimation.observed import Observed as Observed
 from forklift.estimation.readings import Reading
-from forklift.estimation.unknowns import Unknown, move
+from forklift.estimation.unknowns import Unknown, move, rising
 from forklift.names import LIFTS, Lift, outputs
 from forklift.simulate import START_WITHIN_S, mean_temperature, simulate
 
@@ -96,6 +96,10 @@ class Problem(LeastSquares):
     samples: tuple[Sample, ...]
     substeps: int
     sigma: Mapping[str, float] = field(default_factory=dict)
+
+    def rising(self) -> tuple[Floats, Floats]:
+        """The knots of tables stay in order."""
+        return rising(self.truck, self.unknowns)
 
     def _simulate(self, x: Floats, *, derivatives: bool) -> list[tuple[Floats, Floats]]:
         """Outputs of every recording, and slopes along parameters, readings and what is its own."""

@@ -47,6 +47,9 @@ LEAST_ANGLE = 0.02
 """Angles that count by their cosine stay above this [rad]: nearer to 0 their cosine no longer tells them.
 A start is kept as far from a right angle, where the cosine's logarithm ends."""
 
+LEAST_GAP = 0.01
+"""Share of the gap between two knots of a table, as it is where the fit starts, that stays open."""
+
 ESTIMATED = ("prms", "steady")
 """Origins of the parameters that the thesis estimated, and a fit does; the others were given or chosen."""
 
@@ -181,6 +184,23 @@ def move(truck: Truck, unknowns: Sequence[Unknown], theta: Floats, source: str) 
                 knots[int(name.rpartition(".")[2])] = float(value)
     moved: Mapping[str, float | Sequence[float]] = {**scalars, **tables}
     return truck.with_values(moved, source=source)
+
+
+def rising(truck: Truck, unknowns: Sequence[Unknown]) -> tuple[Floats, Floats]:
+    """(orders, unknowns) rows and (orders,) what their product with θ must reach: knots stay in order."""
+    at = {name: k for k, unknown in enumerate(unknowns) for name in unknown.names}
+    rows, least = [], []
+    for table in dict.fromkeys(filter(None, map(_table_of, at))):
+        knots = np.array(truck.values[table], float)
+        for n, gap in enumerate(np.diff(knots)):
+            row = np.zeros(len(unknowns))
+            for name, sign in ((f"{table}.{n}", -1.0), (f"{table}.{n + 1}", 1.0)):
+                if name in at:
+                    row[at[name]] += sign * unknowns[at[name]].width
+            if row.any():
+                rows.append(row)
+                least.append((LEAST_GAP - 1.0) * gap)
+    return np.array(rows).reshape(-1, len(unknowns)), np.array(least)
 
 
 def _estimated(truck: Truck, name: str) -> bool:
