@@ -101,8 +101,8 @@ def investigate(
     with clock.stage(f"fitting the {site.noun}"):
         baseline = bench.baseline()
     with clock.stage("screening the suspects"):
-        # What shows in no channel may still show in all recordings together.
-        at = bench.everywhere(baseline) if baseline.complete else baseline.told_from
+        # What shows in no channel, or hardly, may still show in all recordings together.
+        at = bench.everywhere(baseline) if baseline.slight else baseline.told_from
         screening = screen(at.problem, at.x, suspects)
     asked = screening
     if baseline.complete:

@@ -20,9 +20,8 @@ from forklift.diagnosis.trial import ALIKE, MUCH, Bench, Trial
 FIRST, FURTHER = 3, 4
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""
 WORTH = 0.1
-"""A suspect enters the race if it promises this share of the best one's gain."""
-CONFUSED = 0.3
-"""What is easily confused with a complete explanation is tried beside it from this share of its gain on."""
+"""A suspect enters the race if it promises this share of the best one's gain; and what is easily confused
+with a complete explanation is tried beside that from this share of its gain on."""
 PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
@@ -117,7 +116,7 @@ def select(
         known = {suspect.label for suspect in best.suspects}
         say("screening the suspects")
         left = [suspect for suspect in suspects if suspect.label not in known]
-        steps.append(_round(bench, best, screen(best.early.problem, best.early.x, left), say))
+        steps.append(_round(bench, best, screen(best.told_from.problem, best.told_from.x, left), say))
     best = _needed(bench, best, say)
     named = [step.accepted for step in steps if step.accepted]
     curve = None
@@ -238,14 +237,19 @@ def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
 def _rivals(accepted: Trial, trials: Sequence[Trial], screening: Screening) -> list[Screened]:
     """The most promising, and what could be taken for the accepted explanation, that were not tried."""
     known = set(chain.from_iterable(trial.suspects for trial in trials))
+    names = {suspect.id for suspect in accepted.suspects}
     words = {word for suspect in accepted.suspects for word in suspect.confused_with}
     gains = [found.gain for found in screening.singles if found.suspects[0] in accepted.suspects]
-    least = CONFUSED * max(gains, default=0.0)
+    least = WORTH * max(gains, default=0.0)
+
+    def confused(one: Suspect) -> bool:
+        return one.id in words or not names.isdisjoint(one.confused_with)
+
     return [
         found
         for place, found in enumerate(screening.singles)
         if found.suspects[0] not in known
-        and (place < FIRST or (found.suspects[0].id in words and found.gain >= least))
+        and (place < FIRST or (confused(found.suspects[0]) and found.gain >= least))
     ]
 
 
@@ -278,7 +282,7 @@ def _race(
     Who soon leaves little over is fitted to the end at once, and if that explains everything, nobody enters
     any more. Beside what explains everything already, one start is enough: `quick`.
     """
-    if best.complete:
+    if best.slight:
         trials = list(ended)
         for screened in entered:
             say(f"fitting {' and '.join(suspect.label for suspect in screened.suspects)}")

@@ -29,6 +29,8 @@ SETTLING = (replace(STAGES[2], evaluations=8),)
 """A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
+SLIGHT = 1.5
+"""Mean square in the worst channel up to which the tempered stages are blind to what is left over."""
 NEAR, MOVES = 1e-3, 12
 """A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
@@ -79,9 +81,9 @@ class Trial:
 
     @property
     def told_from(self) -> Found:
-        """From where more is screened: the end, where all is explained, else where the tempered stages
-        ended."""
-        return self.found if self.complete else self.early
+        """From where more is screened: the end, where little or nothing is left over, else where the tempered
+        stages ended."""
+        return self.found if self.complete or self.slight else self.early
 
     @cached_property
     def left_over(self) -> float:
@@ -96,6 +98,11 @@ class Trial:
     def complete(self) -> bool:
         """Whether nothing is left over in any channel of any recording held out."""
         return all(found.explained for found in self.held_out)
+
+    @property
+    def slight(self) -> bool:
+        """Whether what is left over is so little that no parameter needs to go far to make up for it."""
+        return self.finished and self.worst.mean_square <= SLIGHT
 
     @cached_property
     def squares(self) -> float:
@@ -191,8 +198,8 @@ class Bench:
         return min(trial, self._furthest(self._cold(several)), key=lambda one: one.rough)
 
     def slightly(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
-        """From where what explains everything ended, at the sensors' own noise: what shows in no channel is
-        nothing to the tempered stages."""
+        """From where a trial ended that leaves little over, at the sensors' own noise: what hardly shows in
+        any channel is nothing to the tempered stages."""
         problem = _with(self.start, suspects)
         x = carry(after.found.x, after.found.problem, problem)
         found = search(problem, x, self.sensors, FINE[-1:], self.progress)
