@@ -41,11 +41,12 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
     for step in selection.steps:
         if step.accepted is None:
             continue
-        accepted, known = step.accepted, {cause.suspect for cause in found}
+        accepted, known = step.accepted, {cause.suspect.label for cause in found}
+        own = _labels(accepted)
         trials = _rivals(step.trials, accepted)
         shares = dict(zip(trials, credibility(trials), strict=True))
         rivals = tuple(
-            (_new(trial, known), shares[trial], trial.left_over) for trial in trials if trial is not accepted
+            (_new(trial, known), shares[trial], trial.left_over) for trial in trials if _labels(trial) != own
         )
         least = sum(accepted.by_recording().values())
         alike = tuple(
@@ -56,13 +57,11 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                 and (trial.complete or (trial.finished and not accepted.complete))
                 and (shares[trial] > AS_GOOD or sum(trial.by_recording().values()) - least < AS_NEAR)
                 for suspect in _new(trial, known)
-                if suspect not in accepted.suspects
+                if suspect.label not in own
             )
         )
         credible = shares[accepted] + sum(
-            shares[trial]
-            for trial in trials
-            if trial is not accepted and set(accepted.suspects) <= set(trial.suspects)
+            shares[trial] for trial in trials if trial is not accepted and own <= _labels(trial)
         )
         for suspect in _new(accepted, known):
             if suspect in final.suspects:
@@ -98,7 +97,7 @@ def _unnamed(suspect: Suspect, selection: Selection) -> Cause:
     """What has no name has no form of its own: nobody knows its law."""
     final = selection.final
     others = [*selection.steps[0].trials, *selection.unnamed]
-    trials = [final, *(one for one in others if not set(final.suspects) <= set(one.suspects))]
+    trials = [final, *(one for one in others if not _labels(final) <= _labels(one))]
     shares = credibility(trials)
     rivals = tuple(
         (_new(trial, set()), share, trial.left_over) for trial, share in zip(trials, shares, strict=True)
@@ -111,9 +110,14 @@ def _rivals(trials: Sequence[Trial], accepted: Trial) -> list[Trial]:
     return [
         trial
         for trial in trials
-        if trial is accepted or not (accepted.complete and set(accepted.suspects) < set(trial.suspects))
+        if trial is accepted or not (accepted.complete and _labels(accepted) < _labels(trial))
     ]
 
 
-def _new(trial: Trial, known: set[Suspect]) -> tuple[Suspect, ...]:
-    return tuple(suspect for suspect in trial.suspects if suspect not in known)
+def _labels(trial: Trial) -> set[str]:
+    """One suspect may have been tried from several places: they are one by their label."""
+    return {suspect.label for suspect in trial.suspects}
+
+
+def _new(trial: Trial, known: set[str]) -> tuple[Suspect, ...]:
+    return tuple(suspect for suspect in trial.suspects if suspect.label not in known)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from typing import Protocol
 
 import numpy as np
@@ -216,11 +215,7 @@ def _rank(trial: Trial) -> tuple[bool, float, float]:
 def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
     """The best of those that remove this share of what `best` leaves over, and are told from nothing."""
     least = CONFIRMED if best.complete else max(CLEARLY, share * best.excess)
-    enough = [
-        trial
-        for trial in trials
-        if best.squares - trial.squares >= least and all(trial.clear(suspect) for suspect in trial.suspects)
-    ]
+    enough = [trial for trial in trials if best.squares - trial.squares >= least and trial.told]
     if not enough:
         return None
     first = min(enough, key=_rank)
@@ -236,10 +231,11 @@ def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
 
 def _rivals(accepted: Trial, trials: Sequence[Trial], screening: Screening) -> list[Screened]:
     """The most promising, and what could be taken for the accepted explanation, that were not tried."""
-    known = set(chain.from_iterable(trial.suspects for trial in trials))
+    known = {suspect.label for trial in trials for suspect in trial.suspects}
+    own = {suspect.label for suspect in accepted.suspects}
     names = {suspect.id for suspect in accepted.suspects}
     words = {word for suspect in accepted.suspects for word in suspect.confused_with}
-    gains = [found.gain for found in screening.singles if found.suspects[0] in accepted.suspects]
+    gains = [found.gain for found in screening.singles if found.suspects[0].label in own]
     least = WORTH * max(gains, default=0.0)
 
     def confused(one: Suspect) -> bool:
@@ -248,7 +244,7 @@ def _rivals(accepted: Trial, trials: Sequence[Trial], screening: Screening) -> l
     return [
         found
         for place, found in enumerate(screening.singles)
-        if found.suspects[0] not in known
+        if found.suspects[0].label not in known
         and (place < FIRST or (confused(found.suspects[0]) and found.gain >= least))
     ]
 

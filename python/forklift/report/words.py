@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from forklift.diagnosis.selection import ALARM
+from forklift.diagnosis.selection import LAW
 from forklift.effects import EFFECTS, Equation
 from forklift.free_shape import ports
 from forklift.names import LIFTS, channels, outputs
@@ -250,6 +250,6 @@ def another_law(curve: Screened, joined: bool) -> str:
     return (
         "The catalogue's law alone leaves no more than the noise in any signal, but a curve over "
         f"{curve.suspects[0].over} beside it explains the fitted recordings better (it promises "
-        f"{number(curve.gain)} in ln posterior, where {ALARM['physics']:g} is much), those held out "
+        f"{number(curve.gain)} in ln posterior, where {LAW:g} is much), those held out "
         f"{'too' if joined else 'not clearly'}. Where no recording lies, neither is told."
     )
