@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,12 +13,10 @@ import typer
 import typer.core
 
 from forklift.errors import ForkliftError
+from forklift.terminal import busy, counting, print_json, print_tables, say_written, searching, telling
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from forklift.commands import Command
-    from forklift.fit import Progress
 
 REFUSED = 2
 """Exit status of a mistake in the call, its files or its numbers; also of a run that failed."""
@@ -138,7 +133,7 @@ def simulate(
             output.check_suffix(path, suffixes)
     chosen = Truck.read(truck)
     commanded = _command(command, lift.value, seed, duration)
-    with _busy("Simulating"):
+    with busy("Simulating"):
         result = verb(
             chosen,
             commanded,
@@ -157,10 +152,10 @@ def simulate(
 
         written.append(output.write_text(plot, simulation_page(result)))
     if as_json:
-        _print_json(result.to_dict() | {"written": [str(path) for path in written]})
+        print_json(result.to_dict() | {"written": [str(path) for path in written]})
     else:
-        _print(tables.simulation_table(result))
-        _say_written(*written)
+        print_tables(tables.simulation_table(result))
+        say_written(*written)
 
 
 @app.command(epilog="Example: forklift compare campaign --truck thesis --out result")
@@ -187,18 +182,18 @@ def compare(
         output.check_folder(out, earlier_files(out), MARK)
     chosen = Truck.read(truck)
     found = Campaign.read(campaign)
-    with _progress("Replaying recordings", len(found.recordings)) as step:
+    with counting("Replaying recordings", len(found.recordings)) as step:
         result = verb(found, chosen, oil_temperature_degc=temperature, progress=lambda _: step())
     if out:
         result.write(out)
     if as_json:
-        _print_json(result.to_dict())
+        print_json(result.to_dict())
         return
     for sentence in result.verdict:
         typer.echo(sentence)
-    _print(*tables.comparison_tables(result))
+    print_tables(*tables.comparison_tables(result))
     if out:
-        _say_written(out / PAGE, out / "fit.csv", out / "predictions")
+        say_written(out / PAGE, out / "fit.csv", out / "predictions")
 
 
 @app.command(epilog="Example: forklift fit campaign --truck thesis --out fitted")
@@ -247,7 +242,7 @@ def fit(
     output.check_folder(out, fit_files.earlier(out), fit_files.MARK)
     chosen = Truck.read(truck)
     found = Campaign.read(campaign)
-    with _searching() as progress:
+    with searching() as progress:
         result = verb(
             found,
             chosen,
@@ -263,12 +258,12 @@ def fit(
         )
     result.write(out)
     if as_json:
-        _print_json(result.to_dict())
+        print_json(result.to_dict())
     else:
         for sentence in result.verdict:
             typer.echo(sentence)
-        _print(*tables.fit_tables(result))
-        _say_written(*(out / name for name in (PAGE, fit_files.TRUCK, fit_files.MARK)))
+        print_tables(*tables.fit_tables(result))
+        say_written(*(out / name for name in (PAGE, fit_files.TRUCK, fit_files.MARK)))
     if result.interrupted:
         print(f"forklift: interrupted; the best truck so far is in {out}.", file=sys.stderr)
         raise typer.Exit(INTERRUPTED)
@@ -299,14 +294,14 @@ def diagnose(
     output.check_folder(out, diagnosis_files.earlier(out), diagnosis_files.MARK)
     chosen = Truck.read(truck)
     found = Campaign.read(campaign)
-    with _telling() as progress:
+    with telling() as progress:
         result = verb(found, chosen, oil_temperature_degc=temperature, progress=progress)
     result.write(out)
     if as_json:
-        _print_json(result.to_dict())
+        print_json(result.to_dict())
     else:
         typer.echo(str(result))
-        _say_written(out / PAGE, out / diagnosis_files.TRUCK, out / diagnosis_files.MARK)
+        say_written(out / PAGE, out / diagnosis_files.TRUCK, out / diagnosis_files.MARK)
 
 
 @app.command(epilog="Example: forklift info thesis")
@@ -320,17 +315,17 @@ def info(
     from forklift import tables
 
     if what is None:
-        _print_json(_about()) if as_json else _print_about()
+        print_json(_about()) if as_json else _print_about()
     elif Path(what).is_dir() or Path(what).name == "campaign.toml":
         from forklift.campaign import Campaign
 
         campaign = Campaign.read(what)
-        _print_json(campaign.to_dict()) if as_json else _print(tables.campaign_table(campaign))
+        print_json(campaign.to_dict()) if as_json else print_tables(tables.campaign_table(campaign))
     else:
         from forklift.truck import Truck
 
         truck = Truck.read(what)
-        _print_json(truck.to_dict()) if as_json else _print(tables.truck_table(truck))
+        print_json(truck.to_dict()) if as_json else print_tables(tables.truck_table(truck))
 
 
 @app.command(
@@ -365,7 +360,7 @@ def convert(
     from forklift import convert as verb
     from forklift import tables
 
-    with _busy("Reading and checking"):
+    with busy("Reading and checking"):
         campaign = verb(
             source if len(source) > 1 else source[0],
             out,
@@ -379,10 +374,10 @@ def convert(
             overwrite=overwrite,
         )
     if as_json:
-        _print_json(campaign.to_dict())
+        print_json(campaign.to_dict())
     else:
-        _print(tables.campaign_table(campaign))
-        _say_written(out)
+        print_tables(tables.campaign_table(campaign))
+        say_written(out)
 
 
 @app.command(epilog="Example: forklift demo demo")
@@ -396,10 +391,10 @@ def demo(
     from forklift.demo import RECORDINGS
     from forklift.demo import demo as verb
 
-    with _progress("Recording and replaying", 2 * len(RECORDINGS)) as step, _telling() as told:
+    with counting("Recording and replaying", 2 * len(RECORDINGS)) as step, telling() as told:
         found = verb(out, progress=step, say=told)
     if as_json:
-        _print_json(found.to_dict())
+        print_json(found.to_dict())
         return
     campaign, page = out / "campaign", out / "compare" / "report.html"
     truth = out / "truth.toml"
@@ -534,100 +529,7 @@ def _print_about() -> None:
     from forklift.truck import shipped
 
     typer.echo(f"forklift {__version__}; trucks that ship with it: {', '.join(shipped())}")
-    _print(tables.effect_table(), tables.parameter_table())
-
-
-def _print_json(value: Any) -> None:
-    typer.echo(json.dumps(value, indent=1, ensure_ascii=False))
-
-
-def _print(*tables: RenderableType) -> None:
-    from forklift.tables import plain
-
-    if sys.stdout.isatty():
-        from rich.console import Console
-
-        Console().print(*tables, sep="\n")
-    else:
-        for table in tables:
-            typer.echo(f"\n{plain(table)}")
-
-
-def _say_written(*paths: Path) -> None:
-    for path in paths:
-        typer.echo(f"Written: {path}")
-
-
-@contextmanager
-def _progress(what: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar on a terminal, gone when it is done; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda: bar.advance(task)
-
-
-@contextmanager
-def _searching() -> Iterator[Callable[[Progress], None] | None]:
-    """How far a fit is, on a terminal; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=10), TimeElapsedColumn())
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("Reading what the recordings support", total=None)
-
-        def told(now: Progress) -> None:
-            where = now.profile or f"start {now.start + 1}/{now.starts} stage {now.stage}/{now.stages}"
-            bar.update(
-                task,
-                total=now.starts * now.stages,
-                completed=now.start * now.stages + now.stage - 1,
-                description=f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise",
-            )
-
-        yield told
-
-
-@contextmanager
-def _telling() -> Iterator[Callable[[str], None] | None]:
-    """What is being done and for how long, on a terminal; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("Reading what the recordings support", total=None)
-
-        def told(what: str) -> None:
-            bar.update(task, description=what[:1].upper() + what[1:])
-
-        yield told
-
-
-@contextmanager
-def _busy(what: str) -> Iterator[None]:
-    """A sign of life on a terminal while nothing can be counted; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(what):
-        yield
+    print_tables(tables.effect_table(), tables.parameter_table())
 
 
 if __name__ == "__main__":

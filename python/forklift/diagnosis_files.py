@@ -89,6 +89,11 @@ def _rise(found: Diagnosis) -> str:
             f"; what is left over falls from {found.baseline.worst.mean_square:.3g} to "
             f"{found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
         )
+    if found.final.foretold:
+        return (
+            "; it shows in no recording alone, but all of them foretell each other better with it, by "
+            f"{found.final.foretold:.0f} in ln probability"
+        )
     before, after = _velocity(found)
     return f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} %"
 

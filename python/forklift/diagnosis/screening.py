@@ -87,25 +87,9 @@ class _Column:
 
 def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int = 8) -> Screening:
     """Every suspect at x, and the pairs of the `most` most promising."""
-    problem = _weighted(problem)
-    runs = problem.linearise(x)
-
-    def stack(parts: Sequence[Mapping[str, Floats]]) -> list[Floats]:
-        return [
-            np.concatenate([rounded(seen.sensor, part[seen.sensor.channel]) for seen in sample.observed])
-            for sample, part in zip(problem.samples, parts, strict=True)
-        ]
-
-    residual = stack([run.residual for run in runs])
-    jacobian = stack([run.jacobian for run in runs])
-    columns, untestable = [], []
-    for suspect in suspects:
-        column = _probe(problem, x, suspect, stack)
-        if column is None:
-            untestable.append(suspect)
-        else:
-            columns.append(column)
-    base = _Base(problem, x, residual, jacobian)
+    base, columns = _linear(problem, x, suspects)
+    known = {column.suspect for column in columns}
+    untestable = [suspect for suspect in suspects if suspect not in known]
     ranked = sorted((base.gain([column]) for column in columns), key=lambda found: -found.gain)
     first = {found.suspects[0].label: found for found in reversed(ranked)}  # the best under each label
     singles = sorted(first.values(), key=lambda found: -found.gain)
@@ -118,6 +102,34 @@ def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int =
     told = {found.suspects[0].label for found in singles}
     untold = {suspect.label: suspect for suspect in untestable if suspect.label not in told}
     return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untold.values()), tuple(ranked))
+
+
+def foretold(problem: Problem, x: Floats, suspects: Sequence[Suspect]) -> float:
+    """How much better all other recordings foretell each one with these suspects than without.
+
+    The sum over recordings of ln p(recording | the others, suspects) - ln p(recording | the others), each
+    the difference of two evidences of the problem linear about x (leave-one-out logarithmic score; Gneiting &
+    Raftery 2007, section 7.1): every recording counts, and none speaks for itself. Without number, where a
+    suspect moves nothing that is measured.
+    """
+    base, columns = _linear(problem, x, suspects)
+    return base.foretold(columns) if len(columns) == len(suspects) else float("nan")
+
+
+def _linear(problem: Problem, x: Floats, suspects: Sequence[Suspect]) -> tuple[_Base, list[_Column]]:
+    """The problem linear about x, and what those suspects add to it that move anything."""
+    problem = _weighted(problem)
+    runs = problem.linearise(x)
+
+    def stack(parts: Sequence[Mapping[str, Floats]]) -> list[Floats]:
+        return [
+            np.concatenate([rounded(seen.sensor, part[seen.sensor.channel]) for seen in sample.observed])
+            for sample, part in zip(problem.samples, parts, strict=True)
+        ]
+
+    columns = [_probe(problem, x, suspect, stack) for suspect in suspects]
+    base = _Base(problem, x, stack([run.residual for run in runs]), stack([run.jacobian for run in runs]))
+    return base, [column for column in columns if column is not None]
 
 
 def _weighted(problem: Problem) -> Problem:
@@ -176,9 +188,49 @@ class _Base:
 
     def gain(self, columns: Sequence[_Column]) -> Screened:
         """What these suspects together take off the cost, beyond what a step without them would."""
-        width = [len(self.residual) if column.own else column.blocks[0].shape[1] for column in columns]
+        normal, gradient, _ = self._beside(columns)
+        first, amplitudes, deviations = len(self.gradient), [], []
+        step = -np.linalg.solve(normal, gradient)
+        deviation = np.sqrt(np.diag(np.linalg.inv(normal)))
+        for column, wide in zip(columns, self._widths(columns), strict=True):
+            amplitudes.append(float("nan") if column.own else float(step[first]))
+            deviations.append(float("nan") if column.own else float(deviation[first]))
+            first += wide
+        return Screened(
+            tuple(column.suspect for column in columns),
+            self._drop(normal, gradient) - self.alone,
+            tuple(amplitudes),
+            tuple(deviations),
+        )
+
+    def foretold(self, columns: Sequence[_Column]) -> float:
+        """The logarithmic score of the function of this name."""
+        normal, gradient, blocks = self._beside(columns)
+        plain, total = slice(len(self.gradient)), 0.0
+
+        def evidence(normal: Floats, gradient: Floats) -> float:
+            return self._drop(normal, gradient) - 0.5 * float(np.linalg.slogdet(normal)[1])
+
+        def difference(normal: Floats, gradient: Floats) -> float:
+            return evidence(normal, gradient) - evidence(normal[plain, plain], gradient[plain])
+
+        everyone = difference(normal, gradient)
+        for place, own, block, rest in zip(self.places, self.jacobian, blocks, self.residual, strict=True):
+            part = np.zeros((len(rest), len(gradient)))
+            part[:, place] = own
+            part[:, plain.stop :] = block
+            total += everyone - difference(normal - part.T @ part, gradient - part.T @ rest)
+        return total
+
+    def _widths(self, columns: Sequence[_Column]) -> list[int]:
+        return [len(self.residual) if column.own else column.blocks[0].shape[1] for column in columns]
+
+    def _beside(self, columns: Sequence[_Column]) -> tuple[Floats, Floats, list[Floats]]:
+        """Normal equations and gradient with these suspects, and of each recording their own columns."""
+        width = self._widths(columns)
         total, size = len(self.gradient), sum(width)
         cross, corner, gradient = np.zeros((total, size)), np.eye(size), np.zeros(size)
+        blocks = []
         for k, (place, own, rest) in enumerate(zip(self.places, self.jacobian, self.residual, strict=True)):
             block = np.zeros((len(rest), size))
             first = 0
@@ -189,21 +241,9 @@ class _Base:
             cross[place] += own.T @ block
             corner += block.T @ block
             gradient += block.T @ rest
+            blocks.append(block)
         normal = np.block([[self.normal, cross], [cross.T, corner]])
-        both = np.concatenate([self.gradient, gradient])
-        step = -np.linalg.solve(normal, both)[total:]
-        deviation = np.sqrt(np.diag(np.linalg.inv(normal))[total:])
-        amplitudes, deviations, first = [], [], 0
-        for column, wide in zip(columns, width, strict=True):
-            amplitudes.append(float("nan") if column.own else float(step[first]))
-            deviations.append(float("nan") if column.own else float(deviation[first]))
-            first += wide
-        return Screened(
-            tuple(column.suspect for column in columns),
-            self._drop(normal, both) - self.alone,
-            tuple(amplitudes),
-            tuple(deviations),
-        )
+        return normal, np.concatenate([self.gradient, gradient]), blocks
 
     @staticmethod
     def _drop(normal: Floats, gradient: Floats) -> float:

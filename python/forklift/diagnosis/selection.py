@@ -32,8 +32,9 @@ LEAST_GAIN = 0.1
 """Share of what is left over that the first explanation must remove; of later ones `Bench.later`."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
-CONFIRMED = 10.0
-"""The same where nothing shows and all recordings together have raised an alarm: e^-5 in likelihood."""
+CONFIRMED = 5.0
+"""Where nothing shows, and all recordings together have raised an alarm: how much better, in ln probability,
+they must foretell each other with a suspect. Those held out may be too few to tell, but must not object."""
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
 in likelihood, which samples of one recording, that err together, may well make up for."""
@@ -128,7 +129,7 @@ def select(
         else _unnamed(bench, baseline, named, best, say, general)
     )
     chosen = _mended(unnamed, best) or _choice(
-        [trial for trial in unnamed if _replaces(trial, best)], best, bench.later
+        [trial for trial in unnamed if _replaces(trial, best, bench.later)]
     )
     final = chosen or best
     if not final.finished:
@@ -145,12 +146,13 @@ def _round(bench: Bench, best: Trial, screening: Screening, say: Say) -> Step:
     trials: list[Trial] = []
     for entered in (ranked[:1], [*ranked[1:FIRST], *pairs], ranked[FIRST : FIRST + FURTHER]):
         trials = _race(bench, best, entered, screening, trials, say)
-        accepted = _choice(trials, best, share)
+        accepted = _choice([trial for trial in trials if _helps(trial, best, share)])
         if accepted is not None and accepted.complete:
             rivals = _rivals(accepted, trials, screening)
             trials = _race(bench, best, rivals, screening, trials, say, quick=True)
             break
-    return Step(screening, tuple(sorted(trials, key=_rank)), _choice(trials, best, share))
+    accepted = _choice([trial for trial in trials if _helps(trial, best, share)])
+    return Step(screening, tuple(sorted(trials, key=_rank)), accepted)
 
 
 def _unnamed(
@@ -202,9 +204,21 @@ def _mended(unnamed: Sequence[Trial], best: Trial) -> Trial | None:
     )
 
 
-def _replaces(trial: Trial, best: Trial) -> bool:
-    """Whether what has no name may stand for names: only where it explains clearly more."""
-    return not best.complete or best.squares - trial.squares > AS_NEAR
+def _replaces(trial: Trial, best: Trial, share: float) -> bool:
+    """Whether what has no name may stand for names: where they explain everything, only if it explains more
+    by a clear margin."""
+    if not best.complete:
+        return _helps(trial, best, share)
+    return trial.told and best.squares - trial.squares > AS_NEAR
+
+
+def _helps(trial: Trial, best: Trial, share: float) -> bool:
+    """Whether the trial is told from none, and removes this share of what `best` leaves over; if that is
+    nothing, whether recordings foretell each other better with it."""
+    gained = best.squares - trial.squares
+    if best.complete:
+        return trial.told and gained >= -AS_NEAR and (trial.foretold or 0.0) >= CONFIRMED
+    return trial.told and gained >= max(CLEARLY, share * best.excess)
 
 
 def _rank(trial: Trial) -> tuple[bool, float, float]:
@@ -212,10 +226,8 @@ def _rank(trial: Trial) -> tuple[bool, float, float]:
     return not trial.complete, len(trial.suspects) if trial.complete else 0, trial.squares
 
 
-def _choice(trials: Sequence[Trial], best: Trial, share: float) -> Trial | None:
-    """The best of those that remove this share of what `best` leaves over, and are told from nothing."""
-    least = CONFIRMED if best.complete else max(CLEARLY, share * best.excess)
-    enough = [trial for trial in trials if best.squares - trial.squares >= least and trial.told]
+def _choice(enough: Sequence[Trial]) -> Trial | None:
+    """The best of those that help; of those as good as it, one that is not unlikely."""
     if not enough:
         return None
     first = min(enough, key=_rank)

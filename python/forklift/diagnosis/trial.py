@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.diagnosis.screening import foretold
 from forklift.diagnosis.suspect import Suspect, carry
 from forklift.estimation import geodesic
 from forklift.estimation.algebra import one_thread
@@ -68,6 +69,9 @@ class Trial:
 
     left_at_weights: float | None = None
     """Mean square left over in units of the weights that deviations were told with; None: of the noise."""
+    foretold: float | None = None
+    """How much better all recordings foretell each other than without its suspects, in ln probability; asked
+    where nothing shows without them."""
 
     @property
     def rough(self) -> float:
@@ -199,11 +203,17 @@ class Bench:
 
     def slightly(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
         """From where a trial ended that leaves little over, at the sensors' own noise: what hardly shows in
-        any channel is nothing to the tempered stages."""
+        any channel is nothing to the tempered stages. If it left nothing, all recordings are asked how well
+        the others foretell them."""
         problem = _with(self.start, suspects)
         x = carry(after.found.x, after.found.problem, problem)
         found = search(problem, x, self.sensors, FINE[-1:], self.progress)
-        return self._judged(suspects, found, after.costs, early=after.early, finished=True)
+        trial = self._judged(suspects, found, after.costs, early=after.early, finished=True)
+        if not after.complete:
+            return trial
+        everywhere = self.everywhere(after)
+        new = [suspect for suspect in suspects if suspect not in after.suspects]
+        return replace(trial, foretold=foretold(everywhere.problem, everywhere.x, new))
 
     def _cold(self, several: Sequence[tuple[Suspect, ...]]) -> list[First]:
         return [self._first(suspects) for suspects in several]

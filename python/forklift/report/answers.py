@@ -210,6 +210,11 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"What is left over falls in the worst signal from {words.number(left['worst_before'])} to "
         f"{words.number(left['worst_after'])} {words.NOISE}."
     ]
+    if found.final.foretold:
+        details.append(
+            "It shows in no recording alone. But each recording is foretold better by all the others with "
+            f"it, altogether by {words.number(found.final.foretold)} in ln probability, which decides here."
+        )
     if not gain or any(cause.suspect.kind in ENTERED for cause in found.causes):
         return Fact(
             "How much better does the model get?",

@@ -95,17 +95,21 @@ class SaturatingDwell(Law):
 
 
 class RateLimitedOpening(Law):
-    """The current at the valve changes by no more than a limit: slowness [s/A] is its inverse."""
+    """The current at the valve changes by no more than a limit: slowness [s/A] is its inverse.
+
+    The limit is rounded within 20 mA of the command, so that no lag is left as the slowness goes to nothing.
+    """
 
     memory = {"ramped": 1.0}  # noqa: RUF012
-    TIME_S = 0.005
+    ROUNDED_A = 0.02
+    LEAST_S_PER_A = 0.003
 
     def command(self, u, s, k):
         return np.where(k["valve_lag__rate_limit.slowness"] > 0.0, u + s.ramped - s.u, u)
 
     def rates(self, s, k):
-        most = 1 / np.maximum(k["valve_lag__rate_limit.slowness"], 1e-3)
-        return {"ramped": most * np.tanh((s.u - s.ramped) / self.TIME_S / most)}
+        slowness = np.maximum(k["valve_lag__rate_limit.slowness"], self.LEAST_S_PER_A)
+        return {"ramped": np.tanh((s.u - s.ramped) / self.ROUNDED_A) / slowness}
 
 
 class DissolvingAir(Law):
