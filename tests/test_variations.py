@@ -11,7 +11,7 @@ import pytest
 
 from forklift import Campaign, Truck, _core, diagnose
 from forklift.diagnosis.screening import screen
-from forklift.diagnosis.selection import ALARM, CLEARLY
+from forklift.diagnosis.selection import ALARM, CLEARLY, CONFIRMED
 from forklift.effects import EFFECTS
 
 PROOFS = Path(__file__).parents[1] / "proofs"
@@ -221,6 +221,15 @@ def test_all_recordings_together_show_what_those_that_were_fitted_do_not(slight)
     fitted = found.baseline.found
     (there,) = screen(fitted.problem, fitted.x, [cause.suspect]).singles
     assert there.gain < ALARM["physics"] < 0.5 * everywhere.gain
+
+
+def test_what_recordings_held_out_are_too_few_to_tell_is_decided_by_all_that_foretell_each_other(tmp_path):
+    concealed = 0.0131
+    lift, found = diagnosed("effects-valve_current_limit-2", concealed, tmp_path / "campaign")
+    found_alone(found, lift, "valve_current_limit", "share", concealed)
+    assert found.baseline.squares - found.final.squares < CONFIRMED
+    assert found.final.foretold > CONFIRMED
+    assert "foretell each other" in found.sentence
 
 
 def test_a_name_with_another_law_is_uncertain_and_a_curve_over_the_right_variable_mends_it(tmp_path):
