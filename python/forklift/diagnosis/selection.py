@@ -25,6 +25,8 @@ PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
 """From how many places of its further parameters the search for one suspect starts."""
+NEARLY = 0.01
+"""Share of what was left over that may still be left by a search that only ended in the wrong place."""
 LEAST_ROUGH = 2.0
 """A suspect stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what it
 has with the best one, and by no less than this."""
@@ -319,8 +321,16 @@ def _finished(
         keeps_up = best.rough - trial.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
         if keeps_up:
             say(f"fitting {' and '.join(suspect.label for suspect in trial.suspects)}")
-        trials.append(bench.finish(trial) if keeps_up else trial)
+        trials.append(_to_the_end(bench, best, trial) if keeps_up else trial)
     return trials
+
+
+def _to_the_end(bench: Bench, best: Trial, trial: Trial) -> Trial:
+    """What explains nearly everything, but not all, may have ended beside the place where it explains all."""
+    done = bench.finish(trial)
+    if done.complete or done.excess > NEARLY * best.excess:
+        return done
+    return min(done, bench.afresh(done), key=_rank)
 
 
 def _roughly(bench: Bench, best: Trial, screened: Screened, screening: Screening, *, quick: bool) -> Trial:

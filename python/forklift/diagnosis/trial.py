@@ -201,6 +201,11 @@ class Bench:
             return trial
         return min(trial, self._furthest(self._cold(several)), key=lambda one: one.rough)
 
+    def afresh(self, trial: Trial) -> Trial:
+        """The same suspects from the start machine, to the end; the trial itself if it came from there."""
+        first = self._first(trial.suspects)
+        return trial if first.cost == trial.costs[0] else self.finish(self._led_on(first))
+
     def slightly(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
         """From where a trial ended that leaves little over, at the sensors' own noise: what hardly shows in
         any channel is nothing to the tempered stages. If it left nothing, all recordings are asked how well
