@@ -1,7 +1,7 @@
 //! Nanoseconds for one lowering of ten seconds and one lane: `cargo bench --bench lowering`.
 //!
 //! The free lift of the thesis, 800 kg, 40 °C, the first PRMS reference's command, four substeps
-//! a tick: f64, lanes of 4 and 8, duals of 8 directions, duals over lanes. A row's "elements" are
+//! a tick: f64, lanes of 4, 8 and 16, duals of 8 directions, duals over lanes. A row's "elements" are
 //! lanes, so that criterion's throughput is lowerings per second.
 
 #[path = "../crates/hydro_core/tests/common/mod.rs"]
@@ -10,7 +10,7 @@ mod common;
 use criterion::measurement::WallTime;
 use criterion::{criterion_group, criterion_main, BenchmarkGroup, Criterion, Throughput};
 use hydro_core::dual::Dual;
-use hydro_core::lanes::{with_eight, EightLanes, LaneScalar, Lanes};
+use hydro_core::lanes::{with_eight, with_sixteen, LaneScalar, LaneWork, Lanes};
 use hydro_core::mast::{LiftName, Mast, Thesis, STATES};
 use hydro_core::scalar::Scalar;
 use hydro_core::solver::fixed::{valve_steps, Fixed};
@@ -53,14 +53,14 @@ fn lowering<S: Scalar>(value: impl Fn(usize, f64) -> S) -> Lowering<S> {
     Lowering { fixed: Fixed::new(mast, &start, h, valve_steps(350.0, h)), command }
 }
 
-struct EightRow<'a, 'b>(&'a mut BenchmarkGroup<'b, WallTime>);
+struct Row<'a, 'b>(&'a mut BenchmarkGroup<'b, WallTime>);
 
-impl EightLanes for EightRow<'_, '_> {
+impl<const N: usize> LaneWork<N> for Row<'_, '_> {
     type Output = ();
-    fn run<S: LaneScalar>(self) {
+    fn run<S: LaneScalar<N>>(self) {
         let ready = lowering(|_, v| S::constant(v));
-        self.0.throughput(Throughput::Elements(8));
-        self.0.bench_function("lanes_8", |b| b.iter(|| widest(ready.clone())));
+        self.0.throughput(Throughput::Elements(N as u64));
+        self.0.bench_function(format!("lanes_{N}"), |b| b.iter(|| widest(ready.clone())));
     }
 }
 
@@ -75,7 +75,8 @@ fn bench(c: &mut Criterion) {
     }
     row!("f64", 1, |_, v| v);
     row!("lanes_4", 4, |_, v| Lanes([v; 4]));
-    with_eight(EightRow(&mut group));
+    with_eight(Row(&mut group));
+    with_sixteen(Row(&mut group));
     row!("dual_8", 1, |k, v| if k < 8 { Dual::<f64, 8>::variable(v, k) } else { Dual::constant(v) });
     row!("dual_16", 1, |k, v| if k < 16 { Dual::<f64, 16>::variable(v, k) } else { Dual::constant(v) });
     row!("dual_32", 1, |k, v| if k < 32 { Dual::<f64, 32>::variable(v, k) } else { Dual::constant(v) });

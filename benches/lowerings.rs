@@ -11,7 +11,7 @@ mod common;
 
 use std::time::Instant;
 
-use hydro_core::lanes::{with_eight, EightLanes, LaneScalar, Lanes};
+use hydro_core::lanes::{with_eight, with_sixteen, LaneScalar, LaneWork, Lanes};
 use hydro_core::mast::{LiftName, LiftState, Mast, Thesis, STATES};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::scalar::Scalar;
@@ -66,7 +66,6 @@ fn write(path: &str, points: &[Vec<Point>], seconds: f64) {
 struct Block<'a, S> {
     fixed: Fixed<S, Thesis, 1>,
     command: &'a [S],
-    temperature: S,
     substeps: usize,
     out: &'a mut [[S; 4]],
 }
@@ -79,7 +78,7 @@ impl<S: Scalar> Work for Block<'_, S> {
         let point = |s: &LiftState<S>| [s.x, s.v, s.p_a, s.p_b];
         self.out[0] = point(self.fixed.lift(0));
         for (k, &u) in self.command.iter().enumerate() {
-            self.fixed.mast.set_inputs([u], self.temperature);
+            self.fixed.mast.command = [u];
             for _ in 0..self.substeps {
                 self.fixed.substep();
             }
@@ -115,7 +114,7 @@ fn fixed<S: Scalar>(
         let h = set.tick / substeps as f64;
         let rate = lane(mast.lifts[0].valve.fastest_rate(), 0);
         let fixed = Fixed::new(mast, &start, h, valve_steps(rate, h));
-        widest(Block { fixed, command: &command, temperature, substeps, out: &mut out });
+        widest(Block { fixed, command: &command, substeps, out: &mut out });
         seconds += clock.elapsed().as_secs_f64();
         for l in 0..group.len() {
             points.push(out.iter().map(|p| p.map(|s| lane(s, l))).collect());
@@ -153,17 +152,17 @@ fn lanes<const N: usize>(truck: &Truck, set: &Set, substeps: usize) -> (Vec<Vec<
     fixed(truck, set, N, substeps, |f| Lanes::<N>(std::array::from_fn(f)), |s, l| s.0[l])
 }
 
-struct Eight<'a> {
+struct Together<'a> {
     truck: &'a Truck,
     set: &'a Set,
     substeps: usize,
 }
 
-impl EightLanes for Eight<'_> {
+impl<const N: usize> LaneWork<N> for Together<'_> {
     type Output = (Vec<Vec<Point>>, f64);
-    fn run<S: LaneScalar>(self) -> Self::Output {
+    fn run<S: LaneScalar<N>>(self) -> Self::Output {
         let number = |f: &dyn Fn(usize) -> f64| S::from_lanes(std::array::from_fn(f));
-        fixed(self.truck, self.set, 8, self.substeps, number, |s: S, l| s.lanes()[l])
+        fixed(self.truck, self.set, N, self.substeps, number, |s: S, l| s.lanes()[l])
     }
 }
 
@@ -184,8 +183,8 @@ fn main() {
         (Some(tolerance), _) => adaptive(&truck, &set, tolerance),
         (None, 1) => fixed(&truck, &set, 1, substeps, |f| f(0), |s, _| s),
         (None, 4) => lanes::<4>(&truck, &set, substeps),
-        (None, 8) => with_eight(Eight { truck: &truck, set: &set, substeps }),
-        (None, 16) => lanes::<16>(&truck, &set, substeps),
+        (None, 8) => with_eight(Together { truck: &truck, set: &set, substeps }),
+        (None, 16) => with_sixteen(Together { truck: &truck, set: &set, substeps }),
         (None, other) => panic!("lanes is 1, 4, 8 or 16, not {other}"),
     };
     let (points, seconds) = run();

@@ -1,11 +1,13 @@
 //! N independent numbers that go through the same arithmetic: the SIMD scalar.
 //!
 //! [`Lanes`] are plain loops over an array; the compiler turns them into vectors. Eight lanes have a
-//! scalar of their own where the processor has AVX-512 ([`with_eight`]). Every lane's bits are those
-//! of the `f64` run, whatever its neighbours hold.
+//! scalar of their own where the processor has AVX-512 ([`with_eight`]), and sixteen are two of
+//! these side by side ([`with_sixteen`]). Every lane's bits are those of the `f64` run, whatever its
+//! neighbours hold.
 
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod pair;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -165,35 +167,44 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
 }
 
-/// Eight numbers that go through the same arithmetic.
-pub trait LaneScalar: Scalar {
-    fn from_lanes(lanes: [f64; 8]) -> Self;
-    fn lanes(self) -> [f64; 8];
+/// N numbers that go through the same arithmetic.
+pub trait LaneScalar<const N: usize>: Scalar<Real = Self> {
+    fn from_lanes(lanes: [f64; N]) -> Self;
+    fn lanes(self) -> [f64; N];
 }
 
-impl LaneScalar for Lanes<8> {
-    fn from_lanes(lanes: [f64; 8]) -> Self {
+impl<const N: usize> LaneScalar<N> for Lanes<N> {
+    fn from_lanes(lanes: [f64; N]) -> Self {
         Lanes(lanes)
     }
-    fn lanes(self) -> [f64; 8] {
+    fn lanes(self) -> [f64; N] {
         self.0
     }
 }
 
-/// Work on eight lanes, whichever scalar holds them.
-pub trait EightLanes {
+/// Work on N lanes, whichever scalar holds them.
+pub trait LaneWork<const N: usize> {
     type Output;
-    fn run<S: LaneScalar>(self) -> Self::Output;
+    fn run<S: LaneScalar<N>>(self) -> Self::Output;
 }
 
 /// Runs `work` over the fastest eight lanes that the processor has; what is to be fast in it runs
 /// under [`crate::solver::vectors::widest`].
-pub fn with_eight<W: EightLanes>(work: W) -> W::Output {
+pub fn with_eight<W: LaneWork<8>>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     if crate::solver::vectors::has_avx512() {
         return work.run::<avx512::Eight>();
     }
     work.run::<Lanes<8>>()
+}
+
+/// As [`with_eight`], two groups of eight side by side.
+pub fn with_sixteen<W: LaneWork<16>>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if crate::solver::vectors::has_avx512() {
+        return work.run::<pair::Pair<avx512::Eight>>();
+    }
+    work.run::<pair::Pair<Lanes<8>>>()
 }
 
 #[cfg(test)]
@@ -235,33 +246,42 @@ mod tests {
         }
     }
 
-    struct Operations([f64; 8], [f64; 8]);
+    struct Operations<const N: usize>([f64; N], [f64; N]);
 
-    impl EightLanes for Operations {
-        type Output = Vec<[f64; 8]>;
-        fn run<S: LaneScalar>(self) -> Self::Output {
+    impl<const N: usize> LaneWork<N> for Operations<N> {
+        type Output = Vec<[f64; N]>;
+        fn run<S: LaneScalar<N>>(self) -> Self::Output {
             operations(S::from_lanes(self.0), S::from_lanes(self.1)).into_iter().map(S::lanes).collect()
         }
     }
 
-    struct Functions([f64; 8]);
+    struct Functions<const N: usize>([f64; N]);
 
-    impl EightLanes for Functions {
-        type Output = Vec<[f64; 8]>;
-        fn run<S: LaneScalar>(self) -> Self::Output {
+    impl<const N: usize> LaneWork<N> for Functions<N> {
+        type Output = Vec<[f64; N]>;
+        fn run<S: LaneScalar<N>>(self) -> Self::Output {
             functions(S::from_lanes(self.0)).into_iter().map(S::lanes).collect()
         }
+    }
+
+    /// Beside its mirror image, so that both halves of sixteen hold other numbers at each place.
+    fn twice(a: [f64; 8]) -> [f64; 16] {
+        std::array::from_fn(|k| if k < 8 { a[k] } else { a[15 - k] })
     }
 
     proptest! {
         #[test]
         fn every_operation_on_lanes_is_that_on_each_number_infinities_included(a in numbers(), b in numbers()) {
             let wide = with_eight(Operations(a, b));
+            let wider = with_sixteen(Operations(twice(a), twice(b)));
             let together = operations(Lanes(a), Lanes(b));
             for lane in 0..8 {
                 for (k, alone) in operations(a[lane], b[lane]).into_iter().enumerate() {
                     prop_assert_eq!(bits(together[k].0[lane]), bits(alone), "operation {} in lane {}", k, lane);
                     prop_assert_eq!(bits(wide[k][lane]), bits(alone), "operation {} in lane {} of eight", k, lane);
+                    for lane in [lane, 15 - lane] {
+                        prop_assert_eq!(bits(wider[k][lane]), bits(alone), "operation {} in lane {} of 16", k, lane);
+                    }
                 }
             }
         }
@@ -269,11 +289,15 @@ mod tests {
         #[test]
         fn every_function_on_lanes_is_that_on_each_number(a in proptest::array::uniform8(1e-3..700.0f64)) {
             let wide = with_eight(Functions(a));
+            let wider = with_sixteen(Functions(twice(a)));
             let together = functions(Lanes(a));
             for lane in 0..8 {
                 for (k, alone) in functions(a[lane]).into_iter().enumerate() {
                     prop_assert_eq!(together[k].0[lane].to_bits(), alone.to_bits(), "function {} in lane {}", k, lane);
                     prop_assert_eq!(wide[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of eight", k, lane);
+                    for lane in [lane, 15 - lane] {
+                        prop_assert_eq!(wider[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of 16", k, lane);
+                    }
                 }
             }
         }

@@ -4,7 +4,7 @@ mod common;
 
 use common::thesis_values;
 use hydro_core::dual::Dual;
-use hydro_core::lanes::{with_eight, EightLanes, LaneScalar, Lanes};
+use hydro_core::lanes::{with_eight, with_sixteen, LaneScalar, LaneWork, Lanes};
 use hydro_core::mast::{Extended, LiftName, Mast, Physics, Thesis, STATES};
 use hydro_core::random::Random;
 use hydro_core::scalar::Scalar;
@@ -103,14 +103,14 @@ fn in_lanes<const N: usize>(extended: bool, set: &[Member]) -> Vec<Lanes<N>> {
     lower(extended, |f| Lanes(std::array::from_fn(f)), set)
 }
 
-struct Eight<'a> {
+struct Together<'a> {
     extended: bool,
     set: &'a [Member],
 }
 
-impl EightLanes for Eight<'_> {
-    type Output = Vec<[f64; 8]>;
-    fn run<S: LaneScalar>(self) -> Self::Output {
+impl<const N: usize> LaneWork<N> for Together<'_> {
+    type Output = Vec<[f64; N]>;
+    fn run<S: LaneScalar<N>>(self) -> Self::Output {
         let number = |f: &dyn Fn(usize) -> f64| S::from_lanes(std::array::from_fn(f));
         lower(self.extended, number, self.set).into_iter().map(S::lanes).collect()
     }
@@ -151,11 +151,24 @@ fn the_fastest_eight_lanes_of_this_machine_are_any_eight_lanes() {
     for extended in [false, true] {
         let mut set = members(8, 4);
         set[2].load = f64::NAN;
-        let (fastest, any) = (with_eight(Eight { extended, set: &set }), in_lanes::<8>(extended, &set));
+        let (fastest, any) = (with_eight(Together { extended, set: &set }), in_lanes::<8>(extended, &set));
         for (fastest, any) in fastest.iter().zip(&any) {
             for lane in [0, 1, 3, 4, 5, 6, 7] {
                 assert_eq!(fastest[lane].to_bits(), any.0[lane].to_bits(), "lane {lane}");
             }
+        }
+    }
+}
+
+#[test]
+fn sixteen_lanes_are_sixteen_scalar_runs_whatever_one_of_them_holds() {
+    for extended in [false, true] {
+        let mut set = members(16, 6);
+        set[9].load = f64::NAN;
+        let together = with_sixteen(Together { extended, set: &set });
+        for (lane, member) in set.into_iter().enumerate().filter(|(lane, _)| *lane != 9) {
+            let bits: Vec<u64> = together.iter().map(|x| x[lane].to_bits()).collect();
+            assert_eq!(bits, alone(extended, member), "lane {lane}");
         }
     }
 }

@@ -92,7 +92,7 @@ fn words(value: u64) -> __m512i {
     unsafe { transmute([value; 8]) }
 }
 
-impl LaneScalar for Eight {
+impl LaneScalar<8> for Eight {
     #[inline(always)]
     fn from_lanes(lanes: [f64; 8]) -> Self {
         // SAFETY: both are 64 bytes of plain numbers.
