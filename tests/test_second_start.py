@@ -1,0 +1,66 @@
+"""Who explains nearly everything, but not all, is searched for from the start machine too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import cast
+
+import pytest
+
+from forklift.diagnosis.selection import NEARLY, _to_the_end
+from forklift.diagnosis.trial import Bench, Trial
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A trial as far as this decision needs it."""
+
+    excess: float
+    squares: float = 100.0
+    complete: bool = False
+    suspects: tuple[str, ...] = ("coupling",)
+
+
+@dataclass
+class Starts:
+    """A bench whose trials end where they are said to, from either start."""
+
+    warm: Tried
+    cold: Tried
+    asked: list[str] = field(default_factory=list)
+
+    def finish(self, trial: Trial) -> Trial:
+        return cast(Trial, self.warm)
+
+    def afresh(self, trial: Trial) -> Trial:
+        self.asked.append("start machine")
+        return cast(Trial, self.cold)
+
+
+def ended(warm: Tried, cold: Tried) -> tuple[Trial, list[str]]:
+    bench, before = Starts(warm, cold), Tried(excess=1e6)
+    found = _to_the_end(cast(Bench, bench), cast(Trial, before), cast(Trial, warm))
+    return found, bench.asked
+
+
+def test_a_search_that_ended_beside_the_place_is_begun_again():
+    there = Tried(excess=0.0, squares=120.0, complete=True)
+    found, asked = ended(Tried(excess=0.5 * NEARLY * 1e6), there)
+    assert found is there
+    assert asked
+
+
+def test_of_two_ends_that_both_leave_something_the_one_that_leaves_less_counts():
+    warm = Tried(excess=900.0)
+    found, asked = ended(warm, Tried(excess=950.0, squares=130.0))
+    assert found is warm
+    assert asked
+
+
+@pytest.mark.parametrize(
+    "warm", [Tried(excess=50.0, complete=True), Tried(excess=2.0 * NEARLY * 1e6)], ids=["all", "too little"]
+)
+def test_what_explains_everything_or_clearly_not_is_left_as_it_ended(warm):
+    found, asked = ended(warm, Tried(excess=0.0, complete=True))
+    assert found is warm
+    assert not asked
