@@ -32,7 +32,7 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     what = [] if found.causes else [_nothing(found, told), _tested(told)]
     for cause, row in zip(found.causes, told["causes"], strict=True):
         what += [_what(found, cause, row), _sure(found, told, cause, row)]
-    where = [_where(told)] if told["location"] else []
+    where = [_where(found, told)] if told["location"] else []
     return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(found, told)]
 
 
@@ -127,10 +127,11 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
     )
 
 
-def _where(told: Mapping[str, Any]) -> Fact:
+def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     location = told["location"]
     where = words.EQUATIONS[location["equation"]]
-    details = [_most(location["signal"], bool(told["causes"]) and told["causes"][0]["kind"] not in ENTERED)]
+    velocity = bool(told["causes"]) and told["causes"][0]["kind"] not in ENTERED and not found.final.foretold
+    details = [_most(location["signal"], velocity)]
     telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
     details += [
         "Found without knowing any cause: beyond the fitted truck, something unseen acts on the "
@@ -164,6 +165,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
         law = "Its law is uncertain: the place is right, but something is left over."
     elif row["kind"] in ENTERED:
         law = "With it nothing but the sensors' noise is left over."
+    elif found.final.foretold:
+        law = "Nothing but noise is left over, as without it: these recordings tell little of its law."
     else:
         law = (
             "Nothing but the sensors' noise is left over: its law is right as far as these recordings tell"
