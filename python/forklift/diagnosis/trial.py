@@ -40,6 +40,8 @@ OVER_ALL = replace(STAGES[-1], evaluations=4)
 LESS = 0.95
 """Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
 be quicker than the model without it."""
+TWICE = 2.0
+"""Recordings held out may feel the substeps this many times as much as those that were fitted."""
 MUCH = 0.2
 """Share of what was left over that one start may leave without another being tried."""
 ALIKE = 0.5
@@ -272,6 +274,9 @@ class Bench:
     def _finer(self, trial: Trial) -> Trial:
         """The same with shorter substeps, if what is left over is the simulation's own error."""
         problem = trial.found.problem.weighted(trial.found.problem.sigma, FINEST.substeps)
+        worth = (1.0 - np.sqrt(LESS)) * np.sqrt(trial.worst.mean_square)
+        if TWICE * self._apart(trial.found, problem) <= worth:
+            return trial
         exact = self._judged(
             trial.suspects,
             replace(trial.found, problem=problem),
@@ -285,6 +290,18 @@ class Bench:
         return self._judged(
             trial.suspects, _after(trial.found, found), trial.costs, early=trial.early, finished=True
         )
+
+    def _apart(self, found: Found, finer: Problem) -> float:
+        """How far shorter substeps move what the model says of a recording that was fitted, at most: root of
+        the mean square over a channel, in units of its sensor's noise."""
+        pairs = zip(found.problem.values(found.x), finer.values(found.x), strict=True)
+        moved = [
+            float(np.sqrt(np.mean((said - other[name]) ** 2))) / self.sensors[name].noise
+            for one, other in pairs
+            for name, said in one.items()
+            if len(said)
+        ]
+        return max(moved, default=0.0)
 
     def without(self, suspect: Suspect, trial: Trial) -> Trial:
         """The same trial without one of its suspects, from where it ended."""

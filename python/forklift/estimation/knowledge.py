@@ -135,11 +135,11 @@ def widening(problem: Problem, x: Floats) -> dict[str, float]:
     encoder's softness takes up what is left over there, and is not widened.
     """
     correlations: dict[str, list[Floats]] = {}
-    for at, sample in zip(problem.linearise(x), problem.samples, strict=True):
+    for residuals, sample in zip(problem.residuals(x), problem.samples, strict=True):
         for seen in sample.observed:
             if seen.sensor.count:
                 continue
-            residual = at.residual[seen.sensor.channel]
+            residual = residuals[seen.sensor.channel]
             white = ljung_box(residual)
             quiet = white is None or white > COLOURED
             found = np.zeros(problem.lags) if quiet else _autocorrelation(residual, problem.lags)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,7 +82,7 @@ class Sample:
         own[self.free] += self.width[self.free] * phi
         return own
 
-    @property
+    @cached_property
     def free(self) -> NDArray[np.intp]:
         """Which of `OWN` are unknown."""
         return np.flatnonzero(self.width)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from math import inf, sqrt
 
@@ -44,7 +45,7 @@ class PlantSample:
     most: Floats
     observed: tuple[Observed, ...]
 
-    @property
+    @cached_property
     def free(self) -> NDArray[np.intp]:
         """Which of its own are unknown."""
         return np.flatnonzero(self.width)
