@@ -129,18 +129,24 @@ def _settled(
 
 
 def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:
-    """There, each recording's own unknowns half as far as often as it is explained worse there than at x.
+    """There, each recording's own unknowns half as far as often as it is explained worse there than at x, or
+    better half-way.
 
-    Far from a recording its robust residuals bend, and a straight step goes too far.
+    Far from a recording its robust residuals bend, and a straight step goes too far: where it ends as far off
+    on the other side, steps would go to and fro.
     """
-    before = _squares(problem, x)
+    before, squares = _squares(problem, x), _squares(problem, there)
     for _ in range(HALVINGS):
-        worse = _squares(problem, there) > before
-        if not worse.any():
+        half = there.copy()
+        half[problem.starts[0] :] = 0.5 * (x + there)[problem.starts[0] :]
+        halved = _squares(problem, half)
+        nearer = (squares > before) | (halved < squares)
+        if not nearer.any():
             break
-        for k in np.flatnonzero(worse):
+        for k in np.flatnonzero(nearer):
             own = slice(problem.starts[k], problem.starts[k + 1])
-            there[own] = x[own] + 0.5 * (there[own] - x[own])
+            there[own] = half[own]
+            squares[k] = halved[k]
     return there
 
 
