@@ -125,6 +125,21 @@ def test_another_shape_is_uncertain_or_unknown_at_the_right_place():
     assert not judging.judge(result(answer=elsewhere, **other), {})["right"]
 
 
+def test_another_shape_counts_as_the_effect_at_its_equation_that_imitates_it_best():
+    given = result(
+        answer={"location": at("valve-dynamics"), "causes": [cause("valve_delay", form="uncertain")]},
+        causes=["valve_lag"],
+        equations=["valve-dynamics"],
+        form="uncertain",
+    )
+    given["concealed"][0]["law"] = "valve_lag__rate_limit"
+    row = {"hidden": False, "alike": [], "next": {"sensor_lag": 50.0, "valve_delay": 60.0, "valve_lag": 70.0}}
+    assert judging.judge(given, {"laws": {"free/valve_lag__rate_limit/2": row}})["right"]
+    row["next"] = {"valve_lag": 70.0, "valve_delay": 80.0}
+    assert not judging.judge(given, {"laws": {"free/valve_lag__rate_limit/2": row}})["right"]
+    assert not judging.judge(given, {})["right"]
+
+
 def test_complete_trucks_and_refusals():
     truth = dict(verdicts=["no-mismatch"], causes=[], lift="", equations=[], form="")
     assert judging.judge(result(answer={"verdict": "no-mismatch", "location": None}, **truth), {})["right"]
