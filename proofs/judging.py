@@ -19,10 +19,8 @@ def judge(result, separable):
         return whole(answer["verdict"] in (["no-mismatch"] if hidden else truth["verdicts"]), hidden)
     # With what has one cause each recording cannot part it from: any of them is right.
     groups = [{cause} for cause in truth["causes"]]
-    for group, one, concealed in zip(groups, known, result["concealed"], strict=False):
+    for group, one in zip(groups, known, strict=False):
         group.update(one.get("alike", ()))
-        if "__" in concealed["law"]:
-            group.update(nearest(one, truth["equations"]))
     if result["case"] in EITHER:
         groups = [set().union(*groups)]
     named = [cause["id"] for cause in answer["causes"]]
@@ -60,12 +58,6 @@ def separability(lift, concealed, separable):
     return laws.get(f"{lift}/{name}/{points:g}", {})
 
 
-def nearest(known, equations):
-    """The effect at these equations that imitates a law of another shape best: it may be named after that one
-    as well as after another, as a limited rate after a lag, and a dead time imitates it better."""
-    return [one for one in known.get("next", {}) if EQUATIONS[one] in equations][:1]
-
-
 def verdicts(told, groups):
     """The right ones, with those of what the cause cannot be parted from."""
     right = set(told)
@@ -85,17 +77,21 @@ def form(truth, answer, known):
     return truth["form"] in ("", *told)
 
 
-def amplitude(result):
-    """The concealed amplitude and the interval told for it."""
+def amplitudes(result):
+    """Each concealed amplitude, and the interval told for it if its effect was named."""
     told = {one["name"]: one for cause in result["answer"]["causes"] for one in cause["parameters"]}
-    words = []
     for concealed in result["concealed"]:
         parameter, value = next(iter(concealed["values"].items()))
         ends = [one for name, one in told.items() if name.endswith(f"{concealed['law']}.{parameter}")]
-        words.append(
-            f"{value:.3g}" + (f" in {ends[0]['lower']:.3g} … {ends[0]['upper']:.3g}" if ends else "")
-        )
-    return "; ".join(words)
+        yield value, (ends[0]["lower"], ends[0]["upper"]) if ends else None
+
+
+def amplitude(result):
+    """The same in words."""
+    return "; ".join(
+        f"{value:.3g}" + (f" in {ends[0]:.3g} … {ends[1]:.3g}" if ends else "")
+        for value, ends in amplitudes(result)
+    )
 
 
 def table(results, separable):
@@ -121,16 +117,16 @@ def table(results, separable):
         )
         kind = result["case"].partition("-")[0]
         asked = result["concealed"][0]["asked"] if kind == "effects" else None
-        totals.setdefault((kind, asked), []).append(judged)
+        inside = [ends[0] <= value <= ends[1] for value, ends in amplitudes(result) if ends]
+        totals.setdefault((kind, asked), []).append(judged | {"told": len(inside), "inside": sum(inside)})
     lines += [
         "",
-        "| set | points | cases | verdict | equation | cause | right | hidden |",
-        "|---|---:|" + 6 * "---:|",
+        "| set | points | cases | verdict | equation | cause | right | hidden | intervals | hold truth |",
+        "|---|---:|" + 8 * "---:|",
     ]
     for (kind, asked), judged in totals.items():
-        counts = [
-            sum(one[key] for one in judged) for key in ("verdict", "equation", "cause", "right", "hidden")
-        ]
+        parts = ("verdict", "equation", "cause", "right", "hidden", "told", "inside")
+        counts = [sum(one[key] for one in judged) for key in parts]
         lines.append(
             f"| {kind} | {'' if asked is None else f'{asked:g}'} | {len(judged)} | "
             + " | ".join(str(count) for count in counts)

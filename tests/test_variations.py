@@ -125,21 +125,6 @@ def test_another_shape_is_uncertain_or_unknown_at_the_right_place():
     assert not judging.judge(result(answer=elsewhere, **other), {})["right"]
 
 
-def test_another_shape_counts_as_the_effect_at_its_equation_that_imitates_it_best():
-    given = result(
-        answer={"location": at("valve-dynamics"), "causes": [cause("valve_delay", form="uncertain")]},
-        causes=["valve_lag"],
-        equations=["valve-dynamics"],
-        form="uncertain",
-    )
-    given["concealed"][0]["law"] = "valve_lag__rate_limit"
-    row = {"hidden": False, "alike": [], "next": {"sensor_lag": 50.0, "valve_delay": 60.0, "valve_lag": 70.0}}
-    assert judging.judge(given, {"laws": {"free/valve_lag__rate_limit/2": row}})["right"]
-    row["next"] = {"valve_lag": 70.0, "valve_delay": 80.0}
-    assert not judging.judge(given, {"laws": {"free/valve_lag__rate_limit/2": row}})["right"]
-    assert not judging.judge(given, {})["right"]
-
-
 def test_complete_trucks_and_refusals():
     truth = dict(verdicts=["no-mismatch"], causes=[], lift="", equations=[], form="")
     assert judging.judge(result(answer={"verdict": "no-mismatch", "location": None}, **truth), {})["right"]
@@ -152,7 +137,17 @@ def test_complete_trucks_and_refusals():
 def test_the_table_has_a_line_for_each_case_and_totals():
     text = judging.table([result(answer=RIGHT), result(answer=RIGHT | {"causes": []})], {})
     assert text.count("effects-leakage-2") == 2
-    assert "| effects | 2 | 2 | 2 | 2 | 1 | 1 | 0 |" in text
+    assert "| effects | 2 | 2 | 2 | 2 | 1 | 1 | 0 | 0 | 0 |" in text
+
+
+def test_the_table_counts_the_intervals_that_hold_the_truth():
+    def told(lower, upper):
+        ends = {"name": "free.leakage.coefficient", "lower": lower, "upper": upper}
+        return result(answer=RIGHT | {"causes": [cause("leakage") | {"parameters": [ends]}]})
+
+    text = judging.table([told(9e-13, 1.1e-12), told(1.1e-12, 1.2e-12), result(answer=RIGHT)], {})
+    assert "1e-12 in 9e-13 … 1.1e-12" in text
+    assert text.splitlines()[-1].endswith("| 3 | 0 | 2 | 1 |")
 
 
 def test_an_amplitude_costs_what_is_asked():

@@ -137,8 +137,7 @@ def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:
     """
     before, squares = _squares(problem, x), _squares(problem, there)
     for _ in range(HALVINGS):
-        half = there.copy()
-        half[problem.starts[0] :] = 0.5 * (x + there)[problem.starts[0] :]
+        half = 0.5 * (x + there)
         halved = _squares(problem, half)
         nearer = (squares > before) | (halved < squares)
         if not nearer.any():

@@ -1,0 +1,69 @@
+"""Shorter substeps are judged, which takes seconds, only where they move what the model says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from forklift.diagnosis.trial import LESS, TWICE, Bench, Trial
+
+NOISE = 0.5
+WORST = 1.3
+"""Mean square of the worst channel."""
+ENOUGH = (1.0 - LESS**0.5) * WORST**0.5 / TWICE
+"""A move of what the model says, in units of the noise, that may bring the worst channel below that share."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """A problem as far as this decision needs it: one recording with a channel, and one that is empty."""
+
+    substeps: int = 4
+    moved: float = 0.0
+
+    sigma = {"pressure": NOISE}  # noqa: RUF012
+
+    def weighted(self, sigma: Any, substeps: int) -> Said:
+        return Said(substeps, self.moved)
+
+    def values(self, x: Any) -> list[dict[str, np.ndarray]]:
+        off = self.moved * NOISE if self.substeps > 4 else 0.0
+        return [{"pressure": np.linspace(0.0, 9.0, 50) + off, "position": np.empty(0)}]
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a search ended."""
+
+    problem: Said
+    x: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Judging(Bench):
+    """A bench that notes with how many substeps it judges, and finds nothing better."""
+
+    judged_with: list[int] = field(default_factory=list)
+
+    def _judged(self, suspects: Any, found: Any, costs: Any, **how: Any) -> Trial:
+        self.judged_with.append(found.problem.substeps)
+        return ended(found.problem)
+
+
+def ended(problem: Said) -> Trial:
+    worst = SimpleNamespace(mean_square=WORST)
+    parts = dict(suspects=(), found=Found(problem), costs=(0.0, 0.0), early=None, worst=worst)
+    return cast(Trial, SimpleNamespace(**parts))
+
+
+@pytest.mark.parametrize(("moved", "judged"), [(0.99 * ENOUGH, []), (1.01 * ENOUGH, [32])])
+def test_shorter_substeps_are_judged_where_they_could_matter(moved, judged):
+    sensors: Any = {"pressure": SimpleNamespace(noise=NOISE)}
+    bench = Judging(cast(Any, None), cast(Any, None), sensors)
+    trial = ended(Said(moved=moved))
+    assert bench._finer(trial) is trial
+    assert bench.judged_with == judged
