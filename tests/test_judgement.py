@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forklift.estimation.judgement import settled
+from forklift.estimation.judgement import Judged, settled
 from forklift.estimation.least_squares import Linearised
+from forklift.estimation.sensors import Sensor
 
 
 @dataclass(frozen=True)
@@ -65,3 +66,29 @@ def test_no_recording_ends_further_off_than_it_began(truth, steep):
     problem = Bent(np.array(truth), steep)
     found = settled(problem, np.zeros(0), far=0.3, moves=4)
     assert np.all(np.abs(found - problem.truth) <= np.maximum(np.abs(problem.truth), 0.3) + 1e-9)
+
+
+def drawn(correlation, size):
+    """4000 channels of noise, its deviation `size` times the sensor's, judged."""
+    random = np.random.default_rng(7)
+    noise = random.standard_normal((4000, 600))
+    for k in range(1, 600):
+        noise[:, k] = correlation * noise[:, k - 1] + np.sqrt(1.0 - correlation**2) * noise[:, k]
+    sensor, rows = Sensor("pressure", 1.0, 0.0, correlation), np.arange(600)
+    return [
+        Judged(
+            "", "validate", "", "pressure", 600, float(np.mean(left**2)), None, rows, left,
+            sensor.independent, correlation > 0.0,
+        )
+        for left in size * noise
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8187, 0.95])
+def test_noise_alone_however_slow_is_explained(correlation):
+    assert np.mean([not one.explained for one in drawn(correlation, 1.0)]) < 2e-3
+
+
+@pytest.mark.parametrize(("correlation", "size"), [(0.0, 1.25), (0.5, 1.3), (0.8187, 1.6)])
+def test_more_than_the_noise_is_not(correlation, size):
+    assert np.mean([one.explained for one in drawn(correlation, size)]) < 0.01

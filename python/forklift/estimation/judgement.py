@@ -27,6 +27,9 @@ Floats = NDArray[np.float64]
 
 AT_NOISE = 1.2
 """Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n)."""
+BY_CHANCE = 4.0
+"""How many times √(2/n) slow noise may leave over one: its independent samples are so few that the bound for
+white noise lies within what many a channel leaves by chance."""
 LAGS = 25
 """Of the Ljung–Box test."""
 ROUNDING = sqrt(3.0)
@@ -63,13 +66,22 @@ class Judged:
 
     independent: float = 1.0
     """Share of the samples whose noise is independent: an encoder at rest is rounded once."""
+    slow: bool = False
+    """Whether the noise is correlated from one sample to the next."""
     blocks: int = 1
     """How many stretches of the recording err independently."""
 
     @property
+    def bound(self) -> float:
+        """Mean square up to which nothing is left over that the sensor's noise does not explain."""
+        scatter = sqrt(2.0 / (self.samples * self.independent))
+        white = AT_NOISE * (1.0 + scatter)
+        return max(white, 1.0 + BY_CHANCE * scatter) if self.slow else white
+
+    @property
     def explained(self) -> bool:
         """Whether nothing is left over that the sensor's noise does not explain."""
-        return self.mean_square <= AT_NOISE * (1.0 + sqrt(2.0 / (self.samples * self.independent)))
+        return self.mean_square <= self.bound
 
     @property
     def excess(self) -> float:
@@ -193,6 +205,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
                 seen.rows,
                 left,
                 _stretches(seen.values) / len(left) if sensor.count else sensor.independent,
+                bool(sensor.correlation) and not sensor.count,
                 sample.recording.blocks,
             )
         )
