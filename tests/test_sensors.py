@@ -167,6 +167,7 @@ def test_the_size_of_coloured_noise_is_told_from_short_rests(rho, rest):
     for sensor in sensors(recordings).values():
         assert sensor.noise == pytest.approx(noise, rel=0.25 if rho >= 0.8 else 0.12)
         assert sensor.correlation == pytest.approx(rho, abs=0.08)
+        assert abs((sensor.noise / noise) ** 2 - 1.0) <= 3.0 * sensor.unsure if rho else sensor.unsure == 0.0
 
 
 def test_slow_noise_has_more_together_and_fewer_independent_samples():

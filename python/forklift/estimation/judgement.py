@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,8 +28,8 @@ Floats = NDArray[np.float64]
 AT_NOISE = 1.2
 """Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n)."""
 BY_CHANCE = 4.0
-"""How many times √(2/n) slow noise may leave over one: its independent samples are so few that the bound for
-white noise lies within what many a channel leaves by chance."""
+"""How many of its deviations the mean square of slow noise may lie above one. Its independent samples are so
+few, and its size is known so badly, that the bound for white noise lies within what many a channel leaves."""
 LAGS = 25
 """Of the Ljung–Box test."""
 ROUNDING = sqrt(3.0)
@@ -66,8 +66,8 @@ class Judged:
 
     independent: float = 1.0
     """Share of the samples whose noise is independent: an encoder at rest is rounded once."""
-    slow: bool = False
-    """Whether the noise is correlated from one sample to the next."""
+    unsure: float = 0.0
+    """Of slow noise the standard deviation of its variance, as a share of it."""
     blocks: int = 1
     """How many stretches of the recording err independently."""
 
@@ -76,7 +76,7 @@ class Judged:
         """Mean square up to which nothing is left over that the sensor's noise does not explain."""
         scatter = sqrt(2.0 / (self.samples * self.independent))
         white = AT_NOISE * (1.0 + scatter)
-        return max(white, 1.0 + BY_CHANCE * scatter) if self.slow else white
+        return max(white, 1.0 + BY_CHANCE * hypot(scatter, self.unsure)) if self.unsure else white
 
     @property
     def explained(self) -> bool:
@@ -205,7 +205,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
                 seen.rows,
                 left,
                 _stretches(seen.values) / len(left) if sensor.count else sensor.independent,
-                bool(sensor.correlation) and not sensor.count,
+                sensor.unsure,
                 sample.recording.blocks,
             )
         )

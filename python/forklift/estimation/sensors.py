@@ -58,6 +58,8 @@ COLOURED = 1.2
 """Noise at rest is coloured if its variance is this many times the white part's. It is a property of a kind
 of sensor: the least correlation of all channels of a unit counts, and of one channel alone none, since a lift
 that leaks moves before it is commanded to."""
+MEDIAN_EFFICIENCY = 0.637
+"""2/π: of how many samples' mean the median of them is as good."""
 MOST_CORRELATED = 0.9
 """Slower than this, short rests cannot tell it from drift."""
 
@@ -76,6 +78,9 @@ class Sensor:
     """Step of an encoder that rounds down, in the channel's unit; 0 where it is none."""
     correlation: float = 0.0
     """ρ of its noise from one sample to the next, that of ρᵏ over k samples; 0 if it is white."""
+    unsure: float = 0.0
+    """Standard deviation of the noise's variance as a share of it: what short rests leave open of slow noise;
+    that of white noise is told by every sample."""
 
     @property
     def independent(self) -> float:
@@ -101,9 +106,10 @@ def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
     return {name: _coloured(sensor, colours) for name, sensor in found.items()}
 
 
-def _colours(recordings: Iterable[Recording], found: Mapping[str, Sensor]) -> dict[str, float]:
-    """By unit, from one sample to the next the correlation of noise at rest: at least 0."""
-    colours: dict[str, list[float]] = {}
+def _colours(recordings: Iterable[Recording], found: Mapping[str, Sensor]) -> dict[str, tuple[float, int]]:
+    """By unit, from one sample to the next the correlation of noise at rest, at least 0; and how many samples
+    of a channel tell it."""
+    colours: dict[str, list[tuple[float, int]]] = {}
     for channel, sensor in found.items():
         if sensor.count:
             continue
@@ -117,7 +123,8 @@ def _colours(recordings: Iterable[Recording], found: Mapping[str, Sensor]) -> di
         if at_rest:
             ratio = float(np.median([np.var(values, ddof=1) for values in at_rest])) / sensor.noise**2
             length = int(np.median([len(values) for values in at_rest]))
-            colours.setdefault(channels()[channel]["unit"], []).append(correlation(ratio, length))
+            told = correlation(ratio, length), sum(map(len, at_rest))
+            colours.setdefault(channels()[channel]["unit"], []).append(told)
     return {unit: min(found) for unit, found in colours.items() if len(found) > 1}
 
 
@@ -146,11 +153,12 @@ def _first_command(recording: Recording) -> int:
     return int(open_at[0]) if len(open_at) else len(recording)
 
 
-def _coloured(sensor: Sensor, colours: Mapping[str, float]) -> Sensor:
-    rho = colours.get(channels()[sensor.channel]["unit"], 0.0)
+def _coloured(sensor: Sensor, colours: Mapping[str, tuple[float, int]]) -> Sensor:
+    rho, samples = colours.get(channels()[sensor.channel]["unit"], (0.0, 0))
     if sensor.count or not rho:
         return sensor
-    return replace(sensor, noise=sensor.noise / sqrt(_left(rho)), correlation=rho)
+    slow = replace(sensor, noise=sensor.noise / sqrt(_left(rho)), correlation=rho)
+    return replace(slow, unsure=sqrt(2.0 / (MEDIAN_EFFICIENCY * samples * slow.independent)))
 
 
 def _left(rho: float) -> float:
