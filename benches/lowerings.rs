@@ -79,8 +79,9 @@ impl<S: Scalar> Work for Block<'_, S> {
         self.out[0] = point(self.fixed.lift(0));
         for (k, &u) in self.command.iter().enumerate() {
             self.fixed.mast.command = [u];
-            for _ in 0..self.substeps {
-                self.fixed.substep();
+            let then = self.command.get(k + 1).copied().unwrap_or(u);
+            for left in (0..self.substeps).rev() {
+                self.fixed.substep(Some([if left > 0 { u } else { then }]));
             }
             self.out[k + 1] = point(self.fixed.lift(0));
         }

@@ -83,6 +83,19 @@ lift_states! {
     a_comp: "compensator_area", "m2", 1e-5, "opening of the compensator";
 }
 
+impl<S: Copy> LiftState<S> {
+    /// That of its valve.
+    #[inline(always)]
+    pub fn valve(&self) -> ValveState<S> {
+        ValveState { i: self.i, rate: self.i_rate, bristle: self.i_bristle }
+    }
+
+    #[inline(always)]
+    pub fn set_valve(&mut self, valve: ValveState<S>) {
+        (self.i, self.i_rate, self.i_bristle) = (valve.i, valve.rate, valve.bristle);
+    }
+}
+
 /// Number of states of one lift.
 pub const STATES: usize = LIFT_STATES.len();
 /// Place of the position among them.
@@ -257,6 +270,8 @@ pub trait Physics<S: Scalar>: Clone {
     type Ports: Ports<S>;
     /// True where the lifts' accelerations may be joined.
     const JOINED: bool;
+    /// True where nothing comes between the command and the valve.
+    const COMMAND_AS_GIVEN: bool;
     /// How many states the effects own.
     fn states(&self) -> usize;
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Self::Ports; L], S);
@@ -283,6 +298,7 @@ pub struct Thesis;
 impl<S: Scalar> Physics<S> for Thesis {
     type Ports = Closed;
     const JOINED: bool = false;
+    const COMMAND_AS_GIVEN: bool = true;
     #[inline(always)]
     fn states(&self) -> usize {
         0
@@ -349,6 +365,7 @@ impl<S: Scalar> Extended<S> {
 impl<S: Scalar> Physics<S> for Extended<S> {
     type Ports = Open<S>;
     const JOINED: bool = true;
+    const COMMAND_AS_GIVEN: bool = false;
     // None of these is inlined: the whole catalogue would be compiled into every call, for every kind of vectors.
     fn states(&self) -> usize {
         self.terms.iter().map(|(_, n)| n).sum()
@@ -502,7 +519,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
         for k in 0..L {
             let (lift, s) = (&self.lifts[k], &lifts[k]);
             let command = ports[k].current(self.command[k]);
-            let valve = lift.valve.rates(ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle }, command);
+            let valve = lift.valve.rates(s.valve(), command);
             let (dp_a, dp_b, da_comp) = lift.oil_rates(s, &ports[k]);
             LiftState {
                 i: valve.i,

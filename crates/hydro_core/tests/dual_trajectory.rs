@@ -170,7 +170,7 @@ fn run<S: Scalar, X: Physics<S>, const L: usize>(
     for &u in &scene.command[..scene.command.len() - 1] {
         fixed.mast.set_inputs(commands(u), temperature);
         for _ in 0..SUBSTEPS {
-            fixed.substep();
+            fixed.substep(None);
         }
         let end = states.len();
         states.resize(end + dim, S::zero());

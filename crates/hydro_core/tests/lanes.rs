@@ -59,10 +59,12 @@ impl<S: Scalar, X: Physics<S>> Work for Lower<S, X> {
     type Output = Vec<S>;
     #[inline(always)]
     fn run(mut self) -> Vec<S> {
-        for u in &self.command {
+        for (k, u) in self.command.iter().enumerate() {
             self.fixed.mast.set_inputs(*u, self.temperature);
-            for _ in 0..SUBSTEPS {
-                self.fixed.substep();
+            for left in (0..SUBSTEPS).rev() {
+                // The next command is told in time in two ticks of three.
+                let then = if left > 0 { Some(u) } else { self.command.get(k + 1).filter(|_| k % 3 > 0) };
+                self.fixed.substep(then.copied());
             }
         }
         let mut x = vec![S::zero(); self.fixed.mast.dim()];

@@ -175,7 +175,9 @@ where
             }
             std::mem::swap(&mut before, &mut after);
             fixed.mast.physics.at_time(t + 0.5 * grid.h);
-            fixed.substep();
+            let then = grid.input_at(j + 1, at);
+            let following = if then == at { fixed.mast.command } else { held_on(then).0 };
+            fixed.substep(Some(following));
             fixed.write(&mut after);
             j += 1;
             if let Some(state) = after.iter().position(|x| x.is_finite().not().any()) {

@@ -84,6 +84,14 @@ struct Oil<S> {
     q_a: S,
 }
 
+/// Where the valve of a lift stands at the end of a substep.
+#[derive(Debug, Clone, Copy)]
+struct Opened<S> {
+    state: ValveState<S>,
+    /// By its table [m²].
+    area: S,
+}
+
 /// The mast on its way, substep after substep.
 #[derive(Debug, Clone)]
 pub struct Fixed<S, X, const L: usize> {
@@ -97,6 +105,8 @@ pub struct Fixed<S, X, const L: usize> {
     own_rates: Vec<Past<S>>,
     history: [History<S>; L],
     valve: [ValveStep<S>; L],
+    /// The valves at the end of the coming substep, if its commands were known in time.
+    ahead: Option<[Opened<S>; L]>,
     gains: [Gains<S>; L],
     h: f64,
     valve_steps: usize,
@@ -144,6 +154,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             own_rates,
             history,
             valve,
+            ahead: None,
             gains,
             h,
             valve_steps,
@@ -187,9 +198,11 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         }
     }
 
-    /// One substep under the mast's present inputs.
+    /// One substep under the mast's present inputs. `after` are the commands of the one that follows, if they are
+    /// known; the mast must then have them. Where nothing comes between a command and its valve, a single number's
+    /// valve moves on while this substep's pressures are awaited, which saves time and changes no bit.
     #[inline(always)]
-    pub fn substep(&mut self) {
+    pub fn substep(&mut self, after: Option<[S; L]>) {
         let row = self.substeps.min(WEIGHTS.len() - 1);
         let weights = &WEIGHTS[row];
         if self.substeps == row {
@@ -210,9 +223,17 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         }
         self.mast.physics.relax(&self.mast.bus(self.lifts), &ahead, h, &mut self.own);
         let (ports, _) = self.mast.physics.ports(&ahead, &self.own);
+        let known = self.ahead.take();
+        let mut opened = [Opened { state: self.lifts[0].valve(), area: S::zero() }; L];
+        for k in 0..L {
+            opened[k] = match &known {
+                Some(ahead) => ahead[k],
+                None => self.opened(k, self.lifts[k].valve(), ports[k].current(self.mast.command[k])),
+            };
+        }
         let mut oil = [Oil { stiffness: S::zero(), q_a: S::zero() }; L];
         for k in 0..L {
-            oil[k] = self.advance_oil(k, &mut moved[k], &ports[k], weights);
+            oil[k] = self.advance_oil(k, &mut moved[k], opened[k], &ports[k], weights);
         }
         // The rates at the prediction, and the correction with them.
         let bus = self.mast.bus(moved);
@@ -225,6 +246,13 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             (force[k], z_rate[k]) = self.mast.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k]);
         }
         let acceleration = self.mast.accelerations(force, &ports, joint);
+        if let (Some(after), true) = (after, X::COMMAND_AS_GIVEN && S::NUMBERS == 1) {
+            let mut ahead = opened;
+            for k in 0..L {
+                ahead[k] = self.opened(k, opened[k].state, after[k]);
+            }
+            self.ahead = Some(ahead);
+        }
         for k in 0..L {
             let (stop, old, past) = (self.mast.lifts[k].stop, &self.lifts[k], &mut self.history[k]);
             let s = &mut moved[k];
@@ -270,17 +298,30 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         s.p_b = past.p_b.onward(self.newest);
     }
 
-    /// Valve and pressures of lift `k` after its predicted motion.
+    /// The valve of lift `k` a substep after `from`, under a command [A].
     #[inline(always)]
-    fn advance_oil(&mut self, k: usize, s: &mut LiftState<S>, ports: &X::Ports, weights: &Weights) -> Oil<S> {
+    fn opened(&self, k: usize, from: ValveState<S>, command: S) -> Opened<S> {
+        let mut state = from;
+        for _ in 0..self.valve_steps {
+            state = self.valve[k].advance(state, command);
+        }
+        Opened { state, area: self.mast.lifts[k].table.at(state.i) }
+    }
+
+    /// Pressures of lift `k` after its predicted motion and that of its valve.
+    #[inline(always)]
+    fn advance_oil(
+        &mut self,
+        k: usize,
+        s: &mut LiftState<S>,
+        opened: Opened<S>,
+        ports: &X::Ports,
+        weights: &Weights,
+    ) -> Oil<S> {
         let (lift, past, h) = (&self.mast.lifts[k], &mut self.history[k], S::constant(self.h));
         let (newest, new) = (self.newest, next(self.newest));
-        let (gains, command) = (&self.gains[k], ports.current(self.mast.command[k]));
-        let mut valve = ValveState { i: s.i, rate: s.i_rate, bristle: s.i_bristle };
-        for _ in 0..self.valve_steps {
-            valve = self.valve[k].advance(valve, command);
-        }
-        (s.i, s.i_rate, s.i_bristle) = (valve.i, valve.rate, valve.bristle);
+        let gains = &self.gains[k];
+        s.set_valve(opened.state);
 
         // E/V at the extrapolated pressure: it changes by less than a percent per substep.
         let stiffness = lift.cylinder_stiffness(s.p_a, s.x, ports);
@@ -298,7 +339,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             orifice_b,
             c2_a: orifice_a.critical_squared(nu),
             c2_b: orifice_b.critical_squared(nu),
-            opening: lift.opening(s.i, ports),
+            opening: ports.opening(opened.area),
             p_a_free,
             p_in_free: ports.inlet_pressure(p_a_free),
             kappa,
