@@ -33,12 +33,24 @@ def time_at(rows: list[Row], method: str, error: float) -> float | None:
     Between two tolerances of a family it is interpolated, logarithm upon logarithm; looser than a family's
     loosest its loosest counts. None where no family is as accurate.
     """
-    families: dict[str, list[Row]] = {}
+    times = [_family_time(family, error) for family in families(rows, method).values()]
+    return min((time for time in times if time is not None), default=None)
+
+
+def families(rows: list[Row], method: str) -> dict[str, list[Row]]:
+    """A method's rows by what they share: the setting but its tolerance or substeps, which it names last."""
+    found: dict[str, list[Row]] = {}
     for row in rows:
         if row.method == method:
-            families.setdefault(row.setting.rsplit(", rtol", 1)[0], []).append(row)
-    times = [_family_time(family, error) for family in families.values()]
-    return min((time for time in times if time is not None), default=None)
+            found.setdefault(row.setting.rpartition(", ")[0], []).append(row)
+    return found
+
+
+def ratios_at(rows: list[Row], method: str, error: float) -> dict[str, float]:
+    """How many times as fast as CVODE each family of a method reaches this median error of v [m/s]."""
+    times = {name: _family_time(family, error) for name, family in families(rows, method).items()}
+    best = time_at(rows, CVODE, error)
+    return {name: best / time for name, time in times.items() if best is not None and time is not None}
 
 
 def _family_time(family: list[Row], error: float) -> float | None:
