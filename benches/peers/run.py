@@ -159,7 +159,7 @@ def main() -> None:
     parser.add_argument("--ours", help="program that integrates a lowerings file with this package's core")
     parser.add_argument("--n", type=int, default=64, help="lowerings")
     parser.add_argument("--seed", type=int, default=2017)
-    parser.add_argument("--repeats", type=int, default=15, help="of each compiled peer")
+    parser.add_argument("--repeats", type=int, default=7, help="of each compiled peer")
     parser.add_argument("--slow", type=int, default=4, help="lowerings for the slow peers")
     parser.add_argument("--witness", type=int, default=2, help="lowerings the witness checks")
     args = parser.parse_args()
