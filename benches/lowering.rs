@@ -30,10 +30,11 @@ impl<S: Scalar> Work for Lowering<S> {
     type Output = S;
     #[inline(always)]
     fn run(mut self) -> S {
-        for &u in &self.command {
+        for (k, &u) in self.command.iter().enumerate() {
             self.fixed.mast.set_inputs([S::constant(u)], S::constant(40.0));
-            for _ in 0..SUBSTEPS {
-                self.fixed.substep();
+            let then = self.command.get(k + 1).copied().unwrap_or(u);
+            for left in (0..SUBSTEPS).rev() {
+                self.fixed.substep(Some([S::constant(if left > 0 { u } else { then })]));
             }
         }
         self.fixed.lift(0).x
