@@ -29,7 +29,7 @@ SETTINGS: dict[str, dict[str, float]] = {
 def ours(lowerings: Lowerings, setting: dict[str, float], program: str) -> tuple[np.ndarray, float]:
     """Run `program LOWERINGS TRAJECTORIES name=value ...`; x, v, p_A, p_B at each tick, and the seconds.
 
-    The seconds are what the program itself writes: processor time of one core for the integration of all
+    The seconds are what the program itself writes: wall time of one core for the integration of all
     lowerings, without starting up and without files. `program` may carry arguments of its own.
     """
     with tempfile.TemporaryDirectory() as folder:
