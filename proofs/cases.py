@@ -15,6 +15,8 @@ from reference.plant.truck import LIFTS, scattered
 
 POINTS = (0.5, 2.0, 8.0)
 """What the effects cost, in points of the velocity's NRMSE."""
+LARGER = POINTS[1:]
+"""What the laws of another shape cost."""
 ROUGH = 1e-5  # tolerance where only the cost of an amplitude is asked for
 EQUATIONS = {
     "mast_coupling": "mast-coupling",
@@ -218,7 +220,7 @@ def _effects():
 
 
 def _others():
-    return [_physics(name, 2.0, "others") for name in others.OTHERS]
+    return [_physics(name, points, "others") for points in LARGER for name in others.OTHERS]
 
 
 def _traps():

@@ -243,7 +243,7 @@ def test_oil_that_the_valve_heats_lets_the_lift_gain_speed():
 
 def test_what_has_no_physics_of_its_own_is_no_suspect_by_name():
     general = {effect.id for effect in EFFECTS if effect.general}
-    assert general == {"free_shape", "hidden_resonance"}
+    assert general == {"free_shape", "hidden_resonance", "free_response"}
     offered = {suspect.id for suspect in suspects(LIFTS, [], {}) if suspect.kind == "physics"}
     assert offered == {effect.id for effect in EFFECTS} - general
 
@@ -264,3 +264,27 @@ def test_what_rings_shows_in_its_own_lifts_pressure_after_a_stop_and_not_in_the_
     above = (hertz > 3.0) & (hertz < 8.0)
     assert hertz[above][spectrum[above].argmax()] == pytest.approx(frequency, rel=0.05)
     assert spectrum[above].max() > 0.2 * spectrum.max()
+
+
+def opened(truck, current):
+    """The main lift's velocity under a command of 50 samples a second."""
+    command = commands.Command.of_samples(50.0, main=current)
+    return simulate(truck, command, load_kg=800.0, oil_temperature_degc=40.0)["velocity_main_m_s"]
+
+
+def answering(times):
+    return effective(
+        "main", "free_response", **{f"time_{k}": time for k, time in enumerate(times)}, range=0.8
+    )
+
+
+def test_a_valve_with_one_time_for_all_distances_lags_and_one_in_proportion_to_them_ramps():
+    step = np.repeat([0.0, 0.8, 0.4], [25, 60, 40])
+    plain = opened(THESIS, step)
+    lag = opened(answering(7 * [0.06]), step)
+    same = opened(effective("main", "valve_lag", share=1.0, time=0.06), step)
+    assert np.abs(lag - same).max() < 1e-4 * np.abs(lag - plain).max()
+    # 0.4 s/A, but for the rounded end.
+    ramp = opened(answering([0.08 * max(k - 1, 0) for k in range(7)]), step)
+    ramped = np.interp(np.arange(125) + 0.5, [25, 41, 85, 93], [0.0, 0.8, 0.8, 0.4])
+    assert np.abs(ramp - opened(THESIS, ramped)).max() < 0.1 * np.abs(ramp - plain).max()

@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 import analytic
 from forklift import ForkliftError
 from forklift.estimation.geodesic import cost, descend
+from forklift.estimation.knowledge import knowledge
 from forklift.estimation.likelihood import HUBER
 
 
@@ -184,3 +185,25 @@ def test_an_outlier_moves_the_end_by_no_more_than_its_bounded_pull():
     ]
     most = (HUBER + 5.0) * 0.1 * np.linalg.norm(np.linalg.solve(matrix.T @ matrix, matrix[7]))
     assert np.linalg.norm(ends[1] - ends[0]) < 1.2 * most
+
+
+def exploding(p: np.ndarray) -> np.ndarray:
+    """Lowest at 3, but from 1 on the model swings up by itself: its slopes say nothing any more."""
+    return np.array([p[0] - 3.0, 0.1 * p[1]])
+
+
+def exploding_slopes(p: np.ndarray) -> np.ndarray:
+    return np.diag([1.0, 0.1]) if p[0] < 1.0 else 1e30 * np.array([[1.0, 1.0], [1.0, 1.0 + 1e-9]])
+
+
+def test_a_descent_does_not_go_where_slopes_lose_the_prior_and_one_that_begins_there_stays():
+    unknowns = [analytic.unknown(name, width=2.0) for name in ("p0", "p1")]
+    problem = analytic.problem(np.zeros(2), unknowns, exploding, exploding_slopes, 0.01)
+    end = descend(problem, np.array([-1.0, 0.5]), 200, 1e-8, lambda *_: None)
+    assert 0.9 < 2.0 * end[0] < 1.0
+    there = np.array([0.6, 0.5])
+    assert descend(problem, there, 200, 1e-8, lambda *_: None) is there
+    # What is judged there all the same knows nothing but the prior of what rounding has lost.
+    known = knowledge(problem, there)
+    assert np.isfinite(known.covariance).all()
+    assert max(one.deviation for one in known.estimates) < 1.1

@@ -111,7 +111,7 @@ def test_a_drag_of_another_power_is_told_by_a_curve_over_the_speed():
     assert cause.curve.over == "speed"
     assert found.final.complete
     assert "by another law" in found.sentence
-    assert "beside it explains the fitted recordings better" in plant_page(found)
+    assert "beside it explains all recordings better" in plant_page(found)
 
 
 @pytest.mark.parametrize("path", ENGINE, ids=lambda path: path.stem)

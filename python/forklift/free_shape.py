@@ -187,13 +187,18 @@ class FreeShape:
         return ports()[self.port]["join"] == "factor"
 
     def _splines(self, variable: Floats) -> Floats:
-        """(n, coefficients) the B-splines, constant beyond the range."""
+        """(n, coefficients) the B-splines over the range."""
         width = max(self.upper - self.lower, variables()[self.variable]["finest"])
-        y = np.clip((variable - self.lower) / width, 0.0, 1.0) * (COEFFICIENTS - 3)
-        t = np.abs(y[:, None] - np.arange(COEFFICIENTS) + 1.0)
-        far, near = np.maximum(2.0 - t, 0.0), np.maximum(1.0 - t, 0.0)
-        splines: Floats = (far**3 - 4.0 * near**3) / 6.0
-        return splines
+        return splines((variable - self.lower) / width)
+
+
+def splines(y: Floats) -> Floats:
+    """(n, coefficients) cubic B-splines on equal intervals of 0 to 1, constant beyond."""
+    at = np.clip(y, 0.0, 1.0) * (COEFFICIENTS - 3)
+    t = np.abs(at[:, None] - np.arange(COEFFICIENTS) + 1.0)
+    far, near = np.maximum(2.0 - t, 0.0), np.maximum(1.0 - t, 0.0)
+    values: Floats = (far**3 - 4.0 * near**3) / 6.0
+    return values
 
 
 def _invalid(name: str, message: str) -> ForkliftError:

@@ -1,4 +1,5 @@
-"""Suspects without a name: a free shape where the mismatch is, over what it depends on; what rings."""
+"""Suspects without a name: a free shape where the mismatch is, over what it depends on; what rings; a valve
+that answers late by its own curve."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from forklift.estimation.search import Found
 from forklift.estimation.unknowns import unknown
 from forklift.free_shape import COEFFICIENTS, FreeShape
 from forklift.free_shape import variables as shape_variables
-from forklift.names import Lift
+from forklift.names import Lift, parameters
 from forklift.suspects import acting, with_truck_unknowns
 from forklift.unknown_ports import equation, lift_of, ports, respond
 
@@ -26,7 +27,10 @@ Floats = NDArray[np.float64]
 
 SMALL = 0.2
 """Share of a curve's largest absolute value below which it counts as nothing."""
-RINGS = "hidden_resonance"
+RINGS, ANSWERS = "hidden_resonance", "free_response"
+VALVE = "valve-dynamics"
+SUDDEN_S = 0.1
+"""A change of the command within this time is a step."""
 STANDS = 1e-6
 """Share of its size by which a variable moves if it is one."""
 
@@ -47,24 +51,29 @@ class FreeSuspects:
     known: Mapping[Trial, Sequence[UnknownInput]]
 
     def __call__(self, trial: Trial) -> list[Suspect]:
-        """The most promising shapes beside what the trial has; beside nothing also something that rings."""
+        """The most promising shapes beside what the trial has; beside nothing also something that rings, and
+        where the valve's dynamics are in doubt its answer."""
         inputs = self.known.get(trial) or unknown_inputs(
             trial.early.problem, trial.early.x, ports(self.lifts), respond
         )
         found = self._shapes(trial, [one for one in inputs if equation(one.port) != "sensor"])
         if trial.suspects:
             return found
-        lifts = [lift for lift in (lift_of(one.port) for one in inputs[:1]) if lift]
-        return [*found, *(_ringing(lift) for lift in lifts)]
+        lifts = [(one, lift) for one in inputs[:1] if (lift := lift_of(one.port))]
+        answers = [lift for one, lift in lifts if equation(one.port) == VALVE]
+        return [*found, *(_ringing(lift) for _, lift in lifts), *(_answer(trial, lift) for lift in answers)]
 
     def beside(self, trial: Trial) -> list[Suspect]:
-        """A curve over every variable of operation, at each port of the equations that the trial changes."""
-        return [
+        """A curve over every variable of operation, at each port of the equations that the trial changes;
+        beside what changes the valve's dynamics its answer too."""
+        curves = [
             _curve(port.partition(".")[2], _lift_of(port), variable, *ends)
             for port in ports(self.lifts)
             if any((equation(port), lift_of(port)) == (one.equation, one.where) for one in trial.suspects)
             for variable, ends in _ranges(trial, _lift_of(port)).items()
         ]
+        answers = {one.where for one in trial.suspects if one.equation == VALVE}
+        return [*curves, *(_answer(trial, lift) for lift in self.lifts if lift in answers)]
 
     def _shapes(self, trial: Trial, inputs: Sequence[UnknownInput]) -> list[Suspect]:
         def over(one: UnknownInput) -> list[Shape]:
@@ -156,3 +165,35 @@ def _ringing(lift: Lift) -> Suspect:
     return Suspect(
         "unknown", "unknown", effect.name, lift, effect.equation, f"{lift}.{RINGS}.mass", acting(RINGS, lift)
     )
+
+
+def _answer(trial: Trial, lift: Lift) -> Suspect:
+    """The valve's time constant as a curve over what it has still to go, up to the widest step there is."""
+    effect = next(effect for effect in EFFECTS if effect.id == ANSWERS)
+    names = [f"{lift}.{ANSWERS}.time_{k}" for k in range(COEFFICIENTS)]
+    widest = max(
+        _step(sample.recording.time_s, sample.recording[f"current_{lift}_a"])
+        for sample in trial.early.problem.samples
+    )
+    known = parameters()[f"{lift}.{ANSWERS}.range"]
+    values = dict.fromkeys(names, 0.0) | {
+        f"{lift}.{ANSWERS}.range": float(np.clip(widest, known["lower"], known["upper"]))
+    }
+    return Suspect(
+        "unknown",
+        "unknown",
+        effect.name,
+        lift,
+        effect.equation,
+        names[0],
+        lambda problem: with_truck_unknowns(
+            problem, values, lambda truck: [unknown(truck, name) for name in names]
+        ),
+        further=tuple(names[1:]),
+        over="how far the valve has still to go",
+    )
+
+
+def _step(time: Floats, command: Floats) -> float:
+    """The widest change of a command within `SUDDEN_S`."""
+    return float(np.abs(np.interp(time + SUDDEN_S, time, command) - command).max())

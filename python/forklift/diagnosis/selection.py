@@ -46,7 +46,7 @@ recording held out shows by itself that anything is missing: 4.9 deviations of a
 Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss, since an
 encoder that starts from the same place in every recording is rounded alike in all of them."""
 LAW = 15.0
-"""Likewise, over the recordings that were fitted, of a curve beside a name that explains everything."""
+"""Likewise, of a curve beside a name that explains everything."""
 MOST_ACCEPTED = 3
 REDRAWS = 2000
 """Of the recordings held out, for the credibility."""
@@ -179,9 +179,9 @@ def _unnamed(
 
 
 def _curve(bench: Bench, best: Trial, general: General) -> Screened | None:
-    """What explains everything may still have another law: the curve beside it that promises most, if that
-    is as much as is asked of a suspect where no channel shows anything."""
-    at = best.told_from
+    """What explains everything may still have another law: the curve beside it that promises most over all
+    recordings, if that is as much as is asked of a suspect where no channel shows anything."""
+    at = bench.everywhere(best)
     promised = screen(at.problem, at.x, general.beside(best), 0).singles
     return next((one for one in promised if one.gain >= bench.together * LAW), None)
 

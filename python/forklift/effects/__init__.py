@@ -13,6 +13,7 @@ from forklift.effects import (
     compensator_dynamics,
     end_cushion,
     entrained_air,
+    free_response,
     free_shape,
     friction_dwell,
     friction_position,
@@ -57,6 +58,7 @@ EFFECTS: tuple[Effect, ...] = (
     compensator_dynamics.EFFECT,
     free_shape.EFFECT,
     hidden_resonance.EFFECT,
+    free_response.EFFECT,
 )
 """In the order of the core's effect table."""
 

@@ -34,6 +34,9 @@ RELAX, STIFFEN = 5.0, 3.0
 """μ is divided by the one after a step taken, multiplied by the other after one refused."""
 MOST_REFUSED = 24
 """Refusals in a row after which it ends: μ has then grown by eleven orders of magnitude."""
+LOST = 1e15
+"""Beside an entry of the normal equations that is larger, the prior's 1 is lost in rounding. Slopes grow so
+where a truck swings up by itself: no step leads on from there."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,11 @@ class Point:
     normal: Floats
     gradient: Floats
     cost: float
+
+    @property
+    def lost(self) -> bool:
+        """Whether the slopes have grown beyond what a step can be worked out from."""
+        return not float(np.diag(self.normal).max()) < LOST
 
     def step(self, limits: Limits, damping: float = 0.0) -> Floats:
         """The straight step within the limits."""
@@ -73,13 +81,13 @@ def descend(
     progress(here.cost, x)
     limits, damping, small = problem.limits(), DAMPING, 0
     for _ in range(1, evaluations):
-        if small > 1 or here.gain(here.step(limits)) < gain:
+        if here.lost or small > 1 or here.gain(here.step(limits)) < gain:
             break
         then, damping = _downhill(problem, here, limits, damping, gain)
         if then is None:
             break
-        before, here = here.cost, _point(problem, then)
-        progress(here.cost, then)
+        before, here = here.cost, then
+        progress(here.cost, here.x)
         damping /= RELAX
         small = small + 1 if before - here.cost < gain else 0
     return here.x
@@ -100,12 +108,13 @@ def _point(problem: Problem, x: Floats) -> Point:
 
 def _downhill(
     problem: Problem, here: Point, limits: Limits, damping: float, gain: float
-) -> tuple[Floats | None, float]:
-    """The first of ever shorter steps that leads down, and its damping; None if there is nothing to gain."""
+) -> tuple[Point | None, float]:
+    """Where the first of ever shorter steps leads that goes down, and its damping; None if there is nothing
+    to gain."""
     for _ in range(MOST_REFUSED):
         straight = here.step(limits, damping)
-        then = _taken(problem, here, limits, damping, straight)
-        if then is not None:
+        x = _taken(problem, here, limits, damping, straight)
+        if x is not None and not (then := _point(problem, x)).lost:
             return then, damping
         if here.gain(straight) < gain:
             break

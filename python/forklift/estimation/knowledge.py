@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from forklift.estimation.judgement import ljung_box
 
@@ -103,8 +103,7 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     _, jacobian = problem.compressed(x)
     normal = jacobian.T @ jacobian
     shared = len(problem.unknowns)
-    everything = cho_solve(cho_factor(normal), np.eye(len(normal)))
-    covariance = 0.5 * (everything + everything.T)[:shared, :shared]
+    covariance = _inverse(normal)[:shared, :shared]
     deviation = np.sqrt(np.diag(covariance))
     alone = 1.0 / np.sqrt(np.diag(normal))[:shared]
     estimates = tuple(
@@ -122,10 +121,20 @@ def covariance_at_noise(problem: Problem, x: Floats, sensors: Mapping[str, Senso
     """
     problem = problem.weighted({name: sensor.noise for name, sensor in sensors.items()})
     _, jacobian = problem.compressed(x)
-    normal = jacobian.T @ jacobian
-    everything = cho_solve(cho_factor(normal), np.eye(len(normal)))
     shared = len(problem.unknowns)
-    return np.asarray(0.5 * (everything + everything.T)[:shared, :shared])
+    return np.asarray(_inverse(jacobian.T @ jacobian)[:shared, :shared])
+
+
+def _inverse(normal: Floats) -> Floats:
+    """Of normal equations with a prior of about 1 in every direction; where slopes are so large that rounding
+    has lost it, nothing is known of that direction but the prior."""
+    try:
+        everything = cho_solve(cho_factor(normal), np.eye(len(normal)))
+    except LinAlgError:
+        values, vectors = np.linalg.eigh(normal)
+        values[values < np.finfo(float).eps * len(values) * values[-1]] = 1.0
+        everything = (vectors / values) @ vectors.T
+    return np.asarray(0.5 * (everything + everything.T))
 
 
 def widening(problem: Problem, x: Floats) -> dict[str, float]:

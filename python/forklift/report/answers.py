@@ -119,12 +119,18 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
             *(f"Size: {size}." for size in sizes),
             *([said] if sizes and (said := physical(found, cause.suspect.id, cause.suspect.where)) else []),
             *(
-                ["It has no name in the catalogue; its curve is drawn below."]
+                ["It has no name in the catalogue; its curve is drawn below.", *_curve_in_words(found, cause)]
                 if row["kind"] == "unknown"
                 else []
             ),
         ],
     )
+
+
+def _curve_in_words(found: Diagnosis, cause: Cause) -> list[str]:
+    """What some curves come to, by the effect that holds them."""
+    effect = (cause.suspect.amplitude or "").split(".")[1:2]
+    return [said for one in effect if (said := physical(found, one, cause.suspect.where))]
 
 
 def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
@@ -158,8 +164,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
     if row["form"] != "complete" and found.selection.curve:
         law = (
             "Its law is uncertain: the catalogue's leaves no more than the noise in any signal, but a curve "
-            f"over {found.selection.curve.suspects[0].over} beside it explains the fitted recordings better"
-            f"{', and those held out too' if cause.curve else '; those held out do not decide'}."
+            f"over {found.selection.curve.suspects[0].over} beside it explains all recordings better"
+            f"{'' if cause.curve else '; those held out alone do not decide'}."
         )
     elif row["form"] != "complete":
         law = "Its law is uncertain: the place is right, but something is left over."

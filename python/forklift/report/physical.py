@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from forklift.free_shape import COEFFICIENTS, splines
 from forklift.report.words import amount, number
 
 if TYPE_CHECKING:
@@ -47,6 +48,19 @@ def _leak(found: Diagnosis, lift: str) -> str:
     return f"That is {number(6e4 * flow)} l/min at {number(1e-5 * max(means))} bar."
 
 
+def _answer(found: Diagnosis, lift: str) -> str:
+    """The valve's time constant at quarters of the widest step."""
+    head = f"{lift}.free_response"
+    shares = np.arange(1, 5) / 4
+    steps = _of(found, f"{head}.range") * shares
+    times = splines(shares) @ [_of(found, f"{head}.time_{k}") for k in range(COEFFICIENTS)]
+    told = [
+        f"{amount(1e3 * time, 'ms')} with {amount(step, 'A')} to go"
+        for time, step in zip(times, steps, strict=True)
+    ]
+    return f"The command's time constant on its way to the valve: {', '.join(told)}."
+
+
 def _of(found: Diagnosis, name: str) -> float:
     value = found.truck.values[name]
     assert isinstance(value, float)
@@ -56,5 +70,6 @@ def _of(found: Diagnosis, name: str) -> float:
 SENTENCES: Mapping[str, Callable[[Diagnosis, str], str]] = {
     "friction_temperature": _friction,
     "leakage": _leak,
+    "free_response": _answer,
 }
 """By effect."""

@@ -249,7 +249,8 @@ def another_law(curve: Screened, joined: bool) -> str:
     """Why the law of what explains everything is in doubt; `joined`: whether the curve is in the model."""
     return (
         "The catalogue's law alone leaves no more than the noise in any signal, but a curve over "
-        f"{curve.suspects[0].over} beside it explains the fitted recordings better (it promises "
-        f"{number(curve.gain)} in ln posterior, where {LAW:g} is much), those held out "
-        f"{'too' if joined else 'not clearly'}. Where no recording lies, neither is told."
+        f"{curve.suspects[0].over} beside it explains all recordings better (it promises "
+        f"{number(curve.gain)} in ln posterior, where {LAW:g} is much); fitted without those held out, it "
+        f"{'explains these better too' if joined else 'does not clearly explain these better'}. Where no "
+        "recording lies, neither is told."
     )

@@ -1,6 +1,6 @@
 //! A curve of any shape over one variable of operation, at one port: for physics that has no name yet.
 
-use super::{decayed, relaxed, Effect, EffectSpec, MastPorts, Scope, StateSpec};
+use super::{decayed, relaxed, spline, Effect, EffectSpec, MastPorts, Scope, StateSpec};
 use crate::mast::{Bus, Lift, LiftName};
 use crate::outputs::{Quantity, OUTPUTS};
 use crate::parameters::{Origin, ParameterSpec, Scale};
@@ -114,15 +114,6 @@ const SLOW: f64 = 1e-3;
 /// More than any shape reaches.
 const ANY: f64 = 1e9;
 
-/// The uniform cubic B-spline that is highest, 2/3, at t = 0 and ends at ±2.
-#[inline(always)]
-fn bell<S: Scalar>(t: S) -> S {
-    let (zero, one) = (S::zero(), S::one());
-    let far = (one + one - t.abs()).max(zero);
-    let near = (one - t.abs()).max(zero);
-    (far * far * far - S::constant(4.0) * (near * near * near)) * S::constant(1.0 / 6.0)
-}
-
 const fn coefficient(name: &'static str, symbol: &'static str) -> ParameterSpec {
     ParameterSpec {
         name,
@@ -187,12 +178,7 @@ impl<S: Scalar> FreeShape<S> {
 
     #[inline(always)]
     fn shape(&self, y: S) -> S {
-        let y = S::constant((COEFFICIENTS - 3) as f64) * y.clamp_to(S::zero(), S::one());
-        let mut sum = S::zero();
-        for (k, &c) in self.coefficients.iter().enumerate() {
-            sum = sum + c * bell(y - S::constant(k as f64 - 1.0));
-        }
-        sum
+        spline(&self.coefficients, y)
     }
 }
 

@@ -110,6 +110,26 @@ fn decayed<S: Scalar>(y: S, source: S, rate: S, h: S) -> S {
     y * decay + source * h * mean
 }
 
+/// The uniform cubic B-spline that is highest, 2/3, at t = 0 and ends at ±2.
+#[inline(always)]
+fn bell<S: Scalar>(t: S) -> S {
+    let (zero, one) = (S::zero(), S::one());
+    let far = (one + one - t.abs()).max(zero);
+    let near = (one - t.abs()).max(zero);
+    (far * far * far - S::constant(4.0) * (near * near * near)) * S::constant(1.0 / 6.0)
+}
+
+/// Σ c_k·B_k(y): cubic B-splines on equal intervals of 0 to 1, constant beyond.
+#[inline(always)]
+fn spline<S: Scalar, const N: usize>(coefficients: &[S; N], y: S) -> S {
+    let y = S::constant((N - 3) as f64) * y.clamp_to(S::zero(), S::one());
+    let mut sum = S::zero();
+    for (k, &c) in coefficients.iter().enumerate() {
+        sum = sum + c * bell(y - S::constant(k as f64 - 1.0));
+    }
+    sum
+}
+
 /// An effect that a truck asks for: which, and on which lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instance {
@@ -250,6 +270,7 @@ catalogue! {
     compensator_dynamics::CompensatorDynamics,
     free_shape::FreeShape,
     hidden_resonance::HiddenResonance,
+    free_response::FreeResponse,
 }
 
 pub use free_shape::{VariableSpec, VARIABLES};

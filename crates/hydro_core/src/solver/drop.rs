@@ -179,7 +179,8 @@ impl<S: Scalar> DropEquation<S> {
         if !missed.any() {
             return (found, NEAR_LIMIT);
         }
-        let (far, iterations) = self.searched(drop, tolerance);
+        let (far, iterations) =
+            if S::NUMBERS == 1 { self.searched_aside(drop, tolerance) } else { self.searched(drop, tolerance) };
         (Solved::select(missed, far, found), NEAR_LIMIT + iterations)
     }
 
@@ -254,6 +255,14 @@ impl<S: Scalar> DropEquation<S> {
             }
         }
         (found, NEWTON_LIMIT)
+    }
+
+    /// [`Self::searched`] out of the way of a single number, which hardly ever comes here: within the substep it
+    /// would take registers away. Lanes have it inlined, or it would be compiled without their vectors.
+    #[cold]
+    #[inline(never)]
+    fn searched_aside(self, guess: S, tolerance: f64) -> (Solved<S>, usize) {
+        self.searched(guess, tolerance)
     }
 
     /// The root with its derivatives, by the implicit function theorem.
