@@ -253,7 +253,8 @@ class Bench:
         return self.finish(self.rough(()))
 
     def everywhere(self, trial: Trial) -> Found:
-        """The same machine fitted to all recordings, those held out too."""
+        """The same machine fitted to all recordings, those held out too, with substeps no longer than it had:
+        else the simulation's own error would show."""
         told = trial.found
         problem = _with(self.everyone, trial.suspects).weighted(told.problem.sigma, told.problem.substeps)
         x = np.zeros(problem.starts[-1])
@@ -262,7 +263,8 @@ class Bench:
             for j, fitted in enumerate(told.problem.samples):
                 if fitted.recording is sample.recording:
                     x[problem.place(k)] = told.x[told.problem.place(j)]
-        return search(problem, x, self.sensors, (OVER_ALL,), self.progress)
+        stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
+        return search(problem, x, self.sensors, (stage,), self.progress)
 
     def finish(self, trial: Trial) -> Trial:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
