@@ -111,6 +111,8 @@ fn with_effects() -> Scene {
                     changes.push((format!("{}.lower", instance.name()), -0.12));
                     changes.push((format!("{}.upper", instance.name()), 0.02));
                 }
+                // And one that the command's steps do.
+                "free_response" => changes.push((format!("{}.range", instance.name()), 0.3)),
                 "end_cushion" => {
                     changes.push((format!("{}.length", instance.name()), 0.4));
                     changes.push((format!("{}.cylinder.stroke_lower", lift.as_str()), lift.start_position() - 0.3));
