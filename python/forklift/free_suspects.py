@@ -59,9 +59,11 @@ class FreeSuspects:
         found = self._shapes(trial, [one for one in inputs if equation(one.port) != "sensor"])
         if trial.suspects:
             return found
-        lifts = [(one, lift) for one in inputs[:1] if (lift := lift_of(one.port))]
-        answers = [lift for one, lift in lifts if equation(one.port) == VALVE]
-        return [*found, *(_ringing(lift) for _, lift in lifts), *(_answer(trial, lift) for lift in answers)]
+        first = inputs[0].port if inputs else ""
+        lift = lift_of(first) if first else None
+        if not lift:
+            return found
+        return [*found, _ringing(lift), *([_answer(trial, lift)] if equation(first) == VALVE else [])]
 
     def beside(self, trial: Trial) -> list[Suspect]:
         """A curve over every variable of operation, at each port of the equations that the trial changes;
@@ -135,21 +137,33 @@ def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
 
 def _curve(port: str, lift: Lift, variable: str, lower: float, upper: float) -> Suspect:
     """A free shape at a port over one variable, quiet."""
-    law = FreeShape(lift, port, variable, lower, upper)
-    names = [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)]
     meaning = operation.words(variable, lift)[0]
-    return Suspect(
-        "unknown",
-        "unknown",
+    return _quiet(
         f"something acts on the {port.replace('_', ' ')} as a function of the {meaning}",
         lift,
         equation(f"{lift}.{port}"),
+        [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)],
+        FreeShape(lift, port, variable, lower, upper).parameters(),
+        f"the {meaning}",
+    )
+
+
+def _quiet(
+    name: str, lift: Lift, place: str, names: Sequence[str], values: Mapping[str, float], over: str
+) -> Suspect:
+    """A curve without a name, of these coefficients, where the truck has these values."""
+    return Suspect(
+        "unknown",
+        "unknown",
+        name,
+        lift,
+        place,
         names[0],
         lambda problem: with_truck_unknowns(
-            problem, law.parameters(), lambda truck: [unknown(truck, name) for name in names]
+            problem, values, lambda truck: [unknown(truck, one) for one in names]
         ),
         further=tuple(names[1:]),
-        over=f"the {meaning}",
+        over=over,
     )
 
 
@@ -176,21 +190,14 @@ def _answer(trial: Trial, lift: Lift) -> Suspect:
         for sample in trial.early.problem.samples
     )
     known = parameters()[f"{lift}.{ANSWERS}.range"]
-    values = dict.fromkeys(names, 0.0) | {
-        f"{lift}.{ANSWERS}.range": float(np.clip(widest, known["lower"], known["upper"]))
-    }
-    return Suspect(
-        "unknown",
-        "unknown",
+    bounded = float(np.clip(widest, known["lower"], known["upper"]))
+    return _quiet(
         effect.name,
         lift,
         effect.equation,
-        names[0],
-        lambda problem: with_truck_unknowns(
-            problem, values, lambda truck: [unknown(truck, name) for name in names]
-        ),
-        further=tuple(names[1:]),
-        over="how far the valve has still to go",
+        names,
+        dict.fromkeys(names, 0.0) | {f"{lift}.{ANSWERS}.range": bounded},
+        "how far the valve has still to go",
     )
 
 

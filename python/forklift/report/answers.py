@@ -118,19 +118,16 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
             *([words.sentence(cause.suspect, row["parameters"])] if sizes else []),
             *(f"Size: {size}." for size in sizes),
             *([said] if sizes and (said := physical(found, cause.suspect.id, cause.suspect.where)) else []),
-            *(
-                ["It has no name in the catalogue; its curve is drawn below.", *_curve_in_words(found, cause)]
-                if row["kind"] == "unknown"
-                else []
-            ),
+            *([f"It has no name in the catalogue{_curve(found, cause)}"] if row["kind"] == "unknown" else []),
         ],
     )
 
 
-def _curve_in_words(found: Diagnosis, cause: Cause) -> list[str]:
-    """What some curves come to, by the effect that holds them."""
+def _curve(found: Diagnosis, cause: Cause) -> str:
+    """Where the curve of what has no name is told: in words, by the effect that holds it, or in a picture."""
     effect = (cause.suspect.amplitude or "").split(".")[1:2]
-    return [said for one in effect if (said := physical(found, one, cause.suspect.where))]
+    told = [said for one in effect if (said := physical(found, one, cause.suspect.where))]
+    return f". {told[0]}" if told else "; its curve is drawn below."
 
 
 def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
