@@ -3,6 +3,7 @@
 import sys
 import zlib
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -132,8 +133,13 @@ def amplitude_for(points, name, case):
 
     Capped at the end of what is plausible.
     """
+    return at_cost(points, *_costs(name, case))
+
+
+@cache
+def _costs(name, case):
     law = law_of(name, case.lift, case.seed, 1.0)
-    return at_cost(points, *cost_curve(law, most(name), case, scattered(case.seed)))
+    return cost_curve(law, most(name), case, scattered(case.seed))
 
 
 def at_cost(points, grid, costs):

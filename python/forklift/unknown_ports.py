@@ -49,6 +49,6 @@ def respond(problem: Problem, x: Floats, k: int, port: str, centres: Floats) -> 
     """(times, outputs, hats): how recording k answers hats over time at one port."""
     truck = problem.truck_at(x)
     sample = problem.samples[k]
-    own = sample.conditions(problem.own(x, k))
+    own = problem.conditions(x, k)
     answers = truck.core.responses(sample.case, own, [port], centres, WIDTH_S, substeps=problem.substeps)
     return answers[:, :, 0, :]

@@ -1,14 +1,16 @@
 """Which suspects could explain what is left over: all of them at once, without a refit.
 
-At an early optimum every suspect is differentiated once, at its quiet value. How far the cost would fall if
-the suspect's amplitude and all other unknowns took the best linear step together is ½ gᵀN⁻¹g: a score test
-(Rao 1948) with all parameters of the machine projected off. Any pair costs no more than solving once again.
+At an early optimum every suspect is differentiated once, at its quiet value, several in one run. How far the
+cost would fall if the suspect's amplitude and all other unknowns took the best linear step together is
+½ gᵀN⁻¹g: a score test (Rao 1948) with all parameters of the machine projected off. Any pair costs no more
+than solving once again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import combinations
 
 import numpy as np
@@ -25,6 +27,8 @@ SOFT = 0.3
 """Softness of an encoder's edges, in counts."""
 UNTOLD = 0.5
 """An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
+TOGETHER = 16
+"""Amplitudes that share a run: as many as the core carries at once."""
 
 Stack = Callable[[Sequence[Mapping[str, Floats]]], list[Floats]]
 """All channels of each recording in one column."""
@@ -127,9 +131,9 @@ def _linear(problem: Problem, x: Floats, suspects: Sequence[Suspect]) -> tuple[_
             for sample, part in zip(problem.samples, parts, strict=True)
         ]
 
-    columns = [_probe(problem, x, suspect, stack) for suspect in suspects]
+    columns = {column.suspect: column for column in _probed(problem, x, suspects, stack)}
     base = _Base(problem, x, stack([run.residual for run in runs]), stack([run.jacobian for run in runs]))
-    return base, [column for column in columns if column is not None]
+    return base, [columns[suspect] for suspect in suspects if suspect in columns]
 
 
 def _weighted(problem: Problem) -> Problem:
@@ -138,30 +142,71 @@ def _weighted(problem: Problem) -> Problem:
     return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})
 
 
-def _probe(problem: Problem, x: Floats, suspect: Suspect, stack: Stack) -> _Column | None:
-    """How the residuals answer the suspect, at its quiet value, with all else held at x."""
-    trial = suspect.add(problem)
-    start = carry(x, problem, trial)
-    try:
-        held, at = trial.held(start, suspect.amplitudes)
-        runs = held.linearise(at)
-    except ForkliftError as error:
-        if error.code == "interrupted":
-            raise
+def _probed(problem: Problem, x: Floats, suspects: Sequence[Suspect], stack: Stack) -> Iterator[_Column]:
+    """How the residuals answer each suspect, at its quiet value, with all else held at x; only of those that
+    move anything.
+
+    What is quiet changes no bit of the model, nor of how it answers the others: several share a run.
+    """
+    for group in _groups(problem, suspects):
+        try:
+            columns = _probe(problem, x, group, stack)
+        except ForkliftError as error:
+            if error.code == "interrupted":
+                raise
+            columns = None
+        if columns is not None:
+            yield from columns
+        elif len(group) > 1:
+            for suspect in group:
+                yield from _probed(problem, x, [suspect], stack)
+
+
+def _groups(problem: Problem, suspects: Sequence[Suspect]) -> list[list[Suspect]]:
+    """In each those that have no unknown in common, with `TOGETHER` amplitudes at most.
+
+    What acts on the whole machine joins its parts, which without it run one by one, and stands apart.
+    """
+    known = {unknown.name for unknown in problem.unknowns}
+    own = [{unknown.name for unknown in suspect.add(problem).unknowns} - known for suspect in suspects]
+    groups: list[list[int]] = []
+
+    def fits(k: int, group: list[int]) -> bool:
+        amplitudes = sum(len(suspects[j].amplitudes) for j in (*group, k))
+        alike = all(bool(suspects[j].where) == bool(suspects[k].where) for j in group)
+        return alike and amplitudes <= TOGETHER and all(own[j].isdisjoint(own[k]) for j in group)
+
+    for k in range(len(suspects)):
+        group = next((group for group in groups if fits(k, group)), [])
+        if not group:
+            groups.append(group)
+        group.append(k)
+    return [[suspects[k] for k in group] for group in groups]
+
+
+def _probe(problem: Problem, x: Floats, group: Sequence[Suspect], stack: Stack) -> list[_Column] | None:
+    """All suspects of a group from one run; None if it has no answer."""
+    trial: Problem = reduce(lambda built, suspect: suspect.add(built), group, problem)
+    amplitudes = [name for suspect in group for name in suspect.amplitudes]
+    own = any(not suspect.amplitudes for suspect in group)
+    held, at = trial.held(carry(x, problem, trial), amplitudes, own=own)
+    jacobians = stack([run.jacobian for run in held.linearise(at)])
+    if not all(np.isfinite(jacobian).all() for jacobian in jacobians):
         return None
     names = [unknown.name for unknown in held.unknowns]
-    blocks = []
-    for k, jacobian in enumerate(stack([run.jacobian for run in runs])):
-        if suspect.amplitudes:
-            blocks.append(jacobian[:, [names.index(name) for name in suspect.amplitudes]])
-        else:
-            place = _wider(problem, trial, k)
-            blocks.append(
-                jacobian[:, len(names) + int(np.flatnonzero(trial.samples[k].free == place)[0])][:, None]
-            )
-    if not any(block.any() for block in blocks):
-        return None
-    return _Column(suspect, blocks, suspect.amplitude is None)
+    columns = []
+    for suspect in group:
+        blocks = []
+        for k, jacobian in enumerate(jacobians):
+            if suspect.amplitudes:
+                blocks.append(jacobian[:, [names.index(name) for name in suspect.amplitudes]])
+            else:
+                place = _wider(problem, suspect.add(problem), k)
+                column = len(names) + int(np.flatnonzero(trial.samples[k].free == place)[0])
+                blocks.append(jacobian[:, column][:, None])
+        if any(block.any() for block in blocks):
+            columns.append(_Column(suspect, blocks, suspect.amplitude is None))
+    return columns
 
 
 def _wider(problem: Problem, trial: Problem, k: int) -> int:

@@ -12,9 +12,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import cpu_count
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,6 +121,26 @@ class LeastSquares(ABC):
         """φ of recording k."""
         return x[self.starts[k] : self.starts[k + 1]]
 
+    def conditions(self, x: Floats, k: int) -> Floats:
+        """(own,) what recording k has of its own, in its units."""
+        sample = self.samples[k]
+        here: Floats = sample.centre.copy()
+        here[sample.free] += sample.width[sample.free] * self.own(x, k)
+        return here
+
+    def known(self, x: Floats) -> tuple[Any, ...]:
+        """The recordings with what is their own held at x."""
+        samples: Sequence[Any] = self.samples
+        return tuple(
+            replace(sample, centre=self.conditions(x, k), width=np.zeros_like(sample.width))
+            for k, sample in enumerate(samples)
+        )
+
+    @property
+    def carried(self) -> NDArray[np.intp]:
+        """Along which of what recordings have of their own a simulation is differentiated: all."""
+        return np.arange(max((len(sample.names) for sample in self.samples), default=0))
+
     def place(self, k: int) -> NDArray[np.intp]:
         """Where θ and the φ of recording k stand in the unknown vector."""
         own = np.arange(self.starts[k], self.starts[k + 1])
@@ -207,7 +227,7 @@ class LeastSquares(ABC):
 
     def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
         along = chain.shape[0]
-        own = along + sample.free
+        own = along + np.searchsorted(self.carried, sample.free)
         residual, jacobian, model, slope = {}, {}, {}, {}
         for seen in sample.observed:
             said = values[seen.rows, seen.column]

@@ -76,12 +76,6 @@ class Sample:
         """(own,) upper bounds: none."""
         return np.full(len(self.centre), np.inf)
 
-    def conditions(self, phi: Floats) -> Floats:
-        """(own,) the recording's own values at φ, in prior standard deviations."""
-        own = self.centre.copy()
-        own[self.free] += self.width[self.free] * phi
-        return own
-
     @cached_property
     def free(self) -> NDArray[np.intp]:
         """Which of `OWN` are unknown."""
@@ -109,8 +103,8 @@ class Problem(LeastSquares):
         names = [name for unknown, _ in moved for name in unknown.names]
         runs = truck.core.differentiate(
             [sample.case for sample in self.samples],
-            np.array([sample.conditions(self.own(x, k)) for k, sample in enumerate(self.samples)]),
-            [*names, *OWN] if derivatives else [],
+            np.array([self.conditions(x, k) for k in range(len(self.samples))]),
+            [*names, *(OWN[place] for place in self.carried)] if derivatives else [],
             substeps=self.substeps,
         )
         return [
@@ -118,16 +112,26 @@ class Problem(LeastSquares):
             for sample, run in zip(self.samples, runs, strict=True)
         ]
 
-    def held(self, x: Floats, amplitudes: Collection[str]) -> tuple[Problem, Floats]:
-        """All of the truck held at x but the amplitudes, and the same place: so much is cheaper to
-        differentiate."""
+    @property
+    def carried(self) -> NDArray[np.intp]:
+        """Which of `OWN` are unknown in any recording."""
+        return np.flatnonzero(np.any([sample.width for sample in self.samples], axis=0))
+
+    def held(self, x: Floats, amplitudes: Collection[str], *, own: bool) -> tuple[Problem, Floats]:
+        """All of the truck held at x but the amplitudes, and unless `own` what recordings have of their
+        own; and the same place. So much is cheaper to differentiate."""
         kept = [
             k
             for k, unknown in enumerate(self.unknowns)
             if unknown.name in amplitudes or isinstance(unknown, Reading)
         ]
-        problem = replace(self, truck=self.truck_at(x), unknowns=tuple(self.unknowns[k] for k in kept))
-        return problem, np.concatenate([x[kept], x[len(self.unknowns) :]])
+        problem = replace(
+            self,
+            truck=self.truck_at(x),
+            unknowns=tuple(self.unknowns[k] for k in kept),
+            samples=self.samples if own else self.known(x),
+        )
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if own else []])
 
     def truck_at(self, x: Floats, source: str = "fit") -> Truck:
         """The truck at x; its moved values carry `source`.

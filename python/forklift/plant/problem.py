@@ -75,12 +75,17 @@ class PlantProblem(LeastSquares):
             values_at={**self.values_at, **values},
         )
 
-    def held(self, x: Floats, amplitudes: Collection[str]) -> tuple[PlantProblem, Floats]:
-        """All parameters held at x but the amplitudes, and the same place: so much is cheaper to
-        differentiate."""
+    def held(self, x: Floats, amplitudes: Collection[str], *, own: bool) -> tuple[PlantProblem, Floats]:
+        """All parameters held at x but the amplitudes, and unless `own` what recordings have of their
+        own; and the same place. So much is cheaper to differentiate."""
         kept = [k for k, unknown in enumerate(self.unknowns) if unknown.name in amplitudes]
-        problem = replace(self, values_at=self.parameters(x), unknowns=tuple(self.unknowns[k] for k in kept))
-        return problem, np.concatenate([x[kept], x[len(self.unknowns) :]])
+        problem = replace(
+            self,
+            values_at=self.parameters(x),
+            unknowns=tuple(self.unknowns[k] for k in kept),
+            samples=self.samples if own else self.known(x),
+        )
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if own else []])
 
     def parameters(self, x: Floats) -> dict[str, float]:
         """All shared numbers at x, by name."""
@@ -120,8 +125,7 @@ class PlantProblem(LeastSquares):
                 moved[:, j] = there - base[unknown.name]
         for row, k in enumerate(which):
             sample = self.samples[k]
-            here = sample.centre.copy()
-            here[sample.free] += sample.width[sample.free] * self.own(x, k)
+            here = self.conditions(x, k)
             for i, name in enumerate(sample.names):
                 column = columns.setdefault(name, np.zeros((len(which), lanes)))
                 column[row] = here[i]
@@ -206,9 +210,7 @@ class PlantProblem(LeastSquares):
         size = 1e-3 * sizes.get(port, float(np.ptp(recording.u[port])) or 1.0 if port in recording.u else 1.0)
         p: dict[str, Floats | float] = dict(self.parameters(x))
         sample = self.samples[k]
-        here = sample.centre.copy()
-        here[sample.free] += sample.width[sample.free] * self.own(x, k)
-        p |= dict(zip(sample.names, here.tolist(), strict=True))
+        p |= dict(zip(sample.names, self.conditions(x, k).tolist(), strict=True))
         lanes = 1 + len(centres)
         heights = np.concatenate([[0.0], np.full(len(centres), size)])
         middles = np.concatenate([[0.0], centres])

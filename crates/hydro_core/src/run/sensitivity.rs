@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::ticks::{held, Ticks, Warmer};
-use super::{check, commanded_names, Inputs, Interrupt, Solver};
+use super::{check, commanded_names, Inputs, Lifts, Solver};
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
@@ -68,9 +68,11 @@ pub struct Sensitivity {
     pub derivatives: Vec<f64>,
 }
 
-/// Directions carried at once: wide enough for the vectors, small enough for the cache.
+/// Directions carried at once: wide enough for the vectors, small enough for the cache; fewer where few are left,
+/// as of a lift that stands still, which has its start and what both lifts share.
 const WIDE: usize = 16;
 const NARROW: usize = 8;
+const FEW: usize = 4;
 
 /// Simulates `case` and differentiates it along `directions`.
 ///
@@ -81,21 +83,12 @@ pub fn differentiate(
     case: &Case,
     substeps: usize,
     directions: &[Direction],
-    interrupt: Interrupt,
+    interrupt: &(dyn Fn() -> bool + Sync),
 ) -> Result<Sensitivity, Error> {
-    check(&case.inputs, case.wanted, Solver::Fixed { substeps })?;
-    let (rows, columns) = (case.wanted.len(), directions.len());
-    let mut sum = Sensitivity {
-        outputs: vec![0.0; rows * OUTPUTS.len()],
-        derivatives: vec![0.0; rows * OUTPUTS.len() * columns],
-    };
-    let task = Task { truck, case, substeps, directions, interrupt };
-    if truck.joined() {
-        task.lifts(LiftName::BOTH, &mut sum)?;
-    } else {
-        for lift in LiftName::BOTH {
-            task.lifts([lift], &mut sum)?;
-        }
+    let task = Task::new(truck, case, substeps, directions, interrupt)?;
+    let mut sum = task.nothing();
+    for job in task.jobs() {
+        task.share(&job)?.add_to(&mut sum, directions.len());
     }
     Ok(sum)
 }
@@ -111,8 +104,15 @@ pub fn differentiate_all(
     directions: &[Direction],
     interrupt: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<Sensitivity>, (usize, Error)> {
-    let runs: Vec<_> =
-        cases.par_iter().map(|case| differentiate(truck, case, substeps, directions, &|| interrupt())).collect();
+    let one = |case| {
+        let task = Task::new(truck, case, substeps, directions, interrupt)?;
+        let mut sum = task.nothing();
+        for share in task.jobs().par_iter().map(|job| task.share(job)).collect::<Vec<_>>() {
+            share?.add_to(&mut sum, directions.len());
+        }
+        Ok(sum)
+    };
+    let runs: Vec<_> = cases.par_iter().map(one).collect();
     runs.into_iter().enumerate().map(|(k, run)| run.map_err(|error| (k, error))).collect()
 }
 
@@ -121,45 +121,102 @@ struct Task<'a> {
     case: &'a Case<'a>,
     substeps: usize,
     directions: &'a [Direction],
-    interrupt: Interrupt<'a>,
+    interrupt: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl Task<'_> {
-    /// Adds the share of the lifts `which` to outputs and derivatives.
-    fn lifts<const L: usize>(&self, which: [LiftName; L], sum: &mut Sensitivity) -> Result<(), Error> {
-        let owners = self.truck.owners();
-        let concerns = |direction: &Direction| match direction {
-            Direction::Parameter(k) => match owners[*k] {
-                Owner::Lift(lift) => which.contains(&lift),
-                Owner::Mast => L == 2,
-            },
-            Direction::Load | Direction::OilTemperature | Direction::OilWarming => true,
-            Direction::Start(lift) | Direction::Input(Input { lift, .. }) => which.contains(lift),
-        };
-        let along: Vec<usize> = (0..self.directions.len()).filter(|&d| concerns(&self.directions[d])).collect();
-        let mut rest = along.as_slice();
-        let mut first = true;
-        while first || !rest.is_empty() {
-            let taken = rest.len().min(if rest.len() > NARROW { WIDE } else { NARROW });
-            let (part, others) = rest.split_at(taken);
-            match taken {
-                0 => self.part::<0, L>(which, part, first, sum)?,
-                1..=NARROW => self.part::<NARROW, L>(which, part, first, sum)?,
-                _ => self.part::<WIDE, L>(which, part, first, sum)?,
-            }
-            (rest, first) = (others, false);
+/// One run: of which lifts, along which directions.
+struct Job {
+    which: Lifts,
+    along: Vec<usize>,
+    /// Whether it also gives the outputs.
+    values: bool,
+}
+
+/// What one run adds.
+struct Share {
+    /// (times, outputs); empty if another run gives them.
+    outputs: Vec<f64>,
+    /// (times, outputs, `along`).
+    derivatives: Vec<f64>,
+    along: Vec<usize>,
+}
+
+impl Share {
+    fn add_to(self, sum: &mut Sensitivity, columns: usize) {
+        for (all, own) in sum.outputs.iter_mut().zip(&self.outputs) {
+            *all += own;
         }
-        Ok(())
+        if !self.along.is_empty() {
+            let rows = sum.derivatives.chunks_exact_mut(columns);
+            for (all, own) in rows.zip(self.derivatives.chunks_exact(self.along.len())) {
+                for (&d, own) in self.along.iter().zip(own) {
+                    all[d] += own;
+                }
+            }
+        }
+    }
+}
+
+impl<'a> Task<'a> {
+    fn new(
+        truck: &'a Truck,
+        case: &'a Case<'a>,
+        substeps: usize,
+        directions: &'a [Direction],
+        interrupt: &'a (dyn Fn() -> bool + Sync),
+    ) -> Result<Self, Error> {
+        check(&case.inputs, case.wanted, Solver::Fixed { substeps })?;
+        Ok(Task { truck, case, substeps, directions, interrupt })
     }
 
-    /// One run along the directions `part`; `values` says whether it also adds the outputs.
-    fn part<const P: usize, const L: usize>(
-        &self,
-        which: [LiftName; L],
-        part: &[usize],
-        values: bool,
-        sum: &mut Sensitivity,
-    ) -> Result<(), Error> {
+    fn nothing(&self) -> Sensitivity {
+        let rows = self.case.wanted.len() * OUTPUTS.len();
+        Sensitivity { outputs: vec![0.0; rows], derivatives: vec![0.0; rows * self.directions.len()] }
+    }
+
+    /// All runs, in the order in which they are added up. Lifts that no effect joins run one by one.
+    fn jobs(&self) -> Vec<Job> {
+        let both = [Lifts::Both];
+        let each = LiftName::BOTH.map(Lifts::One);
+        let groups: &[Lifts] = if self.truck.joined() { &both } else { &each };
+        groups.iter().flat_map(|&which| self.jobs_of(which)).collect()
+    }
+
+    fn jobs_of(&self, which: Lifts) -> Vec<Job> {
+        let owners = self.truck.owners();
+        let has = |lift: LiftName| which == Lifts::Both || which == Lifts::One(lift);
+        let concerns = |direction: &Direction| match direction {
+            Direction::Parameter(k) => match owners[*k] {
+                Owner::Lift(lift) => has(lift),
+                Owner::Mast => which == Lifts::Both,
+            },
+            Direction::Load | Direction::OilTemperature | Direction::OilWarming => true,
+            Direction::Start(lift) | Direction::Input(Input { lift, .. }) => has(*lift),
+        };
+        let along: Vec<usize> = (0..self.directions.len()).filter(|&d| concerns(&self.directions[d])).collect();
+        let parts = along.chunks(WIDE).map(<[usize]>::to_vec);
+        let parts: Vec<_> = if along.is_empty() { vec![along] } else { parts.collect() };
+        parts.into_iter().enumerate().map(|(k, along)| Job { which, along, values: k == 0 }).collect()
+    }
+
+    fn share(&self, job: &Job) -> Result<Share, Error> {
+        match job.which {
+            Lifts::Both => self.of_lifts(LiftName::BOTH, job),
+            Lifts::One(lift) => self.of_lifts([lift], job),
+        }
+    }
+
+    fn of_lifts<const L: usize>(&self, which: [LiftName; L], job: &Job) -> Result<Share, Error> {
+        match job.along.len() {
+            0 => self.part::<0, L>(which, job),
+            1..=FEW => self.part::<FEW, L>(which, job),
+            ..=NARROW => self.part::<NARROW, L>(which, job),
+            _ => self.part::<WIDE, L>(which, job),
+        }
+    }
+
+    fn part<const P: usize, const L: usize>(&self, which: [LiftName; L], job: &Job) -> Result<Share, Error> {
+        let part = &job.along;
         let number = |direction: Direction, value: f64| -> Dual<f64, P> {
             match part.iter().position(|&d| self.directions[d] == direction) {
                 Some(p) => Dual::variable(value, p),
@@ -183,24 +240,21 @@ impl Task<'_> {
             })
             .collect();
         if effects.is_empty() && inputs.is_empty() {
-            self.run(which, lifts, Thesis, number, part, values, sum)
+            self.run(which, lifts, Thesis, number, job)
         } else {
             let physics = Extended::new(&effects, &lifts).with_inputs(inputs);
-            self.run(which, lifts, physics, number, part, values, sum)
+            self.run(which, lifts, physics, number, job)
         }
     }
 
-    #[allow(clippy::too_many_arguments)] // one run's parts, passed on once
     fn run<X: Physics<Dual<f64, P>>, const P: usize, const L: usize>(
         &self,
         which: [LiftName; L],
         lifts: [Lift<Dual<f64, P>>; L],
         physics: X,
         number: impl Fn(Direction, f64) -> Dual<f64, P>,
-        part: &[usize],
-        values: bool,
-        sum: &mut Sensitivity,
-    ) -> Result<(), Error> {
+        job: &Job,
+    ) -> Result<Share, Error> {
         let zero = Dual::zero();
         let mut start = vec![zero; L * STATES + physics.states()];
         for (k, &lift) in which.iter().enumerate() {
@@ -216,19 +270,20 @@ impl Task<'_> {
         let (command, temperature) = held(&which, &self.case.inputs, warmer, 0);
         mast.set_inputs(command, temperature);
         mast.start_effects(&mut start);
-        let columns = self.directions.len();
-        let Sensitivity { outputs, derivatives } = sum;
+        let (rows, columns) = (self.case.wanted.len() * OUTPUTS.len(), job.along.len());
+        let mut outputs = vec![0.0; if job.values { rows } else { 0 }];
+        let mut derivatives = vec![0.0; rows * columns];
         let readings = Readings::new(&which, self.truck.effects());
         let record = |row: usize, x: &[Dual<f64, P>]| {
             for j in 0..OUTPUTS.len() {
                 let at = row * OUTPUTS.len() + j;
                 for (place, factor) in readings.of(j) {
                     let value = x[place];
-                    if values {
+                    if job.values {
                         outputs[at] += factor * value.re;
                     }
-                    for (p, &d) in part.iter().enumerate() {
-                        derivatives[at * columns + d] += factor * value.eps[p];
+                    for (own, eps) in derivatives[at * columns..(at + 1) * columns].iter_mut().zip(&value.eps) {
+                        *own += factor * eps;
                     }
                 }
             }
@@ -242,8 +297,9 @@ impl Task<'_> {
             wanted: self.case.wanted,
             substeps: self.substeps,
             record,
-            interrupt: self.interrupt,
+            interrupt: &|| (self.interrupt)(),
         };
-        widest(ticks).map(|_| ()).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))
+        widest(ticks).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))?;
+        Ok(Share { outputs, derivatives, along: job.along.clone() })
     }
 }
