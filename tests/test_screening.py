@@ -1,0 +1,100 @@
+"""All suspects at once are what each is alone: what is quiet has no say in how a model answers the others."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import cache
+
+import numpy as np
+import pytest
+
+from forklift.diagnosis.screening import Screening, screen
+from forklift.diagnosis.suspect import Suspect
+from forklift.errors import ForkliftError
+from forklift.estimation.problem import Problem
+from forklift.suspects import suspects
+from test_problem import problem, somewhere
+
+TRAVELLED = {"free": (0.2, 1.9)}
+ROUNDED = 1e-6
+"""Share of a gain that other orders of addition may move: the normal equations are far from round."""
+
+
+@cache
+def every() -> tuple[Suspect, ...]:
+    measured = [seen.sensor.channel for seen in problem().samples[0].observed]
+    return suspects(["free"], measured, TRAVELLED)
+
+
+@cache
+def together() -> Screening:
+    return screen(problem(), somewhere(0), every())
+
+
+def gains(screening: Screening) -> dict[Suspect, float]:
+    return {one.suspects[0]: one.gain for one in screening.ranked}
+
+
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> list[set[str]]:
+    """The unknowns of every problem that is linearised."""
+    seen: list[set[str]] = []
+    linearise = Problem.linearise
+
+    def counted(self: Problem, x: np.ndarray):
+        seen.append({unknown.name for unknown in self.unknowns})
+        return linearise(self, x)
+
+    monkeypatch.setattr(Problem, "linearise", counted)
+    return seen
+
+
+@pytest.mark.parametrize("k", range(0, 60, 7))
+def test_a_suspect_promises_beside_all_others_what_it_promises_alone(k):
+    one = every()[k]
+    alone = gains(screen(problem(), somewhere(0), [one])).get(one, 0.0)
+    assert gains(together()).get(one, 0.0) == pytest.approx(alone, rel=ROUNDED, abs=1e-9)
+
+
+def test_what_these_recordings_cannot_tell_is_not_lost():
+    tried = {one.label for one in every()}
+    told = {one.suspects[0].label for one in together().singles}
+    untold = {one.label for one in together().untestable}
+    assert told | untold == tried
+    assert not told & untold
+    assert "free.end_cushion" in untold  # the lift stays away from its end
+
+
+def test_suspects_share_runs_unless_they_share_unknowns(runs):
+    screen(problem(), somewhere(0), every())
+    variants = Counter(one.label for one in every())
+    most_alike = max(variants.values())
+    assert len(runs) - 1 <= 2 * most_alike < len(every()) / 3
+    assert all(len(names) <= 16 for names in runs[1:])
+
+
+def test_a_suspect_whose_run_fails_takes_no_other_with_it(monkeypatch):
+    linearise = Problem.linearise
+
+    def failing(self: Problem, x: np.ndarray):
+        if any(unknown.name == "free.leakage.coefficient" for unknown in self.unknowns):
+            raise ForkliftError("not-finite", "It burst.")
+        return linearise(self, x)
+
+    monkeypatch.setattr(Problem, "linearise", failing)
+    found = screen(problem(), somewhere(0), every())
+    assert "free.leakage" in {one.label for one in found.untestable}
+    left = {one: gain for one, gain in gains(together()).items() if one.label != "free.leakage"}
+    assert gains(found) == pytest.approx(left, rel=ROUNDED, abs=1e-9)
+
+
+def test_an_interruption_is_no_answer(monkeypatch):
+    def interrupted(self: Problem, x: np.ndarray):
+        if len(self.unknowns) <= 16:
+            raise ForkliftError("interrupted", "Stopped.")
+        return linearise(self, x)
+
+    linearise = Problem.linearise
+    monkeypatch.setattr(Problem, "linearise", interrupted)
+    with pytest.raises(ForkliftError, match="Stopped"):
+        screen(problem(), somewhere(0), every())
