@@ -164,8 +164,15 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             f"over {found.selection.curve.suspects[0].over} beside it explains all recordings better"
             f"{'' if cause.curve else '; those held out alone do not decide'}."
         )
-    elif row["form"] != "complete":
+    elif row["form"] != "complete" and not found.final.complete:
         law = "Its law is uncertain: the place is right, but something is left over."
+    elif row["kind"] == "unknown":
+        law = "Its law is uncertain: it has none but this curve, which leaves nothing but the sensors' noise."
+    elif row["form"] != "complete":
+        law = (
+            "Its law is uncertain: the catalogue's alone leaves something over; with a curve beside it "
+            "nothing but the sensors' noise is left."
+        )
     elif row["kind"] in ENTERED:
         law = "With it nothing but the sensors' noise is left over."
     elif found.final.foretold:
