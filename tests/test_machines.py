@@ -265,6 +265,7 @@ def test_a_seals_friction_grows_with_pressure_at_every_pressure_left_out(seal):
     assert found.causes[0].suspect.label == "pressure_friction"
     assert pneumatic_seal.gone(found, recordings) >= 0.75
     assert pneumatic_seal.gone_left_out(found, recordings, sigma) >= 0.75
+    assert found.groups
     assert all(one.holds for one in found.groups)
     assert found.lawless == ()
     assert found.next_recording is not None

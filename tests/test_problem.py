@@ -143,7 +143,8 @@ SEARCH = """
 import hashlib, sys
 import numpy as np
 sys.path.insert(0, "tests")
-import forklift.estimation.problem as module
+import forklift.estimation.least_squares as module
+assert hasattr(module, "cpu_count")
 module.cpu_count = lambda: int(sys.argv[1])
 from test_problem import problem, sensors
 from forklift.estimation.search import Stage, search

@@ -1,4 +1,4 @@
-"""The hydraulic lowering function of a forklift, simulated and compared with recordings.
+"""The hydraulic lowering function of a forklift: simulated, fitted to recordings, and diagnosed.
 
 After Fri & Fahlén, *Modelling and Control of a Forklift's Hydraulic Lowering Function*, Linköping
 University, LiTH-ISY-EX--17/5050--SE, 2017. Names here are loaded when first used, so that

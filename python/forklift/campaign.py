@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from forklift import output
+from forklift import arguments, output
 from forklift.errors import ForkliftError
 from forklift.formats.signals import Place
 from forklift.recording import Recording
@@ -62,7 +62,7 @@ class Campaign:
         """
         from forklift import reading
 
-        folder, document = document_of(path)
+        folder, document = document_of(arguments.path("path", path))
         recordings = []
         for entry, place in places(folder, document):
             raw = reading.load(place, document.channel_map)

@@ -40,9 +40,11 @@ class _Commands(typer.core.TyperGroup):
 app = typer.Typer(
     cls=_Commands,
     name="forklift",
-    help="Simulate a forklift's hydraulic lowering function, compare it with recordings, fit it to them.",
+    help="Simulate a forklift's hydraulic lowering function, compare it with recordings, fit it to them, "
+    "and find which physics it lacks.",
     no_args_is_help=True,
     add_completion=False,
+    rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forklift import _core, output
+from forklift import _core, arguments, output
 from forklift.errors import ForkliftError
 from forklift.formats import csv
 from forklift.formats.signals import Place
@@ -164,6 +164,11 @@ def generate(kind: Literal["prms", "staircase"], lift: Lifts, *, duration_s: flo
         raise ForkliftError(
             "argument-invalid", f"there is no generator {kind!r}; take {' or '.join(GENERATORS)}", name="kind"
         )
+    if lift not in ("both", *LIFTS):
+        raise ForkliftError(
+            "argument-invalid", f"there is no lift {lift!r}; take both, free or main", name="lift"
+        )
+    duration_s, seed = arguments.number("duration_s", duration_s), arguments.whole("seed", seed)
     rest = round(REST_S * SAMPLE_RATE_HZ)
     if not (duration_s * SAMPLE_RATE_HZ >= rest + 2 * STAIRS):
         raise ForkliftError(
@@ -257,7 +262,7 @@ class Command:
         ForkliftError
             ``"file-unreadable"`` or ``"command-malformed"``, with ``file`` and ``line`` among the facts.
         """
-        columns, lines = _columns(Path(path))
+        columns, lines = _columns(arguments.path("path", path))
         place = Place(str(path), str(path), lines=lines)
         for name, column in columns.items():
             if len(bad := np.flatnonzero(~np.isfinite(column))):

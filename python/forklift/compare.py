@@ -16,21 +16,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from forklift import fits, output
-from forklift.campaign import csv_name
+from forklift import arguments, fits, output
+from forklift.campaign import Campaign, csv_name
 from forklift.channels import table
 from forklift.errors import ForkliftError
 from forklift.names import LIFTS, Lift, channels, commanded, outputs
 from forklift.phases import PHASES, phases, shut_current
 from forklift.signals import Signal, signals
 from forklift.simulate import Simulation, mean_temperature, predict
+from forklift.truck import Truck
 from forklift.verdict import sentence
 
 if TYPE_CHECKING:
-    from forklift.campaign import Campaign
     from forklift.fits import Floats
     from forklift.recording import Recording
-    from forklift.truck import Truck
 
 PREDICTED = (
     "position_free_m",
@@ -242,6 +241,8 @@ def compare(
     ForkliftError
         Those of `forklift.simulate.predict`; ``"argument-invalid"`` for an impossible oil temperature.
     """
+    arguments.of_kind(Campaign, campaign=campaign)
+    arguments.of_kind(Truck, truck=truck)
     check_temperature(oil_temperature_degc)
 
     def one(recording: Recording) -> Prediction:
@@ -344,7 +345,9 @@ def check_temperature(oil_temperature_degc: float | None) -> None:
     """A temperature that is given is one that a recording might have, be it needed or not."""
     possible = table()["oil_temperature_degc"]
     lower, upper = possible.lower, possible.upper
-    if oil_temperature_degc is not None and not lower <= oil_temperature_degc <= upper:
+    if oil_temperature_degc is None:
+        return
+    if not lower <= arguments.number("oil_temperature_degc", oil_temperature_degc) <= upper:
         raise ForkliftError(
             "argument-invalid",
             f"the oil temperature is {oil_temperature_degc:g} °C, where {lower:g} to {upper:g} °C is "

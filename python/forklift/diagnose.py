@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from forklift import diagnosis_files, operation, unknown_ports
+from forklift import arguments, diagnosis_files, operation, unknown_ports
 from forklift.campaign import Campaign
 from forklift.candidates import NextRecording
 from forklift.compare import Comparison, check_temperature, compare
@@ -183,6 +183,8 @@ def diagnose(
         Those of `forklift.estimation.suitability` if the campaign cannot support a fit;
         ``"argument-invalid"``; those of `forklift.simulate.predict`.
     """
+    arguments.of_kind(Campaign, campaign=campaign)
+    arguments.of_kind(Truck, truck=truck)
     check_temperature(oil_temperature_degc)
     clock = Clock(progress)
     campaign, spoilt = unspoilt(campaign, truck)

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from forklift import arguments
+from forklift.campaign import Campaign
 from forklift.compare import Comparison, check_temperature, compare
 from forklift.errors import ForkliftError
 from forklift.estimation import words
@@ -33,7 +35,6 @@ from forklift.truck import Truck
 if TYPE_CHECKING:
     import polars as pl
 
-    from forklift.campaign import Campaign
     from forklift.fits import Floats
 
 T = TypeVar("T")
@@ -265,8 +266,13 @@ def fit(
         ``"parameter-unknown"``, ``"argument-invalid"``; those of `forklift.simulate.predict`.
     """
     began = time.monotonic()
+    arguments.of_kind(Campaign, campaign=campaign)
+    arguments.of_kind(Truck, truck=truck)
     check_temperature(oil_temperature_degc)
-    _check_numbers(starts, load_width_kg)
+    arguments.names(hold=hold, also=also, together=together, profiles=profiles)
+    for group in together:
+        arguments.names(together=group)
+    _check_numbers(starts, load_width_kg, seed)
     suited = suitability(campaign.recordings, truck)
     every = sensors(campaign.recordings)
     moved = unknowns(truck, suited.lifts, hold=hold, also=also, together=together)
@@ -355,10 +361,6 @@ class _Stop:
             yield
         except KeyboardInterrupt:
             self.asked = True
-        except ForkliftError as error:
-            if error.code != "interrupted":
-                raise
-            self.asked = True
 
     def finish(self, work: Callable[[], T]) -> T:
         """What `work` gives, little beside a search: done again after Ctrl-C; a second one ends it."""
@@ -367,8 +369,9 @@ class _Stop:
         return work()
 
 
-def _check_numbers(starts: int | None, load_width_kg: float) -> None:
-    if starts is not None and starts < 1:
+def _check_numbers(starts: int | None, load_width_kg: float, seed: int) -> None:
+    arguments.whole("seed", seed)
+    if starts is not None and arguments.whole("starts", starts) < 1:
         raise ForkliftError(
             "argument-invalid",
             f"a fit needs a start, and {starts} are asked for; ask for one or more",
@@ -376,7 +379,7 @@ def _check_numbers(starts: int | None, load_width_kg: float) -> None:
             value=starts,
             lower=1,
         )
-    if not (load_width_kg >= 0.0 and np.isfinite(load_width_kg)):
+    if not 0.0 <= arguments.number("load_width_kg", load_width_kg) < np.inf:
         raise ForkliftError(
             "argument-invalid",
             f"the loads' standard deviation is {load_width_kg:g} kg; give zero or more",

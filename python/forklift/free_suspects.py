@@ -15,7 +15,6 @@ from forklift.diagnosis.region import Shape, shapes, telling
 from forklift.diagnosis.suspect import Suspect
 from forklift.diagnosis.trial import Trial
 from forklift.effects import EFFECTS
-from forklift.estimation.search import Found
 from forklift.estimation.unknowns import unknown
 from forklift.free_shape import COEFFICIENTS, FreeShape
 from forklift.free_shape import variables as shape_variables
@@ -96,13 +95,15 @@ def _lift_of(port: str) -> Lift:
 
 def over_variables(trial: Trial, found: UnknownInput, lift: Lift) -> list[Shape]:
     """An unknown input as a function of each variable of operation, the best first."""
-    return shapes(found, _operation(trial.early, lift, found.centres))
+    early = trial.early
+    return shapes(found, operation.of_recordings(early.problem, early.x, lift, found.centres))
 
 
 def _ranges(trial: Trial, lift: Lift) -> dict[str, tuple[float, float]]:
     """Between which values each variable of operation that a shape may have moves in the recordings."""
     found = trial.told_from
-    seen = _operation(found, lift, [sample.recording.time_s for sample in found.problem.samples])
+    times = [sample.recording.time_s for sample in found.problem.samples]
+    seen = operation.of_recordings(found.problem, found.x, lift, times)
     ends = {
         name: (min(one[name].min() for one in seen), max(one[name].max() for one in seen))
         for name in shape_variables()
@@ -113,15 +114,6 @@ def _ranges(trial: Trial, lift: Lift) -> dict[str, tuple[float, float]]:
         for name, (lower, upper) in ends.items()
         if upper - lower > STANDS * max(abs(lower), abs(upper))
     }
-
-
-def _operation(found: Found, lift: Lift, at: Sequence[Floats]) -> list[dict[str, Floats]]:
-    """Every recording's variables of operation at these times."""
-    runs = found.problem.linearise(found.x)
-    return [
-        operation.variables(sample, dict(run.model), lift, times)
-        for sample, run, times in zip(found.problem.samples, runs, at, strict=True)
-    ]
 
 
 def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.estimation.interface import Problem
 from forklift.estimation.problem import Sample
 from forklift.free_shape import variables as shape_variables
 from forklift.names import LIFTS, Lift
@@ -17,12 +20,25 @@ MOVED_M, MOVED_A = 0.005, 0.01
 """By how much a cylinder, or a command, must have moved to have moved at all; likewise."""
 
 
-def variables(sample: Sample, model: dict[str, Floats], lift: Lift, at: Floats) -> dict[str, Floats]:
+def of_recordings(problem: Problem, x: Floats, lift: Lift, at: Sequence[Floats]) -> list[dict[str, Floats]]:
+    """Of every recording the `variables` at these times, as the model has them at x."""
+    runs = zip(problem.samples, problem.values(x), at, strict=True)
+    return [variables(sample, said, lift, times) for sample, said, times in runs]
+
+
+def variables(sample: Sample, said: Mapping[str, Floats], lift: Lift, at: Floats) -> dict[str, Floats]:
     """Each variable at the times `at` [s], for what happens on one lift; by the names of `words`.
 
-    Those of `forklift.free_shape.variables`, as far as they are known, and the accelerations.
+    Those of `forklift.free_shape.variables`, as far as they are known, and the accelerations. What the model
+    has `said` of a channel is there where the channel has samples, and is interpolated in between.
     """
     recording = sample.recording
+    model = {
+        seen.sensor.channel: np.interp(
+            recording.time_s, recording.time_s[seen.rows], said[seen.sensor.channel]
+        )
+        for seen in sample.observed
+    }
     time, current = recording.time_s, recording[f"current_{lift}_a"]
     known = {"load": np.full(len(time), recording.load_kg), "command": current}
     temperature = recording.channels.get("oil_temperature_degc")

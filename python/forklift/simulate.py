@@ -11,22 +11,23 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forklift import _core, output
+from forklift import _core, arguments, output
 from forklift.commands import COLUMNS, Command
 from forklift.errors import ForkliftError
 from forklift.names import LIFTS, Lifts, channels, outputs, states
+from forklift.recording import Recording
+from forklift.truck import Truck
 
 if TYPE_CHECKING:
     import polars as pl
     import xarray as xr
 
-    from forklift.recording import Recording
-    from forklift.truck import Truck
 
 Floats = NDArray[np.float64]
 Solver = Literal["adaptive", "fixed"]
 
 FORMATS = (".csv", ".parquet")
+SETTINGS = ("solver", "tolerance", "substeps")
 
 START_WITHIN_S = 1.0
 """How long after a recording's first sample [s] its position still tells where it started: as long as a
@@ -209,12 +210,16 @@ def simulate(
         "substeps": substeps,
         "start": None if start is None else _column("start", start),
     }
+    arguments.of_kind(Truck, truck=truck)
+    arguments.of_kind(Command, command=command)
     _check_solver(solver, tolerance, substeps)
     at = command.time_s if time is None else _column("time", time)
+    if not np.size(at):
+        raise ForkliftError("argument-invalid", "time is empty; give one time or more", name="time")
     temperature = np.asarray(_column("oil_temperature_degc", oil_temperature_degc))
     if temperature.ndim == 0:
         temperature = np.full(len(command.time_s), float(temperature))
-    load = float(_column("load_kg", load_kg))
+    load = arguments.number("load_kg", load_kg)
     settings = {name: value for name, value in given.items() if value is not None}
     try:
         found = truck.core.simulate(
@@ -258,6 +263,9 @@ def predict(
         ``"temperature-missing"`` if there is neither channel nor argument, ``"value-out-of-bounds"`` if the
         recording starts beyond the truck's stroke, and those of `simulate`.
     """
+    arguments.of_kind(Truck, truck=truck)
+    arguments.of_kind(Recording, recording=recording)
+    _check_settings(settings)
     command = Command(recording.time_s, *(recording.channels[name] for name in COLUMNS[1:]))
     temperature = mean_temperature(recording, oil_temperature_degc)
     conditions = {"load_kg": recording.load_kg, "oil_temperature_degc": temperature, **settings}
@@ -326,6 +334,17 @@ def _within_stroke(truck: Truck, lift: str, recorded: float, ratio: float) -> fl
             unit="m",
         )
     return min(max((recorded + count / 2) / ratio, ends[0]), ends[1])
+
+
+def _check_settings(settings: Mapping[str, Any]) -> None:
+    """What a recording tells is not told anew."""
+    for name in settings:
+        if name not in SETTINGS:
+            raise ForkliftError(
+                "argument-invalid",
+                f"a recording is replayed without {name}; its settings are {', '.join(SETTINGS)}",
+                name=name,
+            )
 
 
 def _check_solver(solver: str | None, tolerance: float | None, substeps: int | None) -> None:

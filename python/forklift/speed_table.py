@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forklift import output
+from forklift import arguments, output
 from forklift.commands import steps_to_current
 from forklift.errors import ForkliftError
 from forklift.names import LIFTS, Lift
 from forklift.plateaus import FORKS_PER_CYLINDER
+from forklift.truck import Truck
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from forklift.truck import Truck
 
 Floats = NDArray[np.float64]
 Steps = NDArray[np.int64]
@@ -172,11 +172,16 @@ def speed_to_current(
         ``"argument-invalid"`` for another lift, load or temperature out of range, or speeds that do not
         rise, are negative or not finite; ``"no-steady-state"``.
     """
+    arguments.of_kind(Truck, truck=truck)
     if lift not in LIFTS:
         raise ForkliftError("argument-invalid", f"there is no lift {lift!r}; take free or main", name="lift")
+    load_kg, oil_temperature_degc = (
+        arguments.number("load_kg", load_kg),
+        arguments.number("oil_temperature_degc", oil_temperature_degc),
+    )
     steps = np.arange(MOST_STEP + 1)
     currents = steps_to_current(steps)
-    state = _Steady(truck, lift, float(load_kg), float(oil_temperature_degc))
+    state = _Steady(truck, lift, load_kg, oil_temperature_degc)
     branches = {bend: np.maximum.accumulate(state.speed(currents, bend)) for bend in (1.0, -1.0)}
     fastest = float(min(speed[-1] for speed in branches.values()))
     wanted = _speeds(speeds, fastest)

@@ -14,15 +14,16 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift import arguments
+from forklift.campaign import Campaign
 from forklift.errors import ForkliftError
 from forklift.names import LIFTS, Lift, parameters
 from forklift.plateaus import FORKS_PER_CYLINDER, Plateau, arrays, plateaus
+from forklift.truck import Truck
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from forklift.campaign import Campaign
-    from forklift.truck import Truck
 
 Floats = NDArray[np.float64]
 
@@ -201,6 +202,8 @@ def steady_state(campaign: Campaign, truck: Truck, *, lift: Lift | None = None) 
         ``"plateaus-missing"`` if no recording holds one, ``"argument-invalid"`` for another lift, and what
         `forklift.simulate.predict` raises.
     """
+    arguments.of_kind(Campaign, campaign=campaign)
+    arguments.of_kind(Truck, truck=truck)
     if lift is not None and lift not in LIFTS:
         raise ForkliftError("argument-invalid", f"there is no lift {lift!r}; take free or main", name="lift")
     estimates: dict[str, Estimate] = {}

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from forklift import _core, output, truck_file
+from forklift import _core, arguments, output, truck_file
 from forklift.errors import ForkliftError
 from forklift.names import parameters
 from forklift.truck_file import Value
@@ -67,6 +67,7 @@ class Truck:
             ``"truck-unknown"``, ``"file-unreadable"``, ``"toml-syntax"``, ``"parameter-malformed"``,
             ``"parameter-unit"`` and those of the class, with ``file`` and, if known, ``line``.
         """
+        arguments.path("name_or_path", name_or_path)
         path, origin = _locate(name_or_path)
         found = truck_file.read(path)
         try:

@@ -231,9 +231,7 @@ def _values(rival: _Rival, candidates: Sequence[Candidate]) -> list[Mapping[str,
     problem, x = rival.foreseen([candidate.sample for candidate in candidates])
     try:
         return list(problem.values(x))
-    except ForkliftError as error:
-        if error.code == "interrupted":
-            raise
+    except ForkliftError:
         if len(candidates) == 1:
             return [None]
     return [said for candidate in candidates for said in _values(rival, [candidate])]

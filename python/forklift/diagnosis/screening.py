@@ -151,9 +151,7 @@ def _probed(problem: Problem, x: Floats, suspects: Sequence[Suspect], stack: Sta
     for group in _groups(problem, suspects):
         try:
             columns = _probe(problem, x, group, stack)
-        except ForkliftError as error:
-            if error.code == "interrupted":
-                raise
+        except ForkliftError:
             columns = None
         if columns is not None:
             yield from columns
@@ -165,16 +163,17 @@ def _probed(problem: Problem, x: Floats, suspects: Sequence[Suspect], stack: Sta
 def _groups(problem: Problem, suspects: Sequence[Suspect]) -> list[list[Suspect]]:
     """In each those that have no unknown in common, with `TOGETHER` amplitudes at most.
 
-    What acts on the whole machine joins its parts, which without it run one by one, and stands apart.
+    Physics of the whole machine joins its parts, which without it run one by one, and stands apart.
     """
-    known = {unknown.name for unknown in problem.unknowns}
-    own = [{unknown.name for unknown in suspect.add(problem).unknowns} - known for suspect in suspects]
+    before = {unknown.name for unknown in problem.unknowns}
+    added = [{unknown.name for unknown in suspect.add(problem).unknowns} - before for suspect in suspects]
+    joins = [suspect.kind == "physics" and not suspect.where for suspect in suspects]
     groups: list[list[int]] = []
 
     def fits(k: int, group: list[int]) -> bool:
         amplitudes = sum(len(suspects[j].amplitudes) for j in (*group, k))
-        alike = all(bool(suspects[j].where) == bool(suspects[k].where) for j in group)
-        return alike and amplitudes <= TOGETHER and all(own[j].isdisjoint(own[k]) for j in group)
+        alike = all(joins[j] == joins[k] for j in group)
+        return alike and amplitudes <= TOGETHER and all(added[j].isdisjoint(added[k]) for j in group)
 
     for k in range(len(suspects)):
         group = next((group for group in groups if fits(k, group)), [])
@@ -188,20 +187,22 @@ def _probe(problem: Problem, x: Floats, group: Sequence[Suspect], stack: Stack) 
     """All suspects of a group from one run; None if it has no answer."""
     trial: Problem = reduce(lambda built, suspect: suspect.add(built), group, problem)
     amplitudes = [name for suspect in group for name in suspect.amplitudes]
-    own = any(not suspect.amplitudes for suspect in group)
-    held, at = trial.held(carry(x, problem, trial), amplitudes, own=own)
+    conditions = any(not suspect.amplitudes for suspect in group)
+    held, at = trial.held(carry(x, problem, trial), amplitudes, conditions=conditions)
     jacobians = stack([run.jacobian for run in held.linearise(at)])
     if not all(np.isfinite(jacobian).all() for jacobian in jacobians):
         return None
     names = [unknown.name for unknown in held.unknowns]
     columns = []
     for suspect in group:
-        blocks = []
-        for k, jacobian in enumerate(jacobians):
-            if suspect.amplitudes:
-                blocks.append(jacobian[:, [names.index(name) for name in suspect.amplitudes]])
-            else:
-                place = _wider(problem, suspect.add(problem), k)
+        if suspect.amplitudes:
+            places = [names.index(name) for name in suspect.amplitudes]
+            blocks = [jacobian[:, places] for jacobian in jacobians]
+        else:
+            alone = suspect.add(problem)
+            blocks = []
+            for k, jacobian in enumerate(jacobians):
+                place = _wider(problem, alone, k)
                 column = len(names) + int(np.flatnonzero(trial.samples[k].free == place)[0])
                 blocks.append(jacobian[:, column][:, None])
         if any(block.any() for block in blocks):

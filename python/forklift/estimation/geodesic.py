@@ -138,9 +138,8 @@ def _taken(problem: Problem, here: Point, limits: Limits, damping: float, straig
                 then: Floats = np.clip(here.x + straight + second, *problem.bounds())  # against rounding
                 if cost(problem, then) < here.cost:
                     return then
-        except ForkliftError as error:
-            if error.code == "interrupted":
-                raise
+        except ForkliftError:  # no way there
+            continue
     return None
 
 

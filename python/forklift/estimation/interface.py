@@ -119,7 +119,10 @@ class Problem(Protocol):
 
     def over(self, samples: Sequence[Any]) -> Self: ...
 
-    def held(self, x: Floats, amplitudes: Collection[str], *, own: bool) -> tuple[Self, Floats]: ...
+    def held(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Self, Floats]:
+        """All held at x but these unknowns, and unless `conditions` what recordings have of their own; and
+        the same place in that problem.
+        """
 
     def bounds(self) -> tuple[Floats, Floats]: ...
 

@@ -76,7 +76,7 @@ class LeastSquares(ABC):
         """Outputs (times, outputs) of every recording, and their slopes (times, outputs, directions).
 
         The directions are all parameters that the unknowns stand for, in their units and in the unknowns'
-        order, and then what the recording has of its own, in the order of its sample.
+        order, and then what recordings have of their own, as far as it is `carried` and in that order.
         """
 
     def weighted(self, sigma: Mapping[str, float], substeps: int | None = None) -> Self:
@@ -128,7 +128,7 @@ class LeastSquares(ABC):
         here[sample.free] += sample.width[sample.free] * self.own(x, k)
         return here
 
-    def known(self, x: Floats) -> tuple[Any, ...]:
+    def conditions_held(self, x: Floats) -> tuple[Any, ...]:
         """The recordings with what is their own held at x."""
         samples: Sequence[Any] = self.samples
         return tuple(
@@ -138,8 +138,8 @@ class LeastSquares(ABC):
 
     @property
     def carried(self) -> NDArray[np.intp]:
-        """Along which of what recordings have of their own a simulation is differentiated: all."""
-        return np.arange(max((len(sample.names) for sample in self.samples), default=0))
+        """Which of what recordings have of their own are unknown in any of them."""
+        return np.flatnonzero(np.any([sample.width for sample in self.samples], axis=0))
 
     def place(self, k: int) -> NDArray[np.intp]:
         """Where θ and the φ of recording k stand in the unknown vector."""

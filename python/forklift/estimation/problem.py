@@ -112,14 +112,9 @@ class Problem(LeastSquares):
             for sample, run in zip(self.samples, runs, strict=True)
         ]
 
-    @property
-    def carried(self) -> NDArray[np.intp]:
-        """Which of `OWN` are unknown in any recording."""
-        return np.flatnonzero(np.any([sample.width for sample in self.samples], axis=0))
-
-    def held(self, x: Floats, amplitudes: Collection[str], *, own: bool) -> tuple[Problem, Floats]:
-        """All of the truck held at x but the amplitudes, and unless `own` what recordings have of their
-        own; and the same place. So much is cheaper to differentiate."""
+    def held(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Problem, Floats]:
+        """All of the truck held at x but the amplitudes, and unless `conditions` what recordings have of
+        their own; and the same place. So much is cheaper to differentiate."""
         kept = [
             k
             for k, unknown in enumerate(self.unknowns)
@@ -129,9 +124,9 @@ class Problem(LeastSquares):
             self,
             truck=self.truck_at(x),
             unknowns=tuple(self.unknowns[k] for k in kept),
-            samples=self.samples if own else self.known(x),
+            samples=self.samples if conditions else self.conditions_held(x),
         )
-        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if own else []])
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if conditions else []])
 
     def truck_at(self, x: Floats, source: str = "fit") -> Truck:
         """The truck at x; its moved values carry `source`.

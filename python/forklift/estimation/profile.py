@@ -60,9 +60,7 @@ def profile(problem: Problem, x: Floats, k: int, deviation: float) -> Profile:
                 break
             try:
                 at, rise = _held(problem, at, k, theta, least)
-            except ForkliftError as error:
-                if error.code == "interrupted":
-                    raise
+            except ForkliftError:
                 break
             thetas.append(theta)
             rises.append(rise)

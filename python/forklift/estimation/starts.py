@@ -76,8 +76,6 @@ def from_starts(
         try:
             found.append(search(problem, scattered(problem, start, seed), sensors, progress=progress(start)))
         except ForkliftError as error:
-            if error.code == "interrupted":
-                raise
             first = first or error
             found.append(None)
     good = [end for end in found if end is not None]

@@ -55,8 +55,8 @@ def _moments(
     """Of every recording its variables, and what each effect adds by port."""
     machine = problem.machine
     for k, (sample, (_, _, seen)) in enumerate(zip(problem.samples, problem.simulated(x), strict=True)):
-        own = problem.conditions(x, k).tolist()
-        p = {**problem.parameters(x), **dict(zip(sample.names, own, strict=True))}
+        conditions: list[float] = problem.conditions(x, k).tolist()
+        p = {**problem.parameters(x), **dict(zip(sample.names, conditions, strict=True))}
         said = []
         for effect, own in zip(machine.effects, machine.own(p), strict=True):
             terms = effect.term(seen, seen, own, seen)

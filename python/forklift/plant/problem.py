@@ -75,17 +75,19 @@ class PlantProblem(LeastSquares):
             values_at={**self.values_at, **values},
         )
 
-    def held(self, x: Floats, amplitudes: Collection[str], *, own: bool) -> tuple[PlantProblem, Floats]:
-        """All parameters held at x but the amplitudes, and unless `own` what recordings have of their
-        own; and the same place. So much is cheaper to differentiate."""
+    def held(
+        self, x: Floats, amplitudes: Collection[str], *, conditions: bool
+    ) -> tuple[PlantProblem, Floats]:
+        """All parameters held at x but the amplitudes, and unless `conditions` what recordings have of
+        their own; and the same place. So much is cheaper to differentiate."""
         kept = [k for k, unknown in enumerate(self.unknowns) if unknown.name in amplitudes]
         problem = replace(
             self,
             values_at=self.parameters(x),
             unknowns=tuple(self.unknowns[k] for k in kept),
-            samples=self.samples if own else self.known(x),
+            samples=self.samples if conditions else self.conditions_held(x),
         )
-        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if own else []])
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if conditions else []])
 
     def parameters(self, x: Floats) -> dict[str, float]:
         """All shared numbers at x, by name."""
@@ -110,8 +112,8 @@ class PlantProblem(LeastSquares):
     ) -> list[tuple[Floats, Floats, dict[str, Floats]]]:
         """Recordings side by side; of each a lane at x and, for derivatives, one along every direction."""
         shared = len(self.unknowns)
-        own = [self.samples[k].names for k in which]
-        directions = shared + (len(own[0]) if own else 0) if derivatives else 0
+        lane = {int(i): shared + j for j, i in enumerate(self.carried)}
+        directions = shared + len(lane) if derivatives else 0
         lanes = 1 + directions
         moved = np.ones((len(which), directions))
         base = self.parameters(x)
@@ -132,8 +134,8 @@ class PlantProblem(LeastSquares):
                 if derivatives and sample.width[i]:
                     step = STEP * sample.width[i]
                     step = -step if here[i] + step > sample.most[i] else step
-                    column[row, 1 + shared + i] += step
-                    moved[row, shared + i] = step
+                    column[row, 1 + lane[i]] += step
+                    moved[row, lane[i]] = step
         p = {name: column.ravel() for name, column in columns.items()}
         start = self._begins(p, which, lanes)
         time, u = self._driven(which, lanes, p)

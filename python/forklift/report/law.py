@@ -36,10 +36,7 @@ def against(found: Diagnosis, best: UnknownInput) -> list[curves.Against]:
     """An unknown input against the variables that explain most of it."""
     problem, x = found.baseline.early.problem, found.baseline.early.x
     lift = unknown_ports.lift_of(best.port) or "main"
-    given = [
-        operation.variables(sample, said, lift, centres)
-        for sample, said, centres in zip(problem.samples, problem.values(x), best.centres, strict=True)
-    ]
+    given = operation.of_recordings(problem, x, lift, best.centres)
     seen = found.shapes if best is found.inputs[0] else shapes(best, given)
     final = curves.had_it_been(found.baseline, found.final, best.port, unknown_ports.respond)
     return curves.against(best, seen, given, final)
