@@ -1,0 +1,89 @@
+"""What a verb is given of another kind is told in one sentence that names the argument."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from campaigns import CAMPAIGNS
+
+import forklift
+from forklift import Campaign, Command, ForkliftError, Truck, commands
+
+
+@cache
+def campaign() -> Campaign:
+    return Campaign.read(CAMPAIGNS / "null")
+
+
+@cache
+def truck() -> Truck:
+    return Truck.read("thesis")
+
+
+@cache
+def command() -> Command:
+    return commands.generate("prms", "free", duration_s=3.0)
+
+
+def simulated(**changed: Any) -> Any:
+    given = {"load_kg": 0.0, "oil_temperature_degc": 20.0, **changed}
+    return forklift.simulate(given.pop("truck", truck()), given.pop("command", command()), **given)
+
+
+CALLS: dict[str, tuple[str, Callable[[], Any]]] = {
+    "a truck's name to compare": ("truck", lambda: forklift.compare(campaign(), "thesis")),
+    "a truck's name to fit": ("truck", lambda: forklift.fit(campaign(), "thesis")),
+    "a truck's name to diagnose": ("truck", lambda: forklift.diagnose(campaign(), "thesis")),
+    "a truck's name to steady_state": ("truck", lambda: forklift.steady_state(campaign(), "thesis")),
+    "a truck's name to simulate": ("truck", lambda: simulated(truck="thesis")),
+    "a truck's name to predict": ("truck", lambda: forklift.predict("thesis", campaign().recordings[0])),
+    "a truck's name to speed_to_current": ("truck", lambda: forklift.speed_to_current("thesis", "free")),
+    "a campaign's folder to compare": ("campaign", lambda: forklift.compare("null", truck())),
+    "a campaign's folder to fit": ("campaign", lambda: forklift.fit(Path("null"), truck())),
+    "a campaign's folder to diagnose": ("campaign", lambda: forklift.diagnose(Path("null"), truck())),
+    "arguments in the wrong order": ("campaign", lambda: forklift.compare(truck(), campaign())),
+    "a campaign to predict": ("recording", lambda: forklift.predict(truck(), campaign())),
+    "a generator's name to simulate": ("command", lambda: simulated(command="prms")),
+    "loads to simulate": ("load_kg", lambda: simulated(load_kg=[0.0, 100.0])),
+    "no times to simulate": ("time", lambda: simulated(time=[])),
+    "text for a temperature": (
+        "oil_temperature_degc",
+        lambda: forklift.compare(campaign(), truck(), oil_temperature_degc="20"),
+    ),
+    "a load to predict": (
+        "load_kg",
+        lambda: forklift.predict(truck(), campaign().recordings[0], load_kg=9.0),
+    ),
+    "lifts to compare": ("lifts", lambda: forklift.compare(campaign(), truck(), lifts="free")),
+    "one name to hold": ("hold", lambda: forklift.fit(campaign(), truck(), hold="free.bulk.a_1")),
+    "one name as a group": (
+        "together",
+        lambda: forklift.fit(campaign(), truck(), together=["free.bulk.a_1"]),
+    ),
+    "half a start": ("starts", lambda: forklift.fit(campaign(), truck(), starts=2.5)),
+    "a negative seed": ("seed", lambda: forklift.fit(campaign(), truck(), seed=-1)),
+    "text for a width": ("load_width_kg", lambda: forklift.fit(campaign(), truck(), load_width_kg="5")),
+    "another lift to generate": ("lift", lambda: commands.generate("prms", "left", duration_s=3.0)),
+    "text for a duration": ("duration_s", lambda: commands.generate("prms", "free", duration_s="3")),
+    "text for a seed": ("seed", lambda: commands.generate("prms", "free", duration_s=3.0, seed="1")),
+    "text for a load": ("load_kg", lambda: forklift.speed_to_current(truck(), "free", load_kg="5")),
+    "nothing to read a truck from": ("name_or_path", lambda: Truck.read(None)),
+    "a truck to read a truck from": ("name_or_path", lambda: Truck.read(truck())),
+    "nothing to read a campaign from": ("path", lambda: Campaign.read(None)),
+    "nothing to read a command from": ("path", lambda: Command.read(None)),
+}
+
+
+@pytest.mark.parametrize("case", CALLS)
+def test_an_argument_of_another_kind_is_named(case):
+    name, call = CALLS[case]
+    with pytest.raises(ForkliftError) as found:
+        call()
+    assert found.value.code == "argument-invalid"
+    assert found.value.name == name
+    assert name.removesuffix("_kg").removesuffix("_s").split("_")[0] in found.value.message
+    assert "\n" not in found.value.message
