@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from campaigns import CAMPAIGNS
 
 import forklift
+from campaigns import CAMPAIGNS
 from forklift import Campaign, Command, ForkliftError, Truck, commands
 
 

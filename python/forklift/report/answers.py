@@ -127,7 +127,9 @@ def _curve(found: Diagnosis, cause: Cause) -> str:
     """Where the curve of what has no name is told: in words, by the effect that holds it, or in a picture."""
     effect = (cause.suspect.amplitude or "").split(".")[1:2]
     told = [said for one in effect if (said := physical(found, one, cause.suspect.where))]
-    return f". {told[0]}" if told else "; its curve is drawn below."
+    if told:
+        return f". {told[0]}"
+    return "; its curve is drawn below." if cause.suspect.over else "."
 
 
 def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
@@ -167,7 +169,7 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
     elif row["form"] != "complete" and not found.final.complete:
         law = "Its law is uncertain: the place is right, but something is left over."
     elif row["kind"] == "unknown":
-        law = "Its law is uncertain: it has none but this curve, which leaves nothing but the sensors' noise."
+        law = "Its law is uncertain: it has no name, but with it nothing but the sensors' noise is left over."
     elif row["form"] != "complete":
         law = (
             "Its law is uncertain: the catalogue's alone leaves something over; with a curve beside it "

@@ -20,8 +20,12 @@ pub struct FreeResponse<S> {
 const COEFFICIENTS: usize = 7;
 /// Times below this [s] count as this long where they divide.
 const SHORTEST: f64 = 1e-4;
-/// Parts of a substep, each of which the distance goes with one time.
+/// Parts of a substep; in each the distance decays with one time constant, that of its middle.
 const PARTS: usize = 4;
+
+/// What is plausible of a coefficient [s]. Only the width counts, four of the prior's deviations; no time, which is
+/// quiet, is not an end of it.
+const TIME: [f64; 2] = [0.004, 0.104];
 
 const fn time(name: &'static str, symbol: &'static str) -> ParameterSpec {
     ParameterSpec {
@@ -93,17 +97,8 @@ impl<S: Scalar> Effect<S> for FreeResponse<S> {
             },
         ],
         quiet: 0.0,
-        plausible: &[
-            [0.004, 0.104],
-            [0.004, 0.104],
-            [0.004, 0.104],
-            [0.004, 0.104],
-            [0.004, 0.104],
-            [0.004, 0.104],
-            [0.004, 0.104],
-            // A choice has no width, but a range has.
-            [0.9, 1.1],
-        ],
+        // The range is chosen, not estimated; what is plausible must have a width all the same.
+        plausible: &[TIME, TIME, TIME, TIME, TIME, TIME, TIME, [0.9, 1.1]],
         states: &[
             StateSpec { name: "answer", unit: "A", scale: 1.0, meaning: "command as far as the valve has followed it" },
             StateSpec { name: "late", unit: "A", scale: 1.0, meaning: "what the valve is given of it: its mean" },
@@ -132,7 +127,8 @@ impl<S: Scalar> Effect<S> for FreeResponse<S> {
         let distance = bus.command[self.place] - own[0];
         let rate = S::one() / self.time(distance.abs()).max(S::constant(SHORTEST));
         rates[0] = distance * rate;
-        // In continuous time the mean over no time is the value; the second term only says so again.
+        // In continuous time the mean over no time is the value: the second term pulls it there, where the fast
+        // path may have left it beside.
         rates[1] = rates[0] + (own[0] - own[1]) * rate;
     }
 

@@ -3,7 +3,7 @@
 //! The fixed-step path over dual numbers. The derivatives are those of its equations, solved exactly;
 //! the numbers carry what Newton's iteration leaves, less than a micrometre a second. That little
 //! depends on the parameters too, and shows in difference quotients of what hardly matters.
-//! Lifts that no effect joins are run one by one, each along its own parameters only.
+//! Lifts that no effect joins run by themselves, each along its own parameters only.
 
 use rayon::prelude::*;
 
@@ -86,11 +86,8 @@ pub fn differentiate(
     interrupt: &(dyn Fn() -> bool + Sync),
 ) -> Result<Sensitivity, Error> {
     let task = Task::new(truck, case, substeps, directions, interrupt)?;
-    let mut sum = task.nothing();
-    for job in task.jobs() {
-        task.share(&job)?.add_to(&mut sum, directions.len());
-    }
-    Ok(sum)
+    let jobs = task.jobs();
+    task.sum(&jobs, jobs.iter().map(|job| task.share(job)))
 }
 
 /// [`differentiate`] for each case, on all cores; the results do not depend on their number.
@@ -106,11 +103,9 @@ pub fn differentiate_all(
 ) -> Result<Vec<Sensitivity>, (usize, Error)> {
     let one = |case| {
         let task = Task::new(truck, case, substeps, directions, interrupt)?;
-        let mut sum = task.nothing();
-        for share in task.jobs().par_iter().map(|job| task.share(job)).collect::<Vec<_>>() {
-            share?.add_to(&mut sum, directions.len());
-        }
-        Ok(sum)
+        let jobs = task.jobs();
+        let shares: Vec<_> = jobs.par_iter().map(|job| task.share(job)).collect();
+        task.sum(&jobs, shares)
     };
     let runs: Vec<_> = cases.par_iter().map(one).collect();
     runs.into_iter().enumerate().map(|(k, run)| run.map_err(|error| (k, error))).collect()
@@ -136,20 +131,20 @@ struct Job {
 struct Share {
     /// (times, outputs); empty if another run gives them.
     outputs: Vec<f64>,
-    /// (times, outputs, `along`).
+    /// (times, outputs, directions of the job).
     derivatives: Vec<f64>,
-    along: Vec<usize>,
 }
 
 impl Share {
-    fn add_to(self, sum: &mut Sensitivity, columns: usize) {
+    /// Adds it to the whole of `columns` directions.
+    fn add_to(&self, sum: &mut Sensitivity, along: &[usize], columns: usize) {
         for (all, own) in sum.outputs.iter_mut().zip(&self.outputs) {
             *all += own;
         }
-        if !self.along.is_empty() {
+        if !along.is_empty() {
             let rows = sum.derivatives.chunks_exact_mut(columns);
-            for (all, own) in rows.zip(self.derivatives.chunks_exact(self.along.len())) {
-                for (&d, own) in self.along.iter().zip(own) {
+            for (all, own) in rows.zip(self.derivatives.chunks_exact(along.len())) {
+                for (&d, own) in along.iter().zip(own) {
                     all[d] += own;
                 }
             }
@@ -169,12 +164,17 @@ impl<'a> Task<'a> {
         Ok(Task { truck, case, substeps, directions, interrupt })
     }
 
-    fn nothing(&self) -> Sensitivity {
-        let rows = self.case.wanted.len() * OUTPUTS.len();
-        Sensitivity { outputs: vec![0.0; rows], derivatives: vec![0.0; rows * self.directions.len()] }
+    /// What the runs come to together, added up in the order of the jobs.
+    fn sum(&self, jobs: &[Job], shares: impl IntoIterator<Item = Result<Share, Error>>) -> Result<Sensitivity, Error> {
+        let (rows, columns) = (self.case.wanted.len() * OUTPUTS.len(), self.directions.len());
+        let mut sum = Sensitivity { outputs: vec![0.0; rows], derivatives: vec![0.0; rows * columns] };
+        for (job, share) in jobs.iter().zip(shares) {
+            share?.add_to(&mut sum, &job.along, columns);
+        }
+        Ok(sum)
     }
 
-    /// All runs, in the order in which they are added up. Lifts that no effect joins run one by one.
+    /// All runs. Lifts that no effect joins run by themselves, each along its own directions only.
     fn jobs(&self) -> Vec<Job> {
         let both = [Lifts::Both];
         let each = LiftName::BOTH.map(Lifts::One);
@@ -194,9 +194,11 @@ impl<'a> Task<'a> {
             Direction::Start(lift) | Direction::Input(Input { lift, .. }) => has(*lift),
         };
         let along: Vec<usize> = (0..self.directions.len()).filter(|&d| concerns(&self.directions[d])).collect();
-        let parts = along.chunks(WIDE).map(<[usize]>::to_vec);
-        let parts: Vec<_> = if along.is_empty() { vec![along] } else { parts.collect() };
-        parts.into_iter().enumerate().map(|(k, along)| Job { which, along, values: k == 0 }).collect()
+        if along.is_empty() {
+            return vec![Job { which, along, values: true }];
+        }
+        let parts = along.chunks(WIDE).enumerate();
+        parts.map(|(k, part)| Job { which, along: part.to_vec(), values: k == 0 }).collect()
     }
 
     fn share(&self, job: &Job) -> Result<Share, Error> {
@@ -297,9 +299,9 @@ impl<'a> Task<'a> {
             wanted: self.case.wanted,
             substeps: self.substeps,
             record,
-            interrupt: &|| (self.interrupt)(),
+            interrupt: self.interrupt,
         };
         widest(ticks).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))?;
-        Ok(Share { outputs, derivatives, along: job.along.clone() })
+        Ok(Share { outputs, derivatives })
     }
 }
