@@ -5,15 +5,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from forklift import Campaign, Recording, Truck
+from forklift import Campaign, Recording, Truck, operation
 from forklift.estimation.geodesic import cost
-from forklift.estimation.problem import Problem, sample
+from forklift.estimation.problem import OWN, Problem, Sample, sample
 from forklift.estimation.sensors import sensors
 from forklift.estimation.unknowns import unknowns
 
@@ -137,6 +138,54 @@ def test_no_search_asks_for_a_load_below_zero():
     assert lower[second] == -300.0
     assert np.isneginf(np.delete(lower[first:], [0, second - first])).all()
     assert np.isposinf(upper[first:]).all()
+
+
+def test_samples_that_are_missing_leave_the_variables_of_a_moment_whole():
+    """A signal that stood still, or dropped out, has fewer samples than the recording has times."""
+    whole = problem()
+    recordings = [one.recording for one in whole.samples]
+    gaps = {"pressure_free_pa": slice(40, 60), "position_free_m": slice(100, 103)}
+    spoilt = []
+    for one in recordings:
+        channels = {name: values.copy() for name, values in one.channels.items()}
+        for name, rows in gaps.items():
+            channels[name][rows] = np.nan
+        spoilt.append(Recording(one.file, one.lift, one.load_kg, one.role, one.time_s, channels))
+    every = sensors(recordings)
+    samples = tuple(sample(one, whole.truck, every, load_width_kg=5.0) for one in spoilt)
+    gappy = whole.over(samples)
+    times = [one.time_s for one in recordings]
+    found = operation.of_recordings(gappy, somewhere(0), "free", times)
+    right = operation.of_recordings(whole, somewhere(0), "free", times)
+    for one, other in zip(found, right, strict=True):
+        assert one.keys() == other.keys()
+        assert np.array_equal(one["pressure"][60:], other["pressure"][60:])
+        assert np.abs(one["position"] - other["position"]).max() < 1e-3
+        assert all(np.isfinite(values).all() for values in one.values())
+
+
+def test_only_what_some_recording_does_not_know_is_differentiated_along():
+    """A load that one recording knows and another does not, and temperatures that both know."""
+    whole = problem()
+    load, temperature = OWN.index("load"), OWN.index("oil_temperature")
+
+    def changed(k: int) -> Sample:
+        width = whole.samples[k].width.copy()
+        width[temperature] = 0.0
+        width[load] *= k
+        return replace(whole.samples[k], width=width)
+
+    some = whole.over([changed(0), changed(1)])
+    assert OWN[some.carried[0]] == "load"
+    assert temperature not in some.carried
+    x = 0.03 * np.random.default_rng(5).standard_normal(some.starts[-1])
+    for at, k in zip(some.linearise(x), (0, 1), strict=True):
+        step = 1e-4 * np.eye(len(x))
+        for j, place in enumerate(some.place(k)[len(some.unknowns) :]):
+            there = some.values(x + step[place])[k]["pressure_free_pa"]
+            back = some.values(x - step[place])[k]["pressure_free_pa"]
+            slope = at.slope["pressure_free_pa"][:, len(some.unknowns) + j]
+            assert (there - back) / 2e-4 == pytest.approx(slope, rel=1e-3, abs=1e-3 * np.abs(slope).max())
 
 
 SEARCH = """

@@ -10,7 +10,7 @@ use hydro_core::dual::Dual;
 use hydro_core::effects::Instance;
 use hydro_core::mast::{Extended, LiftName, Mast, Physics, Thesis, CYLINDER_PRESSURE, POSITION, STATES, VELOCITY};
 use hydro_core::outputs::{Readings, OUTPUTS};
-use hydro_core::run::sensitivity::{differentiate, Case, Direction};
+use hydro_core::run::sensitivity::{differentiate, differentiate_all, Case, Direction};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::scalar::Scalar;
 use hydro_core::solver::fixed::{valve_steps, Fixed};
@@ -416,6 +416,22 @@ fn the_outputs_beside_the_derivatives_are_those_of_the_plain_run_to_the_bit() {
             }
         }
     });
+}
+
+#[test]
+fn cases_side_by_side_are_each_alone_to_the_bit() {
+    for scene in [regulating(), with_effects()] {
+        let along: Vec<Direction> = directions(&scene, &LiftName::BOTH).iter().map(|(way, ..)| *way).collect();
+        with_case(&scene, |case| {
+            let cooler = Case { warmer: 0.0, ..*case };
+            let together = differentiate_all(&scene.truck, &[*case, cooler], SUBSTEPS, &along, &|| false).unwrap();
+            for (beside, case) in together.iter().zip([case, &cooler]) {
+                let alone = differentiate(&scene.truck, case, SUBSTEPS, &along, &|| false).unwrap();
+                assert!(beside.outputs == alone.outputs, "{}", scene.name);
+                assert!(beside.derivatives == alone.derivatives, "{}", scene.name);
+            }
+        });
+    }
 }
 
 #[test]
