@@ -67,11 +67,16 @@ class FreeSuspects:
     def beside(self, trial: Trial) -> list[Suspect]:
         """A curve over every variable of operation, at each port of the equations that the trial changes;
         beside what changes the valve's dynamics its answer too."""
-        curves = [
-            _curve(port.partition(".")[2], _lift_of(port), variable, *ends)
+        places = [
+            port
             for port in ports(self.lifts)
             if any((equation(port), lift_of(port)) == (one.equation, one.where) for one in trial.suspects)
-            for variable, ends in _ranges(trial, _lift_of(port)).items()
+        ]
+        ranges = {lift: _ranges(trial, lift) for lift in dict.fromkeys(map(_lift_of, places))}
+        curves = [
+            _curve(port.partition(".")[2], lift, variable, *ends)
+            for port, lift in zip(places, map(_lift_of, places), strict=True)
+            for variable, ends in ranges[lift].items()
         ]
         answers = {one.where for one in trial.suspects if one.equation == VALVE}
         return [*curves, *(_answer(trial, lift) for lift in self.lifts if lift in answers)]

@@ -7,7 +7,7 @@ groups only, and is no physics.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,10 @@ import numpy as np
 from forklift.diagnosis.trial import Bench, Trial
 from forklift.estimation.algebra import one_thread
 from forklift.estimation.interface import Problem
-from forklift.estimation.search import STAGES, search
+from forklift.estimation.search import STAGES, Found, search
 
+OWN_NOISE = STAGES[2:3]
+"""From where the selection ended, at the sensors' own noise."""
 FEWEST = 2
 """Groups without which nothing can be left out."""
 FAR = 4.0
@@ -66,29 +68,29 @@ def left_out(bench: Bench, baseline: Trial, final: Trial) -> tuple[LeftOut, ...]
     groups = list(dict.fromkeys(sample.recording.group for sample in bench.everyone.samples))
     if len(groups) < FEWEST or not final.suspects:
         return ()
-    return tuple(_each(bench, baseline, final, groups))
+    # Of all others something must be left to fit to.
+    told = [group for group in groups if _over(final.found.problem, bench, group, inside=False).samples]
+    return tuple(_one(bench, baseline, final, group) for group in told)
 
 
-def _each(bench: Bench, baseline: Trial, final: Trial, groups: list[str]) -> Iterator[LeftOut]:
-    for group in groups:
-        squares, amplitudes = [], []
-        for trial in (baseline, final):
-            rest = _over(trial.found.problem, bench, group, inside=False)
-            if not len(rest.samples):
-                return
-            x = np.r_[trial.found.x[: len(rest.unknowns)], np.zeros(rest.starts[-1] - len(rest.unknowns))]
-            found = search(rest, x, bench.sensors, STAGES[2:3])
-            here = _over(found.problem, bench, group, inside=True)
-            at = np.r_[found.x[: len(here.unknowns)], np.zeros(here.starts[-1] - len(here.unknowns))]
-            squares.append(_mean_square(here, at, bench))
-            names = [unknown.name for unknown in rest.unknowns]
-            amplitudes = [
-                (one.amplitude, float(rest.unknowns[k].values(float(found.x[k]))[0]))
-                for one in trial.suspects
-                if one.amplitude in names
-                for k in [names.index(one.amplitude)]
-            ]
-        yield LeftOut(group, squares[0], squares[1], _alone(bench, final, group), tuple(amplitudes))
+def _one(bench: Bench, baseline: Trial, final: Trial, group: str) -> LeftOut:
+    before, _ = _without(bench, baseline, group)
+    after, fitted = _without(bench, final, group)
+    named = {suspect.amplitude for suspect in final.suspects}
+    amplitudes = tuple(
+        (unknown.name, float(unknown.values(float(at))[0]))
+        for unknown, at in zip(fitted.problem.unknowns, fitted.x, strict=False)
+        if unknown.name in named
+    )
+    return LeftOut(group, before, after, _alone(bench, final, group), amplitudes)
+
+
+def _without(bench: Bench, trial: Trial, group: str) -> tuple[float, Found]:
+    """What is left over of the group with all parameters fitted to the others, and that fit."""
+    rest = _over(trial.found.problem, bench, group, inside=False)
+    found = search(rest, rest.at(trial.found.x), bench.sensors, OWN_NOISE)
+    here = _over(found.problem, bench, group, inside=True)
+    return _mean_square(here, here.at(found.x), bench), found
 
 
 def lawless(groups: Sequence[LeftOut]) -> tuple[str, ...]:
@@ -103,11 +105,9 @@ def _alone(bench: Bench, final: Trial, group: str) -> float:
     fitted = [one for one in here.samples if one.recording.role == "estimate"] or list(here.samples)
     judged = [one for one in here.samples if one.recording.role == "validate"] or list(here.samples)
     own = here.over(fitted)
-    shared = len(own.unknowns)
-    start = np.r_[final.found.x[:shared], np.zeros(own.starts[-1] - shared)]
-    found = search(own, start, bench.sensors, STAGES[2:3])
+    found = search(own, own.at(final.found.x), bench.sensors, OWN_NOISE)
     seen = found.problem.over(judged)
-    return _mean_square(seen, np.r_[found.x[:shared], np.zeros(seen.starts[-1] - shared)], bench)
+    return _mean_square(seen, seen.at(found.x), bench)
 
 
 def _over(problem: Problem, bench: Bench, group: str, *, inside: bool) -> Problem:

@@ -96,8 +96,7 @@ class _Rival:
         problem = fitted.over(samples).weighted(fitted.sigma, COARSE)
         for suspect in self.trial.suspects:
             problem = problem.over(suspect.add(problem).samples)
-        shared = len(fitted.unknowns)
-        return problem, np.r_[self.trial.found.x[:shared], np.zeros(problem.starts[-1] - shared)]
+        return problem, problem.at(self.trial.found.x)
 
 
 def part(rivals: Sequence[Trial], candidates: Sequence[Candidate]) -> Proposal:

@@ -128,6 +128,9 @@ class Problem(Protocol):
 
     def limits(self) -> Limits: ...
 
+    def at(self, theta: Floats) -> Floats:
+        """The vector that begins like `theta`, every recording's own at its most likely."""
+
     def own(self, x: Floats, k: int) -> Floats: ...
 
     def place(self, k: int) -> NDArray[np.intp]: ...

@@ -125,7 +125,7 @@ def _settled(
     problem: Problem, theta: Floats, covariance: Floats, far: float, moves: int
 ) -> tuple[Floats, list[Linearised], list[Floats]]:
     """Where the recordings were last linearised, how, and the steps from there."""
-    x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
+    x = problem.at(theta)
     for _ in range(moves):
         runs = problem.linearise(x)
         steps = [

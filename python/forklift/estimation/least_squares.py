@@ -117,6 +117,12 @@ class LeastSquares(ABC):
         """(orders, shared unknowns) rows and (orders,) what their product with θ must reach."""
         return np.zeros((0, len(self.unknowns))), np.zeros(0)
 
+    def at(self, theta: Floats) -> Floats:
+        """The unknown vector of these shared unknowns (what follows them does not count), and of every
+        recording's own at its most likely."""
+        shared = len(self.unknowns)
+        return np.concatenate([theta[:shared], np.zeros(self.starts[-1] - shared)])
+
     def own(self, x: Floats, k: int) -> Floats:
         """φ of recording k."""
         return x[self.starts[k] : self.starts[k + 1]]

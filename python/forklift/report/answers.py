@@ -159,34 +159,11 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
                 "working sensor does; these samples were left out of everything below."
             ],
         )
-    share = 100.0 * row["credibility"]
-    if row["form"] != "complete" and found.selection.curve:
-        law = (
-            "Its law is uncertain: the catalogue's leaves no more than the noise in any signal, but a curve "
-            f"over {found.selection.curve.suspects[0].over} beside it explains all recordings better"
-            f"{'' if cause.curve else '; those held out alone do not decide'}."
-        )
-    elif row["form"] != "complete" and not found.final.complete:
-        law = "Its law is uncertain: the place is right, but something is left over."
-    elif row["kind"] == "unknown":
-        law = "Its law is uncertain: it has no name, but with it nothing but the sensors' noise is left over."
-    elif row["form"] != "complete":
-        law = (
-            "Its law is uncertain: the catalogue's alone leaves something over; with a curve beside it "
-            "nothing but the sensors' noise is left."
-        )
-    elif row["kind"] in ENTERED:
-        law = "With it nothing but the sensors' noise is left over."
-    elif found.final.foretold:
-        law = "Nothing but noise is left over, as without it: these recordings tell little of its law."
-    else:
-        law = (
-            "Nothing but the sensors' noise is left over: its law is right as far as these recordings tell"
-            f"{_covered(found, cause)}."
-        )
+    law = _law(found, cause, row)
     count, held = counts(told), len({one.file for one in found.final.held_out})
     tried = f"Of {count['considered']} suspects considered (list below), {count['fitted']} were fitted"
     if cause.rivals:
+        share = 100.0 * row["credibility"]
         draws = (
             f"{tried}. The {held} recordings held out were redrawn at random {REDRAWS} times; in "
             f"{share:.0f} % of the draws this explains them better than all else that was fitted."
@@ -209,6 +186,37 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
         )
     alone = "" if cause.rivals else ", without a rival"
     return Fact(question, f"Credibility {row['credibility']:.2f} of 1{alone}", [draws, law])
+
+
+def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
+    """How sure its law is."""
+    if row["form"] != "complete":
+        return f"Its law is uncertain: {_doubt(found, cause)}."
+    if row["kind"] in ENTERED:
+        return "With it nothing but the sensors' noise is left over."
+    if found.final.foretold:
+        return "Nothing but noise is left over, as without it: these recordings tell little of its law."
+    return (
+        "Nothing but the sensors' noise is left over: its law is right as far as these recordings tell"
+        f"{_covered(found, cause)}."
+    )
+
+
+def _doubt(found: Diagnosis, cause: Cause) -> str:
+    if found.selection.curve:
+        return (
+            "the catalogue's leaves no more than the noise in any signal, but a curve over "
+            f"{found.selection.curve.suspects[0].over} beside it explains all recordings better"
+            f"{'' if cause.curve else '; those held out alone do not decide'}"
+        )
+    if not found.final.complete:
+        return "the place is right, but something is left over"
+    if cause.suspect.kind == "unknown":
+        return "it has no name, but with it nothing but the sensors' noise is left over"
+    return (
+        "the catalogue's alone leaves something over; with a curve beside it nothing but the sensors' noise "
+        "is left"
+    )
 
 
 def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
