@@ -212,7 +212,7 @@ impl<'a> Task<'a> {
         match job.along.len() {
             0 => self.part::<0, L>(which, job),
             1..=FEW => self.part::<FEW, L>(which, job),
-            ..=NARROW => self.part::<NARROW, L>(which, job),
+            n if n <= NARROW => self.part::<NARROW, L>(which, job),
             _ => self.part::<WIDE, L>(which, job),
         }
     }
