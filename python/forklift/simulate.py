@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import polars as pl
     import xarray as xr
 
-
 Floats = NDArray[np.float64]
 Solver = Literal["adaptive", "fixed"]
 

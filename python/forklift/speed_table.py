@@ -23,7 +23,6 @@ from forklift.truck import Truck
 if TYPE_CHECKING:
     import polars as pl
 
-
 Floats = NDArray[np.float64]
 Steps = NDArray[np.int64]
 Truths = NDArray[np.bool_]
@@ -175,10 +174,8 @@ def speed_to_current(
     arguments.of_kind(Truck, truck=truck)
     if lift not in LIFTS:
         raise ForkliftError("argument-invalid", f"there is no lift {lift!r}; take free or main", name="lift")
-    load_kg, oil_temperature_degc = (
-        arguments.number("load_kg", load_kg),
-        arguments.number("oil_temperature_degc", oil_temperature_degc),
-    )
+    load_kg = arguments.number("load_kg", load_kg)
+    oil_temperature_degc = arguments.number("oil_temperature_degc", oil_temperature_degc)
     steps = np.arange(MOST_STEP + 1)
     currents = steps_to_current(steps)
     state = _Steady(truck, lift, load_kg, oil_temperature_degc)

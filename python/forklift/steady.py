@@ -24,7 +24,6 @@ from forklift.truck import Truck
 if TYPE_CHECKING:
     import polars as pl
 
-
 Floats = NDArray[np.float64]
 
 SCALARS = ("valve.f_hs", "valve.Re_cr", "compensator.C_D", "compensator.Re_cr", "compensator.theta")

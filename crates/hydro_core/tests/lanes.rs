@@ -1,6 +1,6 @@
 //! Lanes: each is bit-equal to the scalar run, whatever its neighbours, the vectors, the build.
 //!
-//! Without any optimisation (a quarter of an hour sooner built than the debug profile, with deep stacks):
+//! Without any optimisation, which is built sooner than the debug profile and asks for deep stacks:
 //! `RUST_MIN_STACK=268435456 cargo test -p hydro_core --test lanes --config profile.dev.opt-level=0`.
 
 mod common;

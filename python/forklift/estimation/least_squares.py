@@ -142,6 +142,18 @@ class LeastSquares(ABC):
             for k, sample in enumerate(samples)
         )
 
+    def _holding(
+        self, x: Floats, kept: Sequence[int], conditions: bool, **fixed: object
+    ) -> tuple[Self, Floats]:
+        """The same place with these unknowns only, the others `fixed` in the model; unless `conditions`, what
+        recordings have of their own is known."""
+        problem = self._but(
+            unknowns=tuple(self.unknowns[k] for k in kept),
+            samples=self.samples if conditions else self.conditions_held(x),
+            **fixed,
+        )
+        return problem, np.concatenate([x[list(kept)], x[len(self.unknowns) :] if conditions else []])
+
     @property
     def carried(self) -> NDArray[np.intp]:
         """Which of what recordings have of their own are unknown in any of them."""

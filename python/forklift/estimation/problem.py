@@ -7,7 +7,7 @@ offset if that is free. All else is as `forklift.estimation.least_squares` has i
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -120,13 +120,7 @@ class Problem(LeastSquares):
             for k, unknown in enumerate(self.unknowns)
             if unknown.name in amplitudes or isinstance(unknown, Reading)
         ]
-        problem = replace(
-            self,
-            truck=self.truck_at(x),
-            unknowns=tuple(self.unknowns[k] for k in kept),
-            samples=self.samples if conditions else self.conditions_held(x),
-        )
-        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if conditions else []])
+        return self._holding(x, kept, conditions, truck=self.truck_at(x))
 
     def truck_at(self, x: Floats, source: str = "fit") -> Truck:
         """The truck at x; its moved values carry `source`.

@@ -81,13 +81,7 @@ class PlantProblem(LeastSquares):
         """All parameters held at x but the amplitudes, and unless `conditions` what recordings have of
         their own; and the same place. So much is cheaper to differentiate."""
         kept = [k for k, unknown in enumerate(self.unknowns) if unknown.name in amplitudes]
-        problem = replace(
-            self,
-            values_at=self.parameters(x),
-            unknowns=tuple(self.unknowns[k] for k in kept),
-            samples=self.samples if conditions else self.conditions_held(x),
-        )
-        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if conditions else []])
+        return self._holding(x, kept, conditions, values_at=self.parameters(x))
 
     def parameters(self, x: Floats) -> dict[str, float]:
         """All shared numbers at x, by name."""
