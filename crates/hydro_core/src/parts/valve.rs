@@ -122,20 +122,33 @@ impl<S: Scalar> ValveStep<S> {
     /// takes it ([`Self::onward`]). A step in which the current turns is cut there.
     #[inline(always)]
     pub fn advance(&self, x: ValveState<S>, u: S) -> ValveState<S> {
+        self.end(&self.begin(x, u))
+    }
+
+    /// The first half of [`Self::advance`], for those who have other work to do in between.
+    #[inline(always)]
+    pub fn begin(&self, from: ValveState<S>, u: S) -> Begun<S> {
         let (zero, one) = (S::zero(), S::one());
-        let pull = u - x.i - self.valve.sigma_0 * x.bristle;
-        let moves = S::constant(AT_REST).lt((self.h * x.rate).abs());
-        let way = S::select(S::select(moves, x.rate, pull).lt(zero), -one, one);
-        let whole = self.onward(x, u, way);
-        let turns = moves.and((way * whole.rate).lt(zero));
+        let pull = u - from.i - self.valve.sigma_0 * from.bristle;
+        let moves = S::constant(AT_REST).lt((self.h * from.rate).abs());
+        let way = S::select(S::select(moves, from.rate, pull).lt(zero), -one, one);
+        Begun { from, u, moves, way, first: self.first(from, u, way) }
+    }
+
+    /// Its second half.
+    #[inline(always)]
+    pub fn end(&self, begun: &Begun<S>) -> ValveState<S> {
+        let &Begun { from, u, moves, way, .. } = begun;
+        let whole = self.last(from, &begun.first);
+        let turns = moves.and((way * whole.rate).lt(S::zero()));
         if !turns.any() {
             return whole;
         }
         // The rate falls to zero nearly straight before the current turns.
-        let share = x.rate / S::select(turns, x.rate - whole.rate, x.rate + x.rate);
+        let share = from.rate / S::select(turns, from.rate - whole.rate, from.rate + from.rate);
         let share = S::select(turns, share, S::constant(0.5)).clamp_to(S::constant(1e-6), S::constant(1.0 - 1e-6));
-        let turned = self.valve.over(share * self.h).onward(x, u, way);
-        let after = self.valve.over((one - share) * self.h).onward(turned, u, -way);
+        let turned = self.valve.over(share * self.h).onward(from, u, way);
+        let after = self.valve.over((S::one() - share) * self.h).onward(turned, u, -way);
         ValveState {
             i: S::select(turns, after.i, whole.i),
             rate: S::select(turns, after.rate, whole.rate),
@@ -157,33 +170,84 @@ impl<S: Scalar> ValveStep<S> {
     /// Travels of i and, times the step, of p are in ampere.
     #[inline(always)]
     fn onward(&self, x: ValveState<S>, u: S, way: S) -> ValveState<S> {
-        const INVERSE_GAMMA: f64 = 1.0 / 0.435_866_521_508_458_999_42;
-        const C_21: f64 = -1.015_617_108_387_770_209_197_560_011_554_5;
-        const C_31: f64 = 4.075_995_645_253_769_982_480_583_535_806_7;
-        const C_32: f64 = 9.207_679_429_833_079_124_215_684_747_400_3;
-        const B_2: f64 = 6.169_794_704_382_824_559_255_361_568_973_0;
-        const B_3: f64 = -0.427_722_564_321_857_332_623_837_380_651_2;
+        self.last(x, &self.first(x, u, way))
+    }
+
+    /// Its matrix and first stage.
+    #[inline(always)]
+    fn first(&self, x: ValveState<S>, u: S, way: S) -> FirstStage<S> {
         let start = (self.h * x.rate, self.elastic * (u - x.i) - self.bristle_elastic * x.bristle);
-        // The inverse of 1/γ − h·J; the bristle bends by 1 − way·σ0·z/f_hs of the travel.
+        // The bristle bends by 1 − way·σ0·z/f_hs of the travel.
         let share = S::one() - way * self.valve.sigma_0_over_f_hs * x.bristle;
-        let diagonal = S::constant(INVERSE_GAMMA);
+        let diagonal = S::constant(ros3::INVERSE_GAMMA);
         let other = diagonal + (self.damping + self.bristle_damping * share);
         let stiffness = self.elastic + self.bristle_elastic * share;
         let inverse = S::one() / (diagonal * other + stiffness);
-        let (from_rate, back, from_pull) = (diagonal * inverse, stiffness * inverse, other * inverse);
-        let solve = |rate: S, pull: S| (from_rate * rate + inverse * pull, from_pull * pull - back * rate);
+        let matrix =
+            Inverse { inverse, from_rate: diagonal * inverse, back: stiffness * inverse, from_pull: other * inverse };
+        FirstStage { start, matrix, found: matrix.solve(start.0, start.1) }
+    }
 
-        let (t1, m1) = solve(start.0, start.1);
+    /// Its other stages, and where they end.
+    #[inline(always)]
+    fn last(&self, x: ValveState<S>, first: &FirstStage<S>) -> ValveState<S> {
+        let (start, matrix, (t1, m1)) = (first.start, first.matrix, first.found);
         let (rate, pull, _) = self.rates(x.bristle, start, t1, m1);
-        let c = S::constant(C_21);
-        let (t2, m2) = solve(rate + c * t1, pull + c * m1);
-        let (c, d) = (S::constant(C_31), S::constant(C_32));
-        let (t3, m3) = solve(rate + (c * t1 + d * t2), pull + (c * m1 + d * m2));
-        let (b, c) = (S::constant(B_2), S::constant(B_3));
+        let c = S::constant(ros3::C_21);
+        let (t2, m2) = matrix.solve(rate + c * t1, pull + c * m1);
+        let (c, d) = (S::constant(ros3::C_31), S::constant(ros3::C_32));
+        let (t3, m3) = matrix.solve(rate + (c * t1 + d * t2), pull + (c * m1 + d * m2));
+        let (b, c) = (S::constant(ros3::B_2), S::constant(ros3::B_3));
         let travel = t1 + (b * t2 + c * t3);
         let (rate, _, bend) = self.rates(x.bristle, start, travel, m1 + (b * m2 + c * m3));
         ValveState { i: x.i + travel, rate: rate * self.inverse_h, bristle: x.bristle + bend }
     }
+}
+
+/// Coefficients of ROS3.
+mod ros3 {
+    pub const INVERSE_GAMMA: f64 = 1.0 / 0.435_866_521_508_458_999_42;
+    pub const C_21: f64 = -1.015_617_108_387_770_209_197_560_011_554_5;
+    pub const C_31: f64 = 4.075_995_645_253_769_982_480_583_535_806_7;
+    pub const C_32: f64 = 9.207_679_429_833_079_124_215_684_747_400_3;
+    pub const B_2: f64 = 6.169_794_704_382_824_559_255_361_568_973_0;
+    pub const B_3: f64 = -0.427_722_564_321_857_332_623_837_380_651_2;
+}
+
+/// The inverse of 1/γ − h·J.
+#[derive(Debug, Clone, Copy)]
+struct Inverse<S> {
+    inverse: S,
+    from_rate: S,
+    back: S,
+    from_pull: S,
+}
+
+impl<S: Scalar> Inverse<S> {
+    /// Travels of i and p from their right-hand sides.
+    #[inline(always)]
+    fn solve(&self, rate: S, pull: S) -> (S, S) {
+        (self.from_rate * rate + self.inverse * pull, self.from_pull * pull - self.back * rate)
+    }
+}
+
+/// Where a step starts, its matrix, and what its first stage has found.
+#[derive(Debug, Clone, Copy)]
+struct FirstStage<S> {
+    start: (S, S),
+    matrix: Inverse<S>,
+    found: (S, S),
+}
+
+/// A step half done.
+#[derive(Debug, Clone, Copy)]
+pub struct Begun<S: Scalar> {
+    from: ValveState<S>,
+    /// The command [A].
+    pub u: S,
+    moves: S::Mask,
+    way: S,
+    first: FirstStage<S>,
 }
 
 #[cfg(test)]
