@@ -243,8 +243,7 @@ struct FirstStage<S> {
 #[derive(Debug, Clone, Copy)]
 pub struct Begun<S: Scalar> {
     from: ValveState<S>,
-    /// The command [A].
-    pub u: S,
+    u: S,
     moves: S::Mask,
     way: S,
     first: FirstStage<S>,

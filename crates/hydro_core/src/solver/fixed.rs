@@ -252,11 +252,11 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             (force[k], z_rate[k]) = self.mast.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k]);
         }
         let acceleration = self.mast.accelerations(force, &ports, joint);
-        if after.is_some() {
+        if let Some(after) = after {
             let mut ahead = opened;
             for k in 0..L {
                 if let Some(begun) = &begun[k] {
-                    ahead[k] = self.ended(k, begun);
+                    ahead[k] = self.ended(k, begun, after[k]);
                 }
             }
             self.ahead = Some(ahead);
@@ -309,15 +309,19 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     /// The valve of lift `k` a substep after `from`, under a command [A].
     #[inline(always)]
     fn opened(&self, k: usize, from: ValveState<S>, command: S) -> Opened<S> {
-        self.ended(k, &self.valve[k].begin(from, command))
+        let mut state = from;
+        for _ in 0..self.valve_steps {
+            state = self.valve[k].advance(state, command);
+        }
+        Opened { state, area: self.mast.lifts[k].table.at(state.i) }
     }
 
-    /// The same from its first step half done.
+    /// The same where the first step is half done.
     #[inline(always)]
-    fn ended(&self, k: usize, begun: &Begun<S>) -> Opened<S> {
+    fn ended(&self, k: usize, begun: &Begun<S>, command: S) -> Opened<S> {
         let mut state = self.valve[k].end(begun);
         for _ in 1..self.valve_steps {
-            state = self.valve[k].advance(state, begun.u);
+            state = self.valve[k].advance(state, command);
         }
         Opened { state, area: self.mast.lifts[k].table.at(state.i) }
     }
