@@ -9,20 +9,26 @@ NEEDED = ("verdict", "lift", "cause", "alone", "form")
 
 
 def judge(result, separable):
-    """Which parts of the answer are right; `right` if all that are needed are."""
+    """Which parts of the answer are right; `right` if all that are needed are; how many laws are `hidden`."""
     truth, answer = result["truth"], result["answer"]
     known = [separability(result["lift"], one, separable) for one in result["concealed"]]
-    hidden = bool(truth["causes"]) and bool(known) and all(one.get("hidden") for one in known)
+    hidden = sum(one.get("hidden", False) for one in known) if truth["causes"] else 0
+    all_hidden = bool(known) and hidden == len(known)
     if answer["verdict"] in ("refused", "none"):
         return whole(any(code in answer["said"] for code in truth["refused"]), hidden)
-    if hidden or not truth["causes"]:
-        return whole(answer["verdict"] in (["no-mismatch"] if hidden else truth["verdicts"]), hidden)
-    # With what has one cause each recording cannot part it from: any of them is right.
+    if all_hidden or not truth["causes"]:
+        return whole(answer["verdict"] in (["no-mismatch"] if all_hidden else truth["verdicts"]), hidden)
+    # What the recordings cannot part from a cause is as right as the cause. One of two that they hide may be
+    # named, but need not be, and excuses no other name.
     groups = [{cause} for cause in truth["causes"]]
+    found = list(groups)
     for group, one in zip(groups, known, strict=False):
-        group.update(one.get("alike", ()))
+        if one.get("hidden"):
+            found.remove(group)
+        else:
+            group.update(one.get("alike", ()))
     if result["case"] in EITHER:
-        groups = [set().union(*groups)]
+        groups = found = [set().union(*groups)]
     named = [cause["id"] for cause in answer["causes"]]
     location = answer["location"] or {}
     equations = {*truth["equations"], *(EQUATIONS[one] for group in groups for one in group)}
@@ -33,13 +39,13 @@ def judge(result, separable):
         "lift": truth["lift"] in ("both", location.get("lift"))
         or places == {truth["lift"]}
         or (bool(named) and set(named) <= set(BETWEEN_LIFTS)),
-        "cause": all(group & set(named) for group in groups),
+        "cause": all(group & set(named) for group in found),
         "alone": all(any(one in group for group in groups) for one in named),
         "form": form(truth, answer, known),
     }
     if answer["verdict"] == "unknown-effect" and "unknown-effect" in truth["verdicts"]:
         judged |= {"cause": judged["equation"], "alone": True, "form": True}
-    return judged | {"hidden": False, "right": all(judged[part] for part in NEEDED)}
+    return judged | {"hidden": hidden, "right": all(judged[part] for part in NEEDED)}
 
 
 EITHER = ("traps-all_late",)
@@ -107,8 +113,11 @@ def table(results, separable):
         location, left = answer.get("location") or {}, answer.get("left_over") or {}
         causes = ", ".join(f"{one['where']}.{one['id']}" for one in answer["causes"]) or "–"
         wrong = [part for part in NEEDED if not judged[part]]
+        hidden = ""
+        if judged["hidden"]:
+            hidden = f" ({judged['hidden']} of {len(result['concealed'])} hidden)"
         lines.append(
-            f"| {result['case']}{' (hidden)' if judged['hidden'] else ''} | {points} | {answer['verdict']} "
+            f"| {result['case']}{hidden} | {points} | {answer['verdict']} "
             f"| {location.get('equation', '–')}{'' if judged['equation'] else ' (wrong)'} | {causes} "
             f"| {'yes' if judged['right'] else 'no: ' + ', '.join(wrong)} "
             f"| {', '.join(sorted({one['form'] for one in answer['causes']})) or '–'} | {amplitude(result)} "

@@ -105,6 +105,23 @@ def test_what_was_fixed_as_inseparable_or_hidden_counts():
     assert not judging.judge(result(answer=RIGHT), hidden)["right"]
 
 
+def test_of_two_that_one_is_hidden_frees_from_finding_it_and_excuses_no_other_name():
+    shown, not_shown = {"hidden": False, "alike": []}, {"hidden": True, "alike": list(cases.EQUATIONS)}
+    known = {"laws": {"free/leakage/2": shown, "free/chain_elasticity/2": not_shown}}
+
+    def judged(*named):
+        answer = {"location": at(), "causes": [cause(name) for name in named]}
+        given = result("pairs-x", answer=answer, causes=["leakage", "chain_elasticity"])
+        given["concealed"] = [{**given["concealed"][0], "law": law} for law in given["truth"]["causes"]]
+        return judging.judge(given, known)
+
+    assert judged("leakage")["hidden"] == 1
+    assert judged("leakage")["right"]
+    assert judged("leakage", "chain_elasticity")["right"]
+    assert not judged("chain_elasticity")["right"]
+    assert not judged("leakage", "valve_lag")["right"]
+
+
 def test_what_lies_between_the_lifts_has_none():
     alike = {"laws": {"free/hose_resistance/2": {"hidden": False, "alike": ["return_back_pressure"]}}}
     answer = {"location": at("tank", "both"), "causes": [cause("return_back_pressure", "")]}

@@ -160,13 +160,16 @@ def _round(bench: Bench, best: Trial, screening: Screening, say: Say) -> Step:
 def _unnamed(
     bench: Bench, baseline: Trial, named: Sequence[Trial], best: Trial, say: Say, general: General
 ) -> tuple[Trial, ...]:
-    """Suspects without a name, alone and beside the first name; where two names explain everything, too.
+    """Suspects without a name, alone and beside the first name; where more names explain everything, too.
 
-    Two names may be needed only because the first has another law than the catalogue's.
+    They may be needed only because the first has another law than the catalogue's. Beside all of them nothing
+    is asked for any more.
     """
-    if best.complete and len(best.suspects) < 2:
-        return ()
-    beside = named[:1] if best.complete else [baseline, *named[:1]]
+    first = named[:1]
+    if best.complete:
+        beside = [trial for trial in first if len(trial.suspects) < len(best.suspects)]
+    else:
+        beside = [baseline, *first]
     trials = []
     for trial in beside:
         rough = []

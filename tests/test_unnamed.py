@@ -1,0 +1,49 @@
+"""For what suspects without a name are asked: never beside names that explain everything together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import pytest
+
+from forklift.diagnosis.selection import General, _unnamed
+from forklift.diagnosis.trial import Bench, Trial
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A trial as far as this decision needs it."""
+
+    suspects: tuple[str, ...]
+    complete: bool = False
+
+
+NOTHING = Tried(())
+LEAK, BOTH = Tried(("leak",)), Tried(("leak", "delay"))
+LEAK_IS_ALL, BOTH_ARE_ALL = Tried(("leak",), complete=True), Tried(("leak", "delay"), complete=True)
+
+
+@pytest.mark.parametrize(
+    ("accepted", "asked_beside"),
+    [
+        ((), [NOTHING]),
+        ((LEAK,), [NOTHING, LEAK]),
+        ((LEAK, BOTH), [NOTHING, LEAK]),
+        ((LEAK_IS_ALL,), []),
+        ((LEAK, BOTH_ARE_ALL), [LEAK]),
+        ((BOTH_ARE_ALL,), []),
+    ],
+    ids=["none", "one", "two", "one explains all", "a second explains the rest", "two at once explain all"],
+)
+def test_who_is_asked_for_beside_whom(accepted, asked_beside):
+    asked = []
+
+    def general(trial):
+        asked.append(trial)
+        return []
+
+    named = [cast(Trial, trial) for trial in accepted]
+    best = named[-1] if named else cast(Trial, NOTHING)
+    _unnamed(cast(Bench, None), cast(Trial, NOTHING), named, best, lambda said: None, cast(General, general))
+    assert asked == asked_beside
