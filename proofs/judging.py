@@ -111,11 +111,10 @@ def table(results, separable):
         answer, judged = result["answer"], judge(result, separable)
         points = "+".join(f"{one['points']:.2g}" for one in result["concealed"])
         location, left = answer.get("location") or {}, answer.get("left_over") or {}
-        causes = ", ".join(f"{one['where']}.{one['id']}" for one in answer["causes"]) or "–"
+        causes = ", ".join(f"{one['where']}.{one['id']}".lstrip(".") for one in answer["causes"]) or "–"
         wrong = [part for part in NEEDED if not judged[part]]
-        hidden = ""
-        if judged["hidden"]:
-            hidden = f" ({judged['hidden']} of {len(result['concealed'])} hidden)"
+        several = f"{judged['hidden']} of 2 " if len(result["concealed"]) == 2 else ""
+        hidden = f" ({several}hidden)" if judged["hidden"] else ""
         lines.append(
             f"| {result['case']}{hidden} | {points} | {answer['verdict']} "
             f"| {location.get('equation', '–')}{'' if judged['equation'] else ' (wrong)'} | {causes} "
