@@ -21,14 +21,14 @@ def judge(result, separable):
     # What the recordings cannot part from a cause is as right as the cause. One of two that they hide may be
     # named, but need not be, and excuses no other name.
     groups = [{cause} for cause in truth["causes"]]
-    found = list(groups)
+    to_find = list(groups)
     for group, one in zip(groups, known, strict=False):
         if one.get("hidden"):
-            found.remove(group)
+            to_find.remove(group)
         else:
             group.update(one.get("alike", ()))
     if result["case"] in EITHER:
-        groups = found = [set().union(*groups)]
+        groups = to_find = [set().union(*groups)]
     named = [cause["id"] for cause in answer["causes"]]
     location = answer["location"] or {}
     equations = {*truth["equations"], *(EQUATIONS[one] for group in groups for one in group)}
@@ -39,7 +39,7 @@ def judge(result, separable):
         "lift": truth["lift"] in ("both", location.get("lift"))
         or places == {truth["lift"]}
         or (bool(named) and set(named) <= set(BETWEEN_LIFTS)),
-        "cause": all(group & set(named) for group in found),
+        "cause": all(group & set(named) for group in to_find),
         "alone": all(any(one in group for group in groups) for one in named),
         "form": form(truth, answer, known),
     }
@@ -113,7 +113,8 @@ def table(results, separable):
         location, left = answer.get("location") or {}, answer.get("left_over") or {}
         causes = ", ".join(f"{one['where']}.{one['id']}".lstrip(".") for one in answer["causes"]) or "–"
         wrong = [part for part in NEEDED if not judged[part]]
-        several = f"{judged['hidden']} of 2 " if len(result["concealed"]) == 2 else ""
+        laws = len(result["concealed"])
+        several = f"{judged['hidden']} of {laws} " if laws > 1 else ""
         hidden = f" ({several}hidden)" if judged["hidden"] else ""
         lines.append(
             f"| {result['case']}{hidden} | {points} | {answer['verdict']} "
