@@ -37,7 +37,7 @@ FAILED = 0.01  # Holm-corrected p below which a parameter fails
 
 def truth(thesis, seed):
     """Another truck of the thesis's make."""
-    from forklift.names import parameters
+    from forklift.plant.forklift.tables import parameters
 
     random = np.random.default_rng(seed)
     values = {}
@@ -72,10 +72,10 @@ def rising(draw):
 
 def record(truck, plan, seed):
     """The recordings of a campaign like `plan`, and the oil temperature that each truly had."""
-    from forklift.commands import Command
-    from forklift.demo import measured
-    from forklift.recording import Recording
-    from forklift.simulate import mean_temperature, simulate
+    from forklift.app.demo import measured
+    from forklift.plant.forklift.commands import Command
+    from forklift.plant.forklift.simulate import mean_temperature, simulate
+    from forklift.recordings.recording import Recording
 
     random = np.random.default_rng([seed, 1])
     recordings, temperatures, starts = [], [], []
@@ -108,16 +108,16 @@ def before_the_end(simulation, truck):
 
 def one(number):
     """Truck number `number`: made, recorded, fitted from the thesis's; what came out, for JSON."""
-    from forklift.campaign import Campaign
-    from forklift.estimation.geodesic import cost
-    from forklift.estimation.judgement import judge
-    from forklift.estimation.knowledge import knowledge
-    from forklift.estimation.problem import Problem, sample
-    from forklift.estimation.search import search
-    from forklift.estimation.sensors import sensors
-    from forklift.estimation.unknowns import SCALES, unknowns
-    from forklift.simulate import mean_temperature
-    from forklift.truck import Truck
+    from forklift.fitting.intervals import knowledge
+    from forklift.fitting.levenberg_marquardt import cost
+    from forklift.fitting.residuals import judge
+    from forklift.fitting.search import search
+    from forklift.plant.forklift.problem import Problem, sample
+    from forklift.plant.forklift.sensors import sensors
+    from forklift.plant.forklift.simulate import mean_temperature
+    from forklift.plant.forklift.truck import Truck
+    from forklift.plant.forklift.unknowns import SCALES, unknowns
+    from forklift.recordings.campaign import Campaign
 
     began = time.monotonic()
     thesis = Truck.read("thesis")

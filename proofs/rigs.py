@@ -2,7 +2,7 @@
 
     python proofs/rigs.py FOLDER [tanks|seals]
 
-FOLDER holds ``cascaded_tanks/`` and ``pneumatic_seal/`` as `forklift.rigs` describes them. Some minutes.
+FOLDER holds ``cascaded_tanks/`` and ``pneumatic_seal/`` as `forklift.plant.rigs` describes them. Some minutes.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 import forklift
-from forklift.diagnosis.trial import Bench
+from forklift.diagnosis.plant_diagnose import Number, PlantDiagnosis, numbers
+from forklift.diagnosis.refit import Bench
+from forklift.fitting.plant_problem import completed, pose
 from forklift.plant import Recording
-from forklift.plant.diagnose import Number, PlantDiagnosis, numbers
-from forklift.plant.problem import completed, pose
-from forklift.rigs import cascaded_tanks, pneumatic_seal
+from forklift.plant.rigs import cascaded_tanks, pneumatic_seal
 
 
 def tanks(folder: Path) -> None:

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from forklift.estimation.problem import Observed, Problem, Sample
-from forklift.estimation.sensors import Sensor
-from forklift.estimation.unknowns import Unknown
+from forklift.plant.forklift.problem import Observed, Problem, Sample
+from forklift.plant.forklift.sensors import Sensor
+from forklift.plant.forklift.unknowns import Unknown
 
 CHANNEL = "pressure_free_pa"
 

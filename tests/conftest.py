@@ -6,7 +6,7 @@ import pytest
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, fit
-from forklift.fit import Fit
+from forklift.fitting.fit import Fit
 from pages import Text
 
 

@@ -9,9 +9,9 @@ from functools import cache
 import numpy as np
 
 from forklift import Recording, Truck, simulate
-from forklift.commands import Command, generate
-from forklift.demo import measured, scattered
-from forklift.names import LIFTS, commanded
+from forklift.app.demo import measured, scattered
+from forklift.plant.forklift.commands import Command, generate
+from forklift.plant.forklift.tables import LIFTS, commanded
 
 Recordings = tuple[Recording, ...]
 THESIS = Truck.read("thesis")

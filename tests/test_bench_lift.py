@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from forklift.commands import generate
-from forklift.demo import scattered
-from forklift.names import LIFTS
-from forklift.simulate import simulate
-from forklift.truck import Truck
+from forklift.app.demo import scattered
+from forklift.plant.forklift.commands import generate
+from forklift.plant.forklift.simulate import simulate
+from forklift.plant.forklift.tables import LIFTS
+from forklift.plant.forklift.truck import Truck
 
 BENCHES = Path(__file__).parents[1] / "benches"
 SECONDS = 2.5

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, convert
-from forklift.channels import table
+from forklift.recordings.channels import table
 from small_campaign import MAPPED, ROWS, TOML, csv_text, foreign, make, make_mapped, raised, signals, snapshot
 
 MAKERS = {"plain": make, "csv": lambda folder: make_mapped(folder, ".csv")}

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording
-from forklift.channels import COMMANDS, REQUIRED, TIME, conversions, table
+from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, conversions, table
 from small_campaign import ROWS, make, raised, signals, snapshot
 
 NAMES = ("coupling", "leak", "null", "thermfric")

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import cast
 
 from forklift.diagnosis.causes import causes
+from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.refit import Trial
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import Selection, Step, _rivals
-from forklift.diagnosis.suspect import Suspect
-from forklift.diagnosis.trial import Trial
 
 NOTHING = Screening(0.0, (), (), ())
 

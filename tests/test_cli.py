@@ -12,9 +12,10 @@ import polars as pl
 import pytest
 
 from campaigns import CAMPAIGNS
-from forklift import Truck, cli, commands
-from forklift.demo import RECORDINGS
-from forklift.truck import SHIPPED
+from forklift import Truck, commands
+from forklift.app import main as cli
+from forklift.app.demo import RECORDINGS
+from forklift.plant.forklift.truck import SHIPPED
 
 COMMANDS = ("simulate", "compare", "fit", "info", "convert", "demo")
 
@@ -268,7 +269,7 @@ def test_an_unforeseen_mistake_is_one_sentence_too(capfd, demo, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("forklift.campaign.Campaign.read", broken)
+    monkeypatch.setattr("forklift.recordings.campaign.Campaign.read", broken)
     assert "ZeroDivisionError" in refused(capfd, "compare", demo / "campaign")
 
 

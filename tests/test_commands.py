@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forklift import ForkliftError, commands
-from forklift.commands import Command
+from forklift.plant.forklift.commands import Command
 
 HEAD = "time_s,current_free_a,current_main_a\n"
 

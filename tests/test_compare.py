@@ -11,11 +11,11 @@ from scipy.signal import savgol_filter
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, ForkliftError, Recording, Truck, _core, commands, compare, simulate
-from forklift.commands import Command
-from forklift.compare import PREDICTED, Comparison, _operating_points
-from forklift.demo import measured, scattered
-from forklift.names import amount
-from forklift.phases import PHASES, phases, shut_current
+from forklift.app.demo import measured, scattered
+from forklift.fitting.compare import PREDICTED, Comparison, _operating_points
+from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.phases import PHASES, phases, shut_current
+from forklift.plant.forklift.tables import amount
 from forklift.report.of_comparison import comparison_page
 from forklift.report.traces import MOST_POINTS, decimate
 from pages import drawn

@@ -8,9 +8,9 @@ from scipy.stats import chi2, kstest
 
 from forklift.diagnosis.deficiency import autoregression, deficiency, holm, quadratic
 from forklift.diagnosis.misfit import band_names, shares
-from forklift.estimation.judgement import Judged, ljung_box
-from forklift.phases import PHASES, of_recording, phases
-from forklift.regressors import regressors
+from forklift.fitting.residuals import Judged, ljung_box
+from forklift.plant.forklift.covariates import regressors
+from forklift.plant.forklift.phases import PHASES, of_recording, phases
 from test_diagnosis import diagnosed
 
 N, RATE = 400, 50.0
@@ -169,7 +169,7 @@ def test_every_channel_of_a_recording_has_the_phase_of_what_moves():
 
 
 def test_an_encoder_at_rest_is_rounded_once():
-    from forklift.estimation.judgement import _stretches
+    from forklift.fitting.residuals import _stretches
 
     moving, half = np.arange(100.0), np.r_[np.arange(50.0), np.full(50, 50.0)]
     assert _stretches(moving) == 100.0

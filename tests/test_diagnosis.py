@@ -11,7 +11,7 @@ from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, compare
 from forklift.diagnosis.selection import ALARM, alarming
-from forklift.estimation.judgement import AT_NOISE
+from forklift.fitting.residuals import AT_NOISE
 
 CONCEALED = {
     "thermfric": ("free", "friction", "friction_temperature", "free.friction_temperature.rate", 0.018),

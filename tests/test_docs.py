@@ -5,9 +5,9 @@ import re
 from pathlib import Path
 from typing import get_args
 
-from forklift.considered import Untold
-from forklift.diagnose import Verdict
-from forklift.effects import Equation
+from forklift.diagnosis.diagnose import Verdict
+from forklift.diagnosis.ledger import Untold
+from forklift.plant.forklift.effects import Equation
 
 ROOT = Path(__file__).parents[1]
 PYTHON = sorted((ROOT / "python" / "forklift").rglob("*.py"))

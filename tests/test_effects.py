@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from forklift import Truck, _core, commands, simulate
-from forklift.effects import EFFECTS, Equation
-from forklift.names import LIFTS, of_effect
-from forklift.suspects import suspects
+from forklift.diagnosis.hypotheses import suspects
+from forklift.plant.forklift.effects import EFFECTS, Equation
+from forklift.plant.forklift.tables import LIFTS, of_effect
 
 SPECS = {spec["id"]: spec for spec in _core.effect_table()}
 THESIS = Truck.read("thesis")

@@ -13,8 +13,8 @@ from scipy.stats import chi2
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording, Truck, fit, simulate
-from forklift.commands import Command
-from forklift.estimation.geodesic import cost
+from forklift.fitting.levenberg_marquardt import cost
+from forklift.plant.forklift.commands import Command
 
 ANALOGUE = ("pressure_free_pa", "pressure_main_pa", "fork_height_m")
 COUNT_M = np.pi * 0.08 / 128.0

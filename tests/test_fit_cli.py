@@ -10,15 +10,16 @@ import pytest
 
 import forklift
 from campaigns import CAMPAIGNS
-from forklift import Truck, cli
+from forklift import Truck
+from forklift.app import main as cli
 from small_campaign import snapshot
 
 NULL = str(CAMPAIGNS / "null")
 
 STOPPED = """
 import signal
-from forklift import cli
-from forklift.estimation import {module}
+from forklift.app import main as cli
+from forklift.fitting import {module}
 
 real, count = {module}.{name}, 0
 

@@ -12,9 +12,9 @@ from plotly.offline import get_plotlyjs
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, commands, fit, simulate
-from forklift.fit_files import PARAMETER_COLUMNS, command
-from forklift.names import parameters
-from forklift.tables import change_table, fit_tables, parameters_table, plain
+from forklift.fitting.files import PARAMETER_COLUMNS, command
+from forklift.plant.forklift.tables import parameters
+from forklift.report.tables import change_table, fit_tables, parameters_table, plain
 from small_campaign import raised, snapshot
 
 ROOMY_BYTES = 8_000_000

@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.signal import savgol_filter
 
 from forklift import ForkliftError
-from forklift.fits import derivative, nmse, nrmse, rmse
+from forklift.fitting.metrics import derivative, nmse, nrmse, rmse
 
 SIGNALS = arrays(np.float64, 20, elements=st.floats(-1e3, 1e3, width=32))
 

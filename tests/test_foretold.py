@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
+from forklift.diagnosis.hypothesis import Suspect
 from forklift.diagnosis.screening import _Base, _Column
-from forklift.diagnosis.suspect import Suspect
-from forklift.estimation.interface import Problem
+from forklift.fitting.interface import Problem
 
 SHARED, OWN = 3, 2
 NOBODY = cast(Suspect, None)

@@ -13,11 +13,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from forklift import Campaign, ForkliftError, convert
-from forklift.checks import Sampled
-from forklift.formats import FORMATS, format_of, isolation, mdf4
-from forklift.formats.csv import _carefully, _quickly
-from forklift.formats.signals import Place, Signals
-from forklift.resample import onto_grid
+from forklift.recordings.checks import Sampled
+from forklift.recordings.formats import FORMATS, format_of, isolation, mdf4
+from forklift.recordings.formats.csv import _carefully, _quickly
+from forklift.recordings.formats.signals import Place, Signals
+from forklift.recordings.resample import onto_grid
 from small_campaign import (
     MAPPED,
     RATE_HZ,
@@ -392,7 +392,7 @@ def test_the_csv_of_a_recording_is_what_the_standard_library_reads(tmp_path):
 
 READERS = """\
 import os, time
-from forklift.formats.signals import Signals
+from forklift.recordings.formats.signals import Signals
 
 
 def read(place, choose):

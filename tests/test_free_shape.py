@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from forklift import ForkliftError, Truck, commands, simulate
-from forklift.estimation.unknowns import unknowns
-from forklift.free_shape import COEFFICIENTS, FreeShape, ports, variables
-from forklift.names import parameters
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeShape, ports, variables
+from forklift.plant.forklift.tables import parameters
+from forklift.plant.forklift.unknowns import unknowns
 
 THESIS = Truck.read("thesis")
 WARMTH = FreeShape("free", "viscous_friction", "oil_temperature", -10.0, 80.0)

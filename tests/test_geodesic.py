@@ -8,9 +8,9 @@ from scipy.optimize import least_squares
 
 import analytic
 from forklift import ForkliftError
-from forklift.estimation.geodesic import cost, descend
-from forklift.estimation.knowledge import knowledge
-from forklift.estimation.likelihood import HUBER
+from forklift.fitting.intervals import knowledge
+from forklift.fitting.levenberg_marquardt import cost, descend
+from forklift.fitting.likelihood import HUBER
 
 
 def rosenbrock(p: np.ndarray) -> np.ndarray:

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forklift.estimation.judgement import Judged, settled
-from forklift.estimation.least_squares import Linearised
-from forklift.estimation.sensors import Sensor
+from forklift.fitting.problem import Linearised
+from forklift.fitting.residuals import Judged, settled
+from forklift.plant.forklift.sensors import Sensor
 
 
 @dataclass(frozen=True)

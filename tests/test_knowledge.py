@@ -9,9 +9,9 @@ import pytest
 from scipy.stats import binomtest
 
 import analytic
-from forklift.estimation.geodesic import descend
-from forklift.estimation.judgement import LAGS, ljung_box
-from forklift.estimation.knowledge import QUANTILE, knowledge, widening
+from forklift.fitting.intervals import QUANTILE, knowledge, widening
+from forklift.fitting.levenberg_marquardt import descend
+from forklift.fitting.residuals import LAGS, ljung_box
 
 SIGMA = 0.1
 PRIOR = 1.25

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 from scipy.stats import norm
 from scipy.stats import t as students
 
-from forklift.estimation.likelihood import HUBER, gaussian, interval, interval_cost, student
+from forklift.fitting.likelihood import HUBER, gaussian, interval, interval_cost, student
 
 getcontext().prec = 60
 getcontext().Emin = MIN_EMIN

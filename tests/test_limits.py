@@ -8,9 +8,9 @@ from scipy.optimize import minimize
 
 import analytic
 from forklift import ForkliftError, Truck
-from forklift.estimation import geodesic
-from forklift.estimation.limits import CLOSE, Limits
-from forklift.estimation.unknowns import LEAST_GAP, rising, unknowns
+from forklift.fitting import levenberg_marquardt as geodesic
+from forklift.fitting.limits import CLOSE, Limits
+from forklift.plant.forklift.unknowns import LEAST_GAP, rising, unknowns
 
 
 def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, Limits]:

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from forklift.errors import ForkliftError
-from forklift.estimation import likelihood
+from forklift.base.errors import ForkliftError
+from forklift.diagnosis.plant_diagnose import diagnose_plant
+from forklift.fitting import likelihood
+from forklift.fitting.plant_problem import pose, sensors
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
-from forklift.plant.diagnose import diagnose_plant
-from forklift.plant.problem import pose, sensors
 from forklift.plant.simulate import simulate_plant
 from forklift.report.of_plant import plant_page
 
@@ -122,7 +122,7 @@ def test_the_engine_knows_no_machine(path):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("forklift."):
             home = (node.module or "").split(".")[1]
             assert home in {"diagnosis", "estimation", "errors"}, node.module
-            assert node.module not in {"forklift.estimation.problem", "forklift.estimation.readings"}
+            assert node.module not in {"forklift.plant.forklift.problem", "forklift.fitting.sensor_faults"}
         if isinstance(node, ast.Compare):
             words = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)]
             assert not [word for word in words if isinstance(word, str) and OF_A_MACHINE.search(word)]
@@ -256,7 +256,7 @@ def folder(name):
 
 @pytest.mark.parametrize("seal", ["O-ring", "O-ring257"])
 def test_a_seals_friction_grows_with_pressure_at_every_pressure_left_out(seal):
-    from forklift.rigs import pneumatic_seal
+    from forklift.plant.rigs import pneumatic_seal
 
     recordings = pneumatic_seal.read(folder("pneumatic_seal"), seal)
     floors = pneumatic_seal.repeatability(recordings)
@@ -272,7 +272,7 @@ def test_a_seals_friction_grows_with_pressure_at_every_pressure_left_out(seal):
 
 
 def test_a_file_that_fits_no_law_is_flagged():
-    from forklift.rigs import pneumatic_seal
+    from forklift.plant.rigs import pneumatic_seal
 
     recordings = pneumatic_seal.read(folder("pneumatic_seal"), "X-ring257")
     sigma = float(np.median(list(pneumatic_seal.repeatability(recordings).values())))
@@ -285,7 +285,7 @@ def test_the_tanks_lack_more_than_one_thing():
         pytest.skip("takes minutes: set FORKLIFT_SLOW")
     from dataclasses import replace
 
-    from forklift.rigs import cascaded_tanks
+    from forklift.plant.rigs import cascaded_tanks
 
     recordings = cascaded_tanks.read(folder("cascaded_tanks"))
     whole = cascaded_tanks.plant()

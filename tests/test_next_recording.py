@@ -8,7 +8,14 @@ import pytest
 from typer.testing import CliRunner
 
 from forklift import Command, Truck, simulate
-from forklift.candidates import (
+from forklift.app.main import app
+from forklift.diagnosis import next_recording as engine
+from forklift.diagnosis.hypotheses import suspects
+from forklift.diagnosis.hypothesis import carry
+from forklift.diagnosis.next_recording import PARTS, part, tell
+from forklift.diagnosis.refit import Trial
+from forklift.fitting.intervals import knowledge
+from forklift.plant.forklift.candidates import (
     MARGIN_M,
     Limits,
     before_the_end,
@@ -18,14 +25,7 @@ from forklift.candidates import (
     limits,
     next_recording,
 )
-from forklift.cli import app
-from forklift.diagnosis import next_recording as engine
-from forklift.diagnosis.next_recording import PARTS, part, tell
-from forklift.diagnosis.suspect import carry
-from forklift.diagnosis.trial import Trial
-from forklift.estimation.knowledge import knowledge
-from forklift.names import commanded
-from forklift.suspects import suspects
+from forklift.plant.forklift.tables import commanded
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, Truck, _core, simulate
-from forklift.commands import Command
-from forklift.effects import EFFECTS
+from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.effects import EFFECTS
 from reference import trajectory
 from reference.plant import campaign, effects, model, others, run, sensors
 from reference.plant.truck import LIFTS, THESIS, scattered

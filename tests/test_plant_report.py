@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from plotly.offline import get_plotlyjs
 
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
+from forklift.diagnosis.plant_diagnose import PlantDiagnosis, diagnose_plant
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
-from forklift.plant.diagnose import PlantDiagnosis, diagnose_plant
 from forklift.plant.simulate import simulate_plant
 from forklift.report import words
 from forklift.report.of_plant import plant_page
@@ -83,9 +83,14 @@ OF_ANY_PLANT = [
 def test_no_branch_hangs_on_a_machine(path):
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
-            known = {"forklift.truck", "forklift.names", "forklift.operation", "forklift.unknown_ports"}
+            known = {
+                "forklift.plant.forklift.truck",
+                "forklift.plant.forklift.tables",
+                "forklift.plant.forklift.variables",
+                "forklift.plant.forklift.ports",
+            }
             assert node.module not in known
-            assert not (node.module or "").startswith("forklift.rigs")
+            assert not (node.module or "").startswith("forklift.plant.rigs")
         if isinstance(node, ast.Compare | ast.match_case):
             said = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)]
             assert not [one for one in said if isinstance(one, str) and OF_A_MACHINE.search(one)]

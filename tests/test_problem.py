@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from forklift import Campaign, Recording, Truck, operation
-from forklift.estimation.geodesic import cost
-from forklift.estimation.problem import OWN, Problem, Sample, sample
-from forklift.estimation.sensors import sensors
-from forklift.estimation.unknowns import unknowns
+from forklift import Campaign, Recording, Truck
+from forklift.fitting.levenberg_marquardt import cost
+from forklift.plant.forklift import variables as operation
+from forklift.plant.forklift.problem import OWN, Problem, Sample, sample
+from forklift.plant.forklift.sensors import sensors
+from forklift.plant.forklift.unknowns import unknowns
 
 ROOT = Path(__file__).parents[1]
 NULL = ROOT / "tests" / "campaigns" / "null"
@@ -192,12 +193,12 @@ SEARCH = """
 import hashlib, sys
 import numpy as np
 sys.path.insert(0, "tests")
-import forklift.estimation.least_squares as module
+import forklift.fitting.problem as module
 assert hasattr(module, "cpu_count")
 module.cpu_count = lambda: int(sys.argv[1])
 from test_problem import problem, sensors
-from forklift.estimation.search import Stage, search
-from forklift.estimation.knowledge import knowledge
+from forklift.fitting.search import Stage, search
+from forklift.fitting.intervals import knowledge
 small = problem()
 every = sensors([one.recording for one in small.samples])
 stages = (Stage(30.0, 4, 3, 0.2), Stage(3.0, 4, 3, 1.0))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import analytic
-from forklift.estimation.geodesic import descend
-from forklift.estimation.knowledge import knowledge
-from forklift.estimation.profile import profile
+from forklift.fitting.intervals import knowledge
+from forklift.fitting.levenberg_marquardt import descend
+from forklift.fitting.profile import profile
 
 SIGMA = 0.1
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from forklift import Truck, simulate
-from forklift.commands import Command
-from forklift.estimation.starts import End
+from forklift.fitting.starts import End
+from forklift.plant.forklift.commands import Command
 
 PROOFS = Path(__file__).parents[1] / "proofs"
 

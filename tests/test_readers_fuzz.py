@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from forklift import Campaign, ForkliftError
-from forklift.formats import isolation
+from forklift.recordings.formats import isolation
 from small_campaign import TOML, csv_text, foreign, make, make_mapped, signals, write_mat73, write_mdf4
 
 BYTES = 8  # what a mutation writes at once: HDF5, MDF4 and Parquet are full of 64-bit offsets and sizes

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck
-from forklift.estimation.problem import Problem, sample
-from forklift.estimation.readings import reading
-from forklift.estimation.sensors import sensors
-from forklift.estimation.unknowns import unknowns
-from forklift.names import outputs
+from forklift.fitting.sensor_faults import reading
+from forklift.plant.forklift.problem import Problem, sample
+from forklift.plant.forklift.sensors import sensors
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.unknowns import unknowns
 
 TIME = np.arange(0.0, 2.0, 0.02)
 CHANNELS = list(outputs())

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from forklift import Truck, commands, simulate
-from forklift.demo import measured
+from forklift.app.demo import measured
+from forklift.diagnosis.refit import Trial
 from forklift.diagnosis.regimes import AGREE, Split, regimes
-from forklift.diagnosis.trial import Trial
-from forklift.estimation.judgement import judge
-from forklift.estimation.knowledge import knowledge
-from forklift.estimation.problem import Problem, sample
-from forklift.estimation.search import STAGES, search
-from forklift.estimation.sensors import sensors
-from forklift.estimation.unknowns import unknowns
-from forklift.recording import Recording
-from forklift.splits import splits
+from forklift.fitting.intervals import knowledge
+from forklift.fitting.residuals import judge
+from forklift.fitting.search import STAGES, search
+from forklift.plant.forklift.problem import Problem, sample
+from forklift.plant.forklift.sensors import sensors
+from forklift.plant.forklift.splits import splits
+from forklift.plant.forklift.unknowns import unknowns
+from forklift.recordings.recording import Recording
 
 PLAN = tuple((load, degc) for load in (0.0, 1500.0) for degc in (20.0, 60.0))
 VOLUME = "free.cylinder.V_0"

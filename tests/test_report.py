@@ -12,15 +12,15 @@ from plotly.offline import get_plotlyjs
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare
-from forklift.candidates import NextRecording
-from forklift.effects import EFFECTS, Equation
-from forklift.names import channels, outputs
+from forklift.plant.forklift.candidates import NextRecording
+from forklift.plant.forklift.effects import EFFECTS, Equation
+from forklift.plant.forklift.tables import channels, outputs
 from forklift.report import law, words
 from forklift.report.blocks import Explorer, Page, Section
 from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.page import html
+from forklift.report.tables import mean_square, percent
 from forklift.report.traces import decimate, replays
-from forklift.tables import mean_square, percent
 from pages import FETCHING, ROOMY_BYTES, Text, drawn
 
 

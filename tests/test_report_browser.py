@@ -10,8 +10,8 @@ import pytest
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare, simulate
-from forklift.output import write_text
-from forklift.plant.diagnose import PlantDiagnosis, diagnose_plant
+from forklift.base.output import write_text
+from forklift.diagnosis.plant_diagnose import PlantDiagnosis, diagnose_plant
 from forklift.report.of_simulation import simulation_page
 from test_plant_report import line, recorded
 

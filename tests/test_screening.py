@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from forklift.base.errors import ForkliftError
+from forklift.diagnosis.hypotheses import suspects
+from forklift.diagnosis.hypothesis import Suspect
 from forklift.diagnosis.screening import Screening, screen
-from forklift.diagnosis.suspect import Suspect
-from forklift.errors import ForkliftError
-from forklift.estimation.problem import Problem
-from forklift.suspects import suspects
+from forklift.plant.forklift.problem import Problem
 from test_problem import problem, somewhere
 
 TRAVELLED = {"free": (0.2, 1.9)}

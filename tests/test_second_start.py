@@ -7,8 +7,8 @@ from typing import cast
 
 import pytest
 
+from forklift.diagnosis.refit import Bench, Trial
 from forklift.diagnosis.selection import NEARLY, _to_the_end
-from forklift.diagnosis.trial import Bench, Trial
 
 
 @dataclass(frozen=True, eq=False)

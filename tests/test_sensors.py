@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forklift import Recording, _core
-from forklift.estimation.sensors import LEAST_NOISE, Sensor, encoder_count, sensors, white_noise
+from forklift.plant.forklift.sensors import LEAST_NOISE, Sensor, encoder_count, sensors, white_noise
 
 N, RATE_HZ = 600, 50.0
 TIME = np.arange(N) / RATE_HZ

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from forklift.diagnosis.trial import LESS, TWICE, Bench, Trial
+from forklift.diagnosis.refit import LESS, TWICE, Bench, Trial
 
 NOISE = 0.5
 WORST = 1.3

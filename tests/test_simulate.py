@@ -5,9 +5,9 @@ import polars as pl
 import pytest
 
 from forklift import ForkliftError, Truck, _core, commands, predict, simulate
-from forklift.commands import Command
-from forklift.names import LIFTS, outputs
-from forklift.recording import Recording
+from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.tables import LIFTS, outputs
+from forklift.recordings.recording import Recording
 from reference import trajectory
 
 COMMAND = commands.generate("prms", "free", duration_s=4.0)

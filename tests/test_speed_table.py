@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forklift import ForkliftError, Truck, commands, demo, speed_to_current, temperature_scaling
-from forklift.speed_table import STILL_M_S
+from forklift import ForkliftError, Truck, commands, speed_to_current, temperature_scaling
+from forklift.app import demo
+from forklift.plant.forklift.speed_table import STILL_M_S
 
 STEP_A = 1.75 / 255
 

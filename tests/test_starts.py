@@ -9,9 +9,9 @@ import pytest
 
 import analytic
 from forklift import ForkliftError
-from forklift.estimation.geodesic import descend
-from forklift.estimation.search import Found
-from forklift.estimation.starts import SCATTER, End, compare_ends, from_starts, scattered
+from forklift.fitting.levenberg_marquardt import descend
+from forklift.fitting.search import Found
+from forklift.fitting.starts import SCATTER, End, compare_ends, from_starts, scattered
 
 SIGMA = 0.05
 

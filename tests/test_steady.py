@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from campaigns import CAMPAIGNS
-from forklift import Campaign, ForkliftError, Recording, Truck, commands, demo, simulate, steady_state
-from forklift.plateaus import plateaus
+from forklift import Campaign, ForkliftError, Recording, Truck, commands, simulate, steady_state
+from forklift.app import demo
+from forklift.plant.forklift.plateaus import plateaus
 
 UP = [60, 0, 80, 0, 100, 0, 125, 0, 150, 0]
 OTHER_UP = [70, 0, 90, 0, 112, 0, 138, 0, 165]

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from forklift.diagnosis.suspect import carry
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
+from forklift.diagnosis.hypothesis import carry
+from forklift.diagnosis.plant_diagnose import diagnose_plant
+from forklift.diagnosis.plant_hypotheses import of_effect
+from forklift.fitting.plant_problem import pose, sensors
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
-from forklift.plant.diagnose import diagnose_plant
-from forklift.plant.problem import pose, sensors
 from forklift.plant.simulate import simulate_plant
-from forklift.plant.suspects import of_effect
 
 TIME = np.linspace(0.0, 10.0, 101)
 PUMP = np.where(TIME < 2.0, 2.0, 3.0)

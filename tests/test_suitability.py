@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording, simulate
-from forklift.commands import Command, generate
-from forklift.demo import measured, scattered
-from forklift.estimation.suitability import Suitability, suitability
-from forklift.names import LIFTS, commanded
+from forklift.app.demo import measured, scattered
+from forklift.plant.forklift.checks.suitability import Suitability, suitability
+from forklift.plant.forklift.commands import Command, generate
+from forklift.plant.forklift.tables import LIFTS, commanded
 from spoilt_campaign import (
     DURATION_S,
     F0,

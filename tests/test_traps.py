@@ -8,7 +8,7 @@ import pytest
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording, Truck, diagnose
-from forklift.diagnose import Diagnosis
+from forklift.diagnosis.diagnose import Diagnosis
 
 Columns = dict[str, np.ndarray]
 

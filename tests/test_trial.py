@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import analytic
-from forklift.diagnosis.trial import OVER_ALL, Bench
+from forklift.diagnosis.refit import OVER_ALL, Bench
 
 
 @pytest.mark.parametrize("needed", [4, OVER_ALL.substeps, 32])

@@ -10,8 +10,8 @@ import pytest
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign
-from forklift.estimation.suitability import suitability
-from forklift.names import LIFTS
+from forklift.plant.forklift.checks.suitability import suitability
+from forklift.plant.forklift.tables import LIFTS
 from small_campaign import raised
 from spoilt_campaign import (
     F0,

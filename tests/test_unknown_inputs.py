@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from forklift import Truck, _core, commands
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
 
 WIDTH = 0.2
 

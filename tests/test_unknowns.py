@@ -10,8 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from forklift import ForkliftError, Truck
-from forklift.estimation.unknowns import ESTIMATED, LEAST_ANGLE, SCALES, Unknown, move, unknowns
-from forklift.names import LIFTS, parameters
+from forklift.plant.forklift.tables import LIFTS, parameters
+from forklift.plant.forklift.unknowns import ESTIMATED, LEAST_ANGLE, SCALES, Unknown, move, unknowns
 from small_campaign import raised
 
 THESIS = Truck.read("thesis")

@@ -12,7 +12,7 @@ import pytest
 from forklift import Campaign, Truck, _core, diagnose
 from forklift.diagnosis.screening import screen
 from forklift.diagnosis.selection import ALARM, CLEARLY, CONFIRMED
-from forklift.effects import EFFECTS
+from forklift.plant.forklift.effects import EFFECTS
 
 PROOFS = Path(__file__).parents[1] / "proofs"
 sys.path.insert(0, str(PROOFS))

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forklift.commands import Command
-from forklift.estimation.problem import OWN, Linearised, Problem, Sample
-from forklift.estimation.sensors import Sensor
-from forklift.estimation.unknowns import move
-from forklift.names import LIFTS
-from forklift.simulate import mean_temperature, simulate
-from forklift.truck import Truck
+from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.problem import OWN, Linearised, Problem, Sample
+from forklift.plant.forklift.sensors import Sensor
+from forklift.plant.forklift.simulate import mean_temperature, simulate
+from forklift.plant.forklift.tables import LIFTS
+from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.unknowns import move
 
 TOLERANCE = 1e-7
 STEPS = 3

@@ -25,14 +25,14 @@ from judge import Judged, judge
 from scipy.optimize import least_squares
 from usual import OutOfTime, Usual
 
-from forklift.campaign import Campaign
-from forklift.errors import ForkliftError
-from forklift.estimation.problem import Problem, sample
-from forklift.estimation.search import Stage, search
-from forklift.estimation.sensors import MEASURED, Sensor, sensors
-from forklift.estimation.unknowns import unknowns
-from forklift.names import LIFTS
-from forklift.truck import Truck
+from forklift.base.errors import ForkliftError
+from forklift.fitting.search import Stage, search
+from forklift.plant.forklift.problem import Problem, sample
+from forklift.plant.forklift.sensors import MEASURED, Sensor, sensors
+from forklift.plant.forklift.tables import LIFTS
+from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.unknowns import unknowns
+from forklift.recordings.campaign import Campaign
 
 NULL = Path(__file__).parents[2] / "tests" / "campaigns" / "null"
 SUBSTEPS = 4

@@ -17,12 +17,12 @@ from time import perf_counter, process_time
 import numpy as np
 from cvode import Cvode, parameters_of
 
-from forklift.commands import Command
-from forklift.estimation import likelihood
-from forklift.estimation.problem import OWN, Observed, Problem, Sample
-from forklift.estimation.sensors import Sensor
-from forklift.estimation.unknowns import DEGREES
-from forklift.simulate import mean_temperature, simulate
+from forklift.fitting import likelihood
+from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.problem import OWN, Observed, Problem, Sample
+from forklift.plant.forklift.sensors import Sensor
+from forklift.plant.forklift.simulate import mean_temperature, simulate
+from forklift.plant.forklift.unknowns import DEGREES
 
 FACTORS = {"free": 2.0, "main": 1.0}  # of a cylinder's position in what its encoder reads
 OFFSET = 10.0

@@ -14,8 +14,8 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from forklift import Truck, _core
-from forklift.effects import EFFECTS
-from forklift.names import LIFTS
+from forklift.plant.forklift.effects import EFFECTS
+from forklift.plant.forklift.tables import LIFTS
 
 Cell = str | nodes.Node
 

@@ -11,86 +11,73 @@ University, LiTH-ISY-EX--17/5050--SE, 2017. Names here are loaded when first use
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
-    from forklift import commands as commands
-    from forklift.campaign import Campaign as Campaign
-    from forklift.commands import Command as Command
-    from forklift.compare import Comparison as Comparison
-    from forklift.compare import compare as compare
-    from forklift.convert import convert as convert
-    from forklift.diagnose import Diagnosis as Diagnosis
-    from forklift.diagnose import diagnose as diagnose
-    from forklift.fit import Fit as Fit
-    from forklift.fit import fit as fit
-    from forklift.plant.diagnose import PlantDiagnosis as PlantDiagnosis
-    from forklift.plant.diagnose import diagnose_plant as diagnose_plant
+    from forklift.diagnosis.diagnose import Diagnosis as Diagnosis
+    from forklift.diagnosis.diagnose import diagnose as diagnose
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis as PlantDiagnosis
+    from forklift.diagnosis.plant_diagnose import diagnose_plant as diagnose_plant
+    from forklift.fitting.compare import Comparison as Comparison
+    from forklift.fitting.compare import compare as compare
+    from forklift.fitting.fit import Fit as Fit
+    from forklift.fitting.fit import fit as fit
+    from forklift.plant.forklift import commands as commands
+    from forklift.plant.forklift.commands import Command as Command
+    from forklift.plant.forklift.simulate import Simulation as Simulation
+    from forklift.plant.forklift.simulate import predict as predict
+    from forklift.plant.forklift.simulate import simulate as simulate
+    from forklift.plant.forklift.speed_table import SpeedTable as SpeedTable
+    from forklift.plant.forklift.speed_table import speed_to_current as speed_to_current
+    from forklift.plant.forklift.speed_table import temperature_scaling as temperature_scaling
+    from forklift.plant.forklift.steady import SteadyState as SteadyState
+    from forklift.plant.forklift.steady import steady_state as steady_state
+    from forklift.plant.forklift.truck import Truck as Truck
     from forklift.plant.parts import Plant as Plant
     from forklift.plant.simulate import simulate_plant as simulate_plant
-    from forklift.recording import Recording as Recording
-    from forklift.simulate import Simulation as Simulation
-    from forklift.simulate import predict as predict
-    from forklift.simulate import simulate as simulate
-    from forklift.speed_table import SpeedTable as SpeedTable
-    from forklift.speed_table import speed_to_current as speed_to_current
-    from forklift.speed_table import temperature_scaling as temperature_scaling
-    from forklift.steady import SteadyState as SteadyState
-    from forklift.steady import steady_state as steady_state
-    from forklift.truck import Truck as Truck
+    from forklift.recordings.campaign import Campaign as Campaign
+    from forklift.recordings.convert import convert as convert
+    from forklift.recordings.recording import Recording as Recording
 
     __version__: str
 
 _HOME = {
-    "Campaign": "campaign",
-    "Command": "commands",
-    "Comparison": "compare",
-    "Diagnosis": "diagnose",
-    "Fit": "fit",
+    "Campaign": "recordings.campaign",
+    "Command": "plant.forklift.commands",
+    "Comparison": "fitting.compare",
+    "Diagnosis": "diagnosis.diagnose",
+    "Fit": "fitting.fit",
     "Plant": "plant.parts",
-    "PlantDiagnosis": "plant.diagnose",
-    "Recording": "recording",
-    "Simulation": "simulate",
-    "SpeedTable": "speed_table",
-    "SteadyState": "steady",
-    "Truck": "truck",
-    "compare": "compare",
-    "convert": "convert",
-    "diagnose": "diagnose",
-    "diagnose_plant": "plant.diagnose",
-    "fit": "fit",
-    "predict": "simulate",
-    "simulate": "simulate",
+    "PlantDiagnosis": "diagnosis.plant_diagnose",
+    "Recording": "recordings.recording",
+    "Simulation": "plant.forklift.simulate",
+    "SpeedTable": "plant.forklift.speed_table",
+    "SteadyState": "plant.forklift.steady",
+    "Truck": "plant.forklift.truck",
+    "compare": "fitting.compare",
+    "convert": "recordings.convert",
+    "diagnose": "diagnosis.diagnose",
+    "diagnose_plant": "diagnosis.plant_diagnose",
+    "fit": "fitting.fit",
+    "predict": "plant.forklift.simulate",
+    "simulate": "plant.forklift.simulate",
     "simulate_plant": "plant.simulate",
-    "speed_to_current": "speed_table",
-    "steady_state": "steady",
-    "temperature_scaling": "speed_table",
+    "speed_to_current": "plant.forklift.speed_table",
+    "steady_state": "plant.forklift.steady",
+    "temperature_scaling": "plant.forklift.speed_table",
 }
 
 __all__ = ["ForkliftError", "__version__", "commands", *_HOME]
-
-
-class _Package(ModuleType):
-    """Keeps ``forklift.simulate`` the verb when the module of the same name is imported."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not (name in _HOME and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         value = getattr(import_module(f"forklift.{_HOME[name]}"), name)
     elif name == "commands":
-        value = import_module("forklift.commands")
+        value = import_module("forklift.plant.forklift.commands")
     elif name == "__version__":
         from importlib.metadata import version
 

@@ -6,9 +6,9 @@ import sys
 
 
 def main() -> None:
-    """`forklift.cli.main`, loaded under guard."""
+    """`forklift.app.main.main`, loaded under guard."""
     try:
-        from forklift import cli
+        from forklift.app import main as cli
     except KeyboardInterrupt:
         print("forklift: interrupted; nothing was left half-written.", file=sys.stderr)
         sys.exit(130)

@@ -1,4 +1,4 @@
-//! The core's errors as `forklift.errors.ForkliftError`.
+//! The core's errors as `forklift.base.errors.ForkliftError`.
 
 use hydro_core::error::{Error, Fact};
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -20,7 +20,7 @@ pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
                 Fact::Count(count) => facts.set_item(name, count)?,
             }
         }
-        let class = py.import("forklift.errors")?.getattr("ForkliftError")?;
+        let class = py.import("forklift.base.errors")?.getattr("ForkliftError")?;
         Ok(PyErr::from_value(class.call((error.code(), sentence.as_str()), Some(&facts))?))
     };
     make().unwrap_or_else(|failure| failure)

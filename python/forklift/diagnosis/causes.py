@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.refit import Trial
 from forklift.diagnosis.selection import AS_NEAR, Selection, credibility
-from forklift.diagnosis.suspect import Suspect
-from forklift.diagnosis.trial import Trial
 
 AS_GOOD = 0.05
 """Credibility from which on a rival that leaves nothing over cannot be told from the cause."""

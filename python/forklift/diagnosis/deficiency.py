@@ -31,7 +31,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 from scipy.stats import f, ncx2
 
-from forklift.estimation.judgement import Judged
+from forklift.fitting.residuals import Judged
 
 Floats = NDArray[np.float64]
 

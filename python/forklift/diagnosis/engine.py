@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from forklift.diagnosis.causes import Cause, causes
-from forklift.diagnosis.inputs import WIDTH_S, Respond, UnknownInput, unknown_inputs
-from forklift.diagnosis.region import Shape
+from forklift.diagnosis.dependence import Shape
+from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.locate import WIDTH_S, Respond, UnknownInput, unknown_inputs
+from forklift.diagnosis.refit import Bench, Trial
 from forklift.diagnosis.screening import Screening, screen
 from forklift.diagnosis.selection import General, Selection, alarming, select
-from forklift.diagnosis.suspect import Suspect
-from forklift.diagnosis.trial import Bench, Trial
 
 Verdict = Literal["no-mismatch", "missing-physics", "unknown-effect", "parameter-error", "sensor-fault"]
 VERDICTS: Mapping[str, Verdict] = {

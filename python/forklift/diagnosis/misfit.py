@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.estimation.judgement import Judged
+from forklift.fitting.residuals import Judged
 
 Floats = NDArray[np.float64]
 

@@ -22,14 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from forklift.diagnosis.suspect import Suspect, carry
-from forklift.diagnosis.trial import Trial
-from forklift.errors import ForkliftError
-from forklift.estimation.algebra import one_thread
-from forklift.estimation.interface import Problem, Sample
-from forklift.estimation.knowledge import knowledge
-from forklift.estimation.least_squares import Linearised
-from forklift.estimation.observed import Observed
+from forklift.base.errors import ForkliftError
+from forklift.base.threads import one_thread
+from forklift.diagnosis.hypothesis import Suspect, carry
+from forklift.diagnosis.refit import Trial
+from forklift.fitting.interface import Problem, Sample
+from forklift.fitting.intervals import knowledge
+from forklift.fitting.observed import Observed
+from forklift.fitting.problem import Linearised
 
 Floats = NDArray[np.float64]
 

@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.diagnosis.trial import Trial
-from forklift.errors import ForkliftError
-from forklift.estimation import likelihood
-from forklift.estimation.algebra import one_thread
-from forklift.estimation.interface import Problem
-from forklift.estimation.knowledge import QUANTILE, TOLD
-from forklift.estimation.least_squares import Linearised
-from forklift.estimation.unknowns import DEGREES, Unknown
+from forklift.base.errors import ForkliftError
+from forklift.base.threads import one_thread
+from forklift.diagnosis.refit import Trial
+from forklift.fitting import likelihood
+from forklift.fitting.interface import Problem
+from forklift.fitting.intervals import QUANTILE, TOLD
+from forklift.fitting.problem import Linearised
+from forklift.plant.forklift.unknowns import DEGREES, Unknown
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.estimation.sensors import Sensor
+from forklift.plant.forklift.sensors import Sensor
 
 Floats = NDArray[np.float64]
 

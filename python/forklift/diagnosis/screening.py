@@ -16,10 +16,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.errors import ForkliftError
+from forklift.diagnosis.hypothesis import Suspect, carry
 from forklift.diagnosis.rounding import rounded
-from forklift.diagnosis.suspect import Suspect, carry
-from forklift.errors import ForkliftError
-from forklift.estimation.interface import Problem
+from forklift.fitting.interface import Problem
 
 Floats = NDArray[np.float64]
 

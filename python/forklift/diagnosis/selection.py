@@ -12,9 +12,9 @@ from typing import Protocol
 
 import numpy as np
 
+from forklift.diagnosis.hypothesis import Kind, Suspect
+from forklift.diagnosis.refit import ALIKE, MUCH, Bench, Trial
 from forklift.diagnosis.screening import Screened, Screening, screen
-from forklift.diagnosis.suspect import Kind, Suspect
-from forklift.diagnosis.trial import ALIKE, MUCH, Bench, Trial
 
 FIRST, FURTHER = 3, 4
 """How many suspects the race begins with, and how many more enter if none of them explains everything."""

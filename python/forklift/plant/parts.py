@@ -14,8 +14,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.errors import ForkliftError
-from forklift.estimation.unknowns import SCALES, Unknown
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.unknowns import SCALES, Unknown
 
 Values = Mapping[str, Any]
 """By name: arrays that broadcast over (times, lanes)."""

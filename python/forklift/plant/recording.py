@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
 
 Floats = NDArray[np.float64]
 Role = Literal["estimate", "validate"]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Effect, Plant, State, Values
 from forklift.plant.steady import begun
 

@@ -7,9 +7,9 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
+from forklift.fitting.plant_problem import completed
 from forklift.plant.parts import STEADY, Plant
-from forklift.plant.problem import completed
 from forklift.plant.recording import Recording
 from forklift.plant.run import Machine, run
 

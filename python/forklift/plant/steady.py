@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.errors import ForkliftError
+from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
     from forklift.plant.parts import State, Values

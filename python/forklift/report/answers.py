@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from forklift import operation
+from forklift.diagnosis.files import TELLING
 from forklift.diagnosis.selection import REDRAWS
-from forklift.diagnosis_files import TELLING
-from forklift.estimation.judgement import AT_NOISE
+from forklift.fitting.residuals import AT_NOISE
+from forklift.plant.forklift import variables as operation
 from forklift.report import words
 from forklift.report.blocks import Fact
-from forklift.report.considered import counts
+from forklift.report.ledger import counts
 from forklift.report.physical import physical
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Diagnosis
     from forklift.diagnosis.causes import Cause
+    from forklift.diagnosis.diagnose import Diagnosis
 
 
 ENTERED = ("sensor", "parameter")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from forklift.estimation.knowledge import QUANTILE
+from forklift.fitting.intervals import QUANTILE
 from forklift.report.blocks import Bars, Figure, Panel
 from forklift.report.traces import numbers
 from forklift.report.words import Quantity, number, printed, spans
@@ -16,8 +16,8 @@ from forklift.report.words import Quantity, number, printed, spans
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from forklift.candidates import NextRecording
-    from forklift.estimation.knowledge import Knowledge
+    from forklift.fitting.intervals import Knowledge
+    from forklift.plant.forklift.candidates import NextRecording
     from forklift.report.curves import Against
 
     Floats = NDArray[np.float64]

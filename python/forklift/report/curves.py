@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.diagnosis.inputs import WIDTH_S, Respond, UnknownInput, unknown_inputs
-from forklift.diagnosis.region import Shape, shapes
-from forklift.estimation.knowledge import QUANTILE
+from forklift.diagnosis.dependence import Shape, shapes
+from forklift.diagnosis.locate import WIDTH_S, Respond, UnknownInput, unknown_inputs
+from forklift.fitting.intervals import QUANTILE
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.trial import Trial
-    from forklift.estimation.observed import Observed
+    from forklift.diagnosis.refit import Trial
+    from forklift.fitting.observed import Observed
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.words import number, printed
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.diagnose import Diagnosis
 
 
 def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
@@ -92,7 +92,7 @@ UNTOLD = {
     "no-trace": "Nothing that these recordings measure answers to it",
     "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
 }
-"""Why recordings tell nothing of a suspect, by `forklift.considered.Untold`."""
+"""Why recordings tell nothing of a suspect, by `forklift.diagnosis.ledger.Untold`."""
 
 
 def _untestable(told: Mapping[str, Any]) -> list[str]:

@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift import operation, unknown_ports
-from forklift.effects import EFFECTS
+from forklift.diagnosis.hypotheses import effect_specs
+from forklift.plant.forklift import ports as unknown_ports
+from forklift.plant.forklift import variables as operation
+from forklift.plant.forklift.effects import EFFECTS
 from forklift.report import charts, heat, law, parameters, rivals, words
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
 from forklift.report.gains import every_fit, gains, validation
+from forklift.report.tables import mean_square, percent, share
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
-from forklift.suspects import effect_specs
-from forklift.tables import mean_square, percent, share
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Diagnosis
-    from forklift.estimation.problem import Observed
-    from forklift.names import Lift
+    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.plant.forklift.problem import Observed
+    from forklift.plant.forklift.tables import Lift
 
 NOT_PUT_RIGHT = (
     "The curves are the truck's own: what a sensor reads wrongly, or was entered wrongly, is not put right "

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from forklift.compare import validation_change
-from forklift.names import LIFTS, Lift
+from forklift.fitting.compare import validation_change
+from forklift.plant.forklift.tables import LIFTS, Lift
 from forklift.report.blocks import Table
-from forklift.tables import change_rows, percent, validation_rows
+from forklift.report.tables import change_rows, percent, validation_rows
 
 if TYPE_CHECKING:
     from typing import Any
 
     import polars as pl
 
-    from forklift.compare import Comparison
+    from forklift.fitting.compare import Comparison
 
 THESIS = "Fri & Fahlén (2017)"
 FITS = (

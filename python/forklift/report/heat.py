@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.estimation.judgement import AT_NOISE
-from forklift.phases import PHASES, of_recording
+from forklift.fitting.residuals import AT_NOISE
+from forklift.plant.forklift.phases import PHASES, of_recording
 from forklift.report.blocks import Figure, Panel
 from forklift.report.words import signal
 
 if TYPE_CHECKING:
-    from forklift.campaign import Campaign
-    from forklift.estimation.judgement import Judged
-    from forklift.truck import Truck
+    from forklift.fitting.residuals import Judged
+    from forklift.plant.forklift.truck import Truck
+    from forklift.recordings.campaign import Campaign
 
 LEAST_STRONGEST = 5.0
 """Mean square of the strongest colour, at least; else the greatest there is."""

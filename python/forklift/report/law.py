@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from forklift import operation, unknown_ports
-from forklift.diagnosis.region import shapes
+from forklift.diagnosis.dependence import shapes
+from forklift.plant.forklift import ports as unknown_ports
+from forklift.plant.forklift import variables as operation
 from forklift.report import curves
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Diagnosis
-    from forklift.diagnosis.inputs import UnknownInput
-    from forklift.diagnosis.suspect import Suspect
+    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.locate import UnknownInput
 
 
 def place_of(found: Diagnosis) -> UnknownInput | None:

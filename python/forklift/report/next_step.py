@@ -10,7 +10,7 @@ from forklift.report import charts, words
 from forklift.report.blocks import Block, Code, Section, Table, Text
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.diagnose import Diagnosis
 
 
 def next_step(found: Diagnosis, told: Mapping[str, Any]) -> Section:

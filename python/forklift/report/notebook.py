@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from forklift.names import LIFTS
+from forklift.plant.forklift.tables import LIFTS
 from forklift.report import words
 from forklift.report.gains import gains, validation
 from forklift.report.page import fragment
@@ -13,10 +13,10 @@ from forklift.report.plant import words as plant
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from forklift.compare import Comparison
-    from forklift.diagnose import Diagnosis
-    from forklift.fit import Fit
-    from forklift.plant.diagnose import PlantDiagnosis
+    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
+    from forklift.fitting.compare import Comparison
+    from forklift.fitting.fit import Fit
     from forklift.report.blocks import Table
 
 

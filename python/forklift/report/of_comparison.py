@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from forklift.compare import command_line, temperature_option
-from forklift.names import LIFTS
+from forklift.fitting.compare import command_line, temperature_option
+from forklift.plant.forklift.tables import LIFTS
 from forklift.report import page
 from forklift.report.blocks import Explorer, Fact, Figure, Page, Panel, Section, Table
 from forklift.report.gains import every_fit, validation
 from forklift.report.provenance import provenance
+from forklift.report.tables import percent, share
 from forklift.report.traces import HOW_TO_READ, place, replays
 from forklift.report.words import GLOSSARY, SHOWN, capital
 from forklift.report.words import campaign as named
-from forklift.tables import percent, share
 
 if TYPE_CHECKING:
-    from forklift.compare import Comparison
-    from forklift.names import Lift
+    from forklift.fitting.compare import Comparison
+    from forklift.plant.forklift.tables import Lift
 
 
 def comparison_page(comparison: Comparison) -> str:

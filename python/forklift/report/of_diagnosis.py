@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 from forklift.report import page, words
 from forklift.report.answers import answers
 from forklift.report.blocks import Page, Table
-from forklift.report.considered import considered
 from forklift.report.doubts import doubts
 from forklift.report.evidence import evidence
+from forklift.report.ledger import considered
 from forklift.report.next_step import next_step
 from forklift.report.provenance import provenance
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.diagnose import Diagnosis
 
 
 def diagnosis_page(found: Diagnosis, told: Mapping[str, Any] | None = None) -> str:

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from forklift import fit_files
-from forklift.estimation.unknowns import SCALES
+from forklift.fitting import files as fit_files
+from forklift.plant.forklift.unknowns import SCALES
 from forklift.report import charts, heat, page, parameters
 from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, Section, Table
 from forklift.report.gains import every_fit, gains
 from forklift.report.provenance import provenance
+from forklift.report.tables import mean_square, percent
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 from forklift.report.words import GLOSSARY, NOISE, campaign, capital, number, signal
-from forklift.tables import mean_square, percent
 
 if TYPE_CHECKING:
-    from forklift.estimation.profile import Profile
-    from forklift.fit import Fit
+    from forklift.fitting.fit import Fit
+    from forklift.fitting.profile import Profile
 
 
 def fit_page(fit: Fit) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.report import page
 from forklift.report.blocks import Page, Table
-from forklift.report.considered import considered
+from forklift.report.ledger import considered
 from forklift.report.plant import words
 from forklift.report.plant.answers import answers
 from forklift.report.plant.doubts import doubts
@@ -20,7 +20,7 @@ from forklift.report.plant.next_step import next_step
 from forklift.report.provenance import made_from
 
 if TYPE_CHECKING:
-    from forklift.plant.diagnose import PlantDiagnosis
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
     from forklift.plant.parts import Plant
 
 

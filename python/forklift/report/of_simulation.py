@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from forklift.names import LIFTS, Lift, amount, outputs
+from forklift.plant.forklift.tables import LIFTS, Lift, amount, outputs
 from forklift.report import page
 from forklift.report.blocks import Figure, Page, Panel, Section, Table
 from forklift.report.traces import MOST_POINTS, decimate, numbers
@@ -15,7 +15,7 @@ from forklift.report.words import SHOWN
 if TYPE_CHECKING:
     from typing import Any
 
-    from forklift.simulate import Simulation
+    from forklift.plant.forklift.simulate import Simulation
 
 
 def simulation_page(simulation: Simulation) -> str:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from forklift.estimation.knowledge import QUANTILE
-from forklift.fit_files import PRIOR_QUANTILE
-from forklift.names import LIFTS, Lift
+from forklift.fitting.files import PRIOR_QUANTILE
+from forklift.fitting.intervals import QUANTILE
+from forklift.plant.forklift.tables import LIFTS, Lift
 from forklift.report.blocks import Bar, Table
+from forklift.report.tables import HOW_KNOWN, of_lift
 from forklift.report.words import printed
-from forklift.tables import HOW_KNOWN, of_lift
 
 if TYPE_CHECKING:
     from typing import Any
 
-    from forklift.diagnose import Diagnosis
-    from forklift.diagnosis.trial import Trial
-    from forklift.fit import Fit
+    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.diagnosis.refit import Trial
+    from forklift.fitting.fit import Fit
 
 
 BEFORE, AFTER = ["Before", "95 % before"], (["Fitted", "95 % interval"], ["After", "95 % after"])

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from forklift.free_shape import COEFFICIENTS, splines
+from forklift.plant.forklift.free_curve import COEFFICIENTS, splines
 from forklift.report.words import amount, number
 
 if TYPE_CHECKING:
-    from forklift.diagnose import Diagnosis
+    from forklift.diagnosis.diagnose import Diagnosis
 
 
 def physical(found: Diagnosis, effect: str, lift: str) -> str:

@@ -13,8 +13,8 @@ from forklift.report.words import capital
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from forklift.campaign import Campaign
-    from forklift.truck import Truck
+    from forklift.plant.forklift.truck import Truck
+    from forklift.recordings.campaign import Campaign
 
 PACKAGES = ("numpy", "scipy", "polars", "plotly")
 ORIGINS = {"shipped": "shipped with forklift", "Python": "made in Python"}

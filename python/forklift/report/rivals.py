@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from forklift.report import charts, words
 from forklift.report.blocks import Bars, Table
-from forklift.tables import mean_square
+from forklift.report.tables import mean_square
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
-    from forklift.diagnosis.suspect import Suspect
+    from forklift.diagnosis.hypothesis import Suspect
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.estimation.knowledge import QUANTILE
-from forklift.names import channels, commanded, outputs
+from forklift.fitting.intervals import QUANTILE
+from forklift.plant.forklift.tables import channels, commanded, outputs
 from forklift.report.blocks import Drive, Replay, Signal
 from forklift.report.words import SHOWN, Quantity, capital, lifts, signal
 
 if TYPE_CHECKING:
-    from forklift.compare import Comparison, Prediction
-    from forklift.estimation.sensors import Sensor
+    from forklift.fitting.compare import Comparison, Prediction
+    from forklift.plant.forklift.sensors import Sensor
 
 Floats = NDArray[np.float64]
 

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from forklift.diagnosis.selection import LAW
-from forklift.effects import EFFECTS, Equation
-from forklift.free_shape import ports
-from forklift.names import LIFTS, channels, outputs
+from forklift.plant.forklift.effects import EFFECTS, Equation
+from forklift.plant.forklift.free_curve import ports
+from forklift.plant.forklift.tables import LIFTS, channels, outputs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from forklift.campaign import Campaign
+    from forklift.diagnosis.hypothesis import Suspect
     from forklift.diagnosis.screening import Screened
-    from forklift.diagnosis.suspect import Suspect
+    from forklift.recordings.campaign import Campaign
 
 SHOWN: Mapping[str, tuple[str, str, float]] = {
     "m/s": ("velocity", "m/s", 1.0),

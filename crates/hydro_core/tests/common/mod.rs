@@ -41,7 +41,7 @@ fn flatten(prefix: &str, table: &toml::Table, values: &mut BTreeMap<String, Valu
 
 pub fn thesis_values() -> BTreeMap<String, Value> {
     let mut values = BTreeMap::new();
-    flatten("", &read("python/forklift/trucks/thesis.toml").parse().unwrap(), &mut values);
+    flatten("", &read("python/forklift/plant/forklift/trucks/thesis.toml").parse().unwrap(), &mut values);
     values
 }
 

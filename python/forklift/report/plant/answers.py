@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from forklift.diagnosis.next_recording import PARTS
+from forklift.diagnosis.plant_files import LIKELY
 from forklift.diagnosis.selection import REDRAWS
-from forklift.estimation.judgement import AT_NOISE
-from forklift.plant.files import LIKELY
+from forklift.fitting.residuals import AT_NOISE
 from forklift.report.blocks import Fact
-from forklift.report.considered import counts
+from forklift.report.ledger import counts
 from forklift.report.plant import words
 from forklift.report.words import NOISE, capital, number, printed
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
-    from forklift.plant.diagnose import PlantDiagnosis
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
 
 TELLING = 0.2
 """A variable is worth naming if the input is this much a function of it."""

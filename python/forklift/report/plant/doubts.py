@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.considered import Untold
+from forklift.diagnosis.ledger import Untold
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.plant import words
 from forklift.report.words import NOISE, another_law, capital, number
 
 if TYPE_CHECKING:
-    from forklift.plant.diagnose import PlantDiagnosis
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
 
 Floats = NDArray[np.float64]
 

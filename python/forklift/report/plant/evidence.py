@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.diagnosis.region import TELLING
-from forklift.plant.diagnose import widening
-from forklift.plant.laws import laws
-from forklift.plant.shapes import over_variables, respond, variables, width_s
+from forklift.diagnosis.dependence import TELLING
+from forklift.diagnosis.plant_curves import over_variables, respond, variables, width_s
+from forklift.diagnosis.plant_diagnose import widening
+from forklift.diagnosis.plant_laws import laws
 from forklift.report import charts, curves, parameters, rivals, traces
 from forklift.report.blocks import Block, Drive, Explorer, Figure, Points, Replay, Section, Signal, Table
 from forklift.report.plant import words
 from forklift.report.words import Quantity, capital, number, printed
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.inputs import UnknownInput
-    from forklift.diagnosis.suspect import Suspect
-    from forklift.plant.diagnose import PlantDiagnosis
-    from forklift.plant.foreseen import Foreseen
-    from forklift.plant.problem import PlantProblem
+    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.locate import UnknownInput
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
+    from forklift.diagnosis.plant_predict import Foreseen
+    from forklift.fitting.plant_problem import PlantProblem
 
 Floats = NDArray[np.float64]
 

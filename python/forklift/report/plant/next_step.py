@@ -15,7 +15,7 @@ from forklift.report.words import prose
 
 if TYPE_CHECKING:
     from forklift.diagnosis.next_recording import Proposal
-    from forklift.plant.diagnose import PlantDiagnosis
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
 
 UNASKED = (
     "No candidates were given, or no other explanation came near enough to be parted from what was found. "

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from forklift.report.words import CAUSES, GLOSSARY, Quantity, number, printed, size
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.suspect import Suspect
-    from forklift.plant.diagnose import PlantDiagnosis
+    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
     from forklift.plant.parts import Effect, Input, Output, Plant, Port, State
 
 KINDS = {

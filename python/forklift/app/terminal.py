@@ -1,0 +1,114 @@
+"""What a command shows on the terminal: tables, what it wrote, and signs of life while it runs.
+
+Results go to stdout, as tables with colours on a terminal and plain in a pipe; signs of life to stderr, and
+only to a terminal.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from forklift.fitting.fit import Progress
+
+
+def print_json(value: Any) -> None:
+    typer.echo(json.dumps(value, indent=1, ensure_ascii=False))
+
+
+def print_tables(*tables: RenderableType) -> None:
+    from forklift.report.tables import plain
+
+    if sys.stdout.isatty():
+        from rich.console import Console
+
+        Console().print(*tables, sep="\n")
+    else:
+        for table in tables:
+            typer.echo(f"\n{plain(table)}")
+
+
+def say_written(*paths: Path) -> None:
+    for path in paths:
+        typer.echo(f"Written: {path}")
+
+
+@contextmanager
+def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
+    """A bar on a terminal, gone when it is done; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda: bar.advance(task)
+
+
+@contextmanager
+def searching() -> Iterator[Callable[[Progress], None] | None]:
+    """How far a fit is, on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(bar_width=10), TimeElapsedColumn())
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Reading what the recordings support", total=None)
+
+        def told(now: Progress) -> None:
+            where = now.profile or f"start {now.start + 1}/{now.starts} stage {now.stage}/{now.stages}"
+            bar.update(
+                task,
+                total=now.starts * now.stages,
+                completed=now.start * now.stages + now.stage - 1,
+                description=f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise",
+            )
+
+        yield told
+
+
+@contextmanager
+def telling() -> Iterator[Callable[[str], None] | None]:
+    """What is being done and for how long, on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Reading what the recordings support", total=None)
+
+        def told(what: str) -> None:
+            bar.update(task, description=what[:1].upper() + what[1:])
+
+        yield told
+
+
+@contextmanager
+def busy(what: str) -> Iterator[None]:
+    """A sign of life on a terminal while nothing can be counted; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(what):
+        yield

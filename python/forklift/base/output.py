@@ -1,0 +1,189 @@
+"""Results appear whole or not at all: written beside their place, then renamed into it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from forklift.base.errors import ForkliftError
+
+
+def write_file(path: str | Path, write: Callable[[Path], None]) -> Path:
+    """Let `write` fill a temporary sibling of `path`, then rename it to `path`.
+
+    An earlier file of that name is replaced; if anything fails, or Ctrl-C is pressed, it stays as it was.
+
+    Raises
+    ------
+    ForkliftError
+        ``"not-writable"`` if the folder does not exist or cannot be written.
+    """
+    path = check_file(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise _not_writable(path, error) from None
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+    return path
+
+
+def check_file(path: str | Path) -> Path:
+    """`path` if a file may be written there, over an earlier one or anew.
+
+    Raises
+    ------
+    ForkliftError
+        ``"not-writable"``.
+    """
+    path = _named(path)
+    try:
+        _must_be_folder(path.parent)
+        if path.is_dir():
+            raise ForkliftError(
+                "not-writable", f"{path} is a folder; give the name of a file to write", file=str(path)
+            )
+    except OSError as error:  # a name too long, say
+        raise _not_writable(path, error) from None
+    return path
+
+
+def check_suffix(path: str | Path, suffixes: Collection[str]) -> None:
+    """`path` ends with one of `suffixes`, in any case.
+
+    Raises
+    ------
+    ForkliftError
+        ``"format-unknown"``.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in suffixes:
+        raise ForkliftError(
+            "format-unknown",
+            f"{path} ends with {suffix or 'no suffix'}; this is written as {' or '.join(suffixes)}",
+            file=str(path),
+        )
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """`text` as the whole UTF-8 file `path`, see `write_file`."""
+    return write_file(path, lambda temporary: _write_text(temporary, text))
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def check_folder(path: str | Path, known: Collection[str], mark: str) -> Path:
+    """`path`, absolute, if a result may stand there: nothing yet, an empty folder, or an earlier result.
+
+    An earlier result is a folder that holds the file `mark` and nothing but the files `known`, which are
+    relative to it and written with ``/``; so nothing of anyone else's is replaced with it.
+
+    Raises
+    ------
+    ForkliftError
+        ``"output-exists"`` if anything else stands there; ``"not-writable"`` if its parent is missing.
+    """
+    path = _named(path).resolve()
+    _must_be_folder(path.parent)
+    if not os.path.lexists(path):
+        return path
+    if not path.is_dir():
+        raise ForkliftError(
+            "output-exists", f"{path} is a file; name a folder that does not exist yet", file=str(path)
+        )
+    found = _below(path)
+    if found and (foreign := sorted(found - set(known)) or ([] if mark in found else sorted(found))):
+        raise ForkliftError(
+            "output-exists",
+            f"{path} is not an earlier result (it holds {foreign[0]}), so it is left alone; "
+            "name a folder that does not exist yet",
+            file=str(path),
+            found=foreign,
+        )
+    return path
+
+
+@contextmanager
+def folder(path: str | Path, known: Collection[str], mark: str) -> Iterator[Path]:
+    """An empty temporary sibling folder to fill, which takes the place of `path` when all went well.
+
+    See `check_folder` for what may be replaced. If anything fails, `path` stays as it was.
+    """
+    path = check_folder(path, known, mark)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.mkdir()
+        yield temporary
+        _replace_folder(temporary, path)
+    except OSError as error:
+        raise _not_writable(path, error) from None
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _replace_folder(new: Path, path: Path) -> None:
+    if not path.exists() or not any(path.iterdir()):
+        os.replace(new, path)
+        return
+    earlier = new.with_suffix(".earlier")
+    os.replace(path, earlier)
+    try:
+        os.replace(new, path)
+    except BaseException:
+        os.replace(earlier, path)
+        raise
+    shutil.rmtree(earlier, ignore_errors=True)
+
+
+def _below(folder: Path) -> set[str]:
+    """Every file, link and empty folder below `folder`, relative to it."""
+    found = set()
+
+    def unreadable(error: OSError) -> None:
+        raise _not_writable(folder, error)
+
+    for here, folders, files in os.walk(folder, onerror=unreadable):
+        inside = [name for name in folders if (Path(here) / name).is_symlink()]
+        for name in [*files, *inside]:
+            found.add((Path(here) / name).relative_to(folder).as_posix())
+        if not (files or folders) and Path(here) != folder:
+            found.add(Path(here).relative_to(folder).as_posix())
+    return found
+
+
+def _named(path: str | Path) -> Path:
+    if str(path) in ("", "."):  # Path("") is "."
+        raise ForkliftError(
+            "not-writable",
+            "The path of the result is empty or the current folder; name a file or another folder",
+            file=str(path),
+        )
+    return Path(path)
+
+
+def _must_be_folder(path: Path) -> None:
+    if path.exists() and not path.is_dir():
+        raise ForkliftError(
+            "not-writable", f"{path} is a file, not a folder; name another place", file=str(path)
+        )
+    if not path.is_dir():
+        raise ForkliftError(
+            "not-writable", f"The folder {path} does not exist; make it first or name another", file=str(path)
+        )
+
+
+def _not_writable(path: Path, error: OSError) -> ForkliftError:
+    why = error.strerror or "the system does not allow it"
+    return ForkliftError(
+        "not-writable",
+        f"{path} cannot be written ({why.lower()}); choose another place or free this one",
+        file=str(path),
+    )

@@ -1,0 +1,128 @@
+"""What could stand for an explanation that was accepted: suspects with the same effect on these recordings.
+
+Of an accepted suspect the whole effect d on what the model says is taken, of every other the first step c
+where the accepted one is absent (where it acts, an input's gain scales it too, and looks like it).
+With J how the model's other unknowns move it, all in units of the weights, a suspect stands for the accepted
+one as far as it takes away what the unknowns alone leave of d:
+
+    share = 1 − min |d − J a − c b|² / min |d − J a|²,    b within what is plausible of its amplitude
+
+To first order, and whatever was measured: it is a property of the experiment, not of its outcome.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.base.errors import ForkliftError
+from forklift.base.threads import one_thread
+from forklift.diagnosis.hypothesis import Suspect, carry
+from forklift.diagnosis.refit import Trial
+from forklift.fitting.interface import Problem
+
+Floats = NDArray[np.float64]
+
+STANDS = 0.9
+"""Share from which on a suspect stands for another."""
+STEP = 1e-3
+"""Of the other's amplitude, in its prior's deviations."""
+ABSORBED = 1e-4
+"""An effect of which the model's own unknowns leave less than this share has no twin but them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Twin:
+    """A suspect that these recordings cannot part from an accepted one."""
+
+    accepted: Suspect
+    other: Suspect
+    share: float
+    """Of the accepted one's effect that it takes over."""
+
+
+def twins(trial: Trial, suspects: Sequence[Suspect]) -> tuple[Twin, ...]:
+    """For every suspect of the trial, those that could stand for it."""
+    found: list[Twin] = []
+    accepted = {suspect.label for suspect in trial.suspects}
+    others = [suspect for suspect in suspects if suspect.label not in accepted and suspect.amplitude]
+    with one_thread():
+        for suspect in trial.suspects:
+            if suspect.amplitude is not None and suspect.kind != "unknown":
+                found += _of(trial, suspect, others)
+    return tuple(found)
+
+
+def _of(trial: Trial, suspect: Suspect, others: Sequence[Suspect]) -> list[Twin]:
+    problem, x = trial.found.problem, trial.found.x
+    names = [unknown.name for unknown in problem.unknowns]
+    place = names.index(str(suspect.amplitude))
+    quiet = x.copy()
+    quiet[place] = 0.0
+    here = _said(problem, x)
+    effect = here - _said(problem, quiet)
+    first = suspect.amplitude.rpartition(".")[0] + "." if suspect.amplitude else ""
+    kept = [k for k in range(len(x)) if k >= len(names) or not (k == place or names[k].startswith(first))]
+    basis, _ = np.linalg.qr(_slopes(problem, x)[:, kept])
+    rest = effect - basis @ (basis.T @ effect)
+    square = float(rest @ rest)
+    if square <= ABSORBED * float(effect @ effect):
+        return []
+    best: dict[str, Twin] = {}
+    for other in others:
+        column = _column(problem, quiet, other)
+        if column is None:
+            continue
+        left = column - basis @ (basis.T @ column)
+        size = float(left @ left)
+        if size <= ABSORBED * float(column @ column):
+            continue
+        amount = float(np.clip(left @ rest / size, *_ends(problem, other)))
+        gap = rest - amount * left
+        share = 1.0 - float(gap @ gap) / square
+        if share >= STANDS and (other.label not in best or share > best[other.label].share):
+            best[other.label] = Twin(suspect, other, share)
+    return sorted(best.values(), key=lambda twin: -twin.share)
+
+
+def _ends(problem: Problem, other: Suspect) -> tuple[float, float]:
+    """How far the other's amplitude may plausibly go, in its prior's deviations."""
+    return next(
+        (unknown.lower, unknown.upper)
+        for unknown in other.add(problem).unknowns
+        if unknown.name == other.amplitude
+    )
+
+
+def _column(problem: Problem, x: Floats, other: Suspect) -> Floats | None:
+    """The first step of another suspect, in the accepted one's place."""
+    more = other.add(problem)
+    ahead = carry(x, problem, more)
+    start = _said(more, ahead)
+    ahead[[unknown.name for unknown in more.unknowns].index(other.amplitude)] += STEP
+    try:
+        column = (_said(more, ahead) - start) / STEP
+    except ForkliftError:
+        return None
+    return column if np.any(column) else None
+
+
+def _said(problem: Problem, x: Floats) -> Floats:
+    """What the model says, in units of the weights."""
+    return np.concatenate(
+        [said / problem.sigma[name] for run in problem.values(x) for name, said in run.items()]
+    )
+
+
+def _slopes(problem: Problem, x: Floats) -> Floats:
+    """(samples, unknowns) of the same."""
+    rows = []
+    for k, run in enumerate(problem.linearise(x)):
+        for name, slope in run.slope.items():
+            wide = np.zeros((len(slope), len(x)))
+            wide[:, problem.place(k)] = slope / problem.sigma[name]
+            rows.append(wide)
+    return np.vstack(rows)

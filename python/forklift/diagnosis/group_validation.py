@@ -1,0 +1,134 @@
+"""Does what was found hold where it was not fitted? Each group of recordings left out in turn.
+
+A pressure, a load or a level is left out whole: both models are fitted anew to all other recordings, from
+where the selection left them, and judged on the group. A term that gains nothing there holds in its own
+groups only, and is no physics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from forklift.base.threads import one_thread
+from forklift.diagnosis.refit import Bench, Trial
+from forklift.fitting.interface import Problem
+from forklift.fitting.search import STAGES, Found, search
+
+OWN_NOISE = STAGES[2:3]
+"""From where the selection ended, at the sensors' own noise."""
+FEWEST = 2
+"""Groups without which nothing can be left out."""
+FAR = 4.0
+"""How many times the usual a group leaves over that fits no law."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One group, foreseen from the others."""
+
+    group: str
+    before: float
+    """Mean square of what the model without any suspect leaves over of it, in units of the noise."""
+    after: float
+    """The same with what was found."""
+    alone: float
+    """The same with what was found fitted to the group itself: what no value of its parameters explains."""
+    amplitudes: tuple[tuple[str, float], ...]
+    """What was found, as the other groups have it."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether what was found explains more of the group than the model without it."""
+        return self.after < self.before
+
+    @property
+    def gain(self) -> float:
+        """Share of what was left over that is gone."""
+        return 1.0 - self.after / self.before
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "group": self.group,
+            "mean_square_before": self.before,
+            "mean_square_after": self.after,
+            "gain": self.gain,
+            "mean_square_alone": self.alone,
+            "amplitudes": dict(self.amplitudes),
+            "holds": self.holds,
+        }
+
+
+def left_out(bench: Bench, baseline: Trial, final: Trial) -> tuple[LeftOut, ...]:
+    """Every group of the recordings, if there are two at least."""
+    groups = list(dict.fromkeys(sample.recording.group for sample in bench.everyone.samples))
+    if len(groups) < FEWEST or not final.suspects:
+        return ()
+    # Of all others something must be left to fit to.
+    told = [group for group in groups if _over(final.found.problem, bench, group, inside=False).samples]
+    return tuple(_one(bench, baseline, final, group) for group in told)
+
+
+def _one(bench: Bench, baseline: Trial, final: Trial, group: str) -> LeftOut:
+    before, _ = _without(bench, baseline, group)
+    after, fitted = _without(bench, final, group)
+    named = {suspect.amplitude for suspect in final.suspects}
+    amplitudes = tuple(
+        (unknown.name, float(unknown.values(float(at))[0]))
+        for unknown, at in zip(fitted.problem.unknowns, fitted.x, strict=False)
+        if unknown.name in named
+    )
+    return LeftOut(group, before, after, _alone(bench, final, group), amplitudes)
+
+
+def _without(bench: Bench, trial: Trial, group: str) -> tuple[float, Found]:
+    """What is left over of the group with all parameters fitted to the others, and that fit."""
+    rest = _over(trial.found.problem, bench, group, inside=False)
+    found = search(rest, rest.at(trial.found.x), bench.sensors, OWN_NOISE)
+    here = _over(found.problem, bench, group, inside=True)
+    return _mean_square(here, here.at(found.x), bench), found
+
+
+def lawless(groups: Sequence[LeftOut]) -> tuple[str, ...]:
+    """Groups that fit no law that fits the others: even alone they leave `FAR` times as much over."""
+    usual = float(np.median([one.alone for one in groups])) if groups else 0.0
+    return tuple(one.group for one in groups if one.alone > FAR * max(usual, 1.0))
+
+
+def _alone(bench: Bench, final: Trial, group: str) -> float:
+    """What is left over of the group's held-out recordings with all parameters fitted to its others."""
+    here = _over(final.found.problem, bench, group, inside=True)
+    fitted = [one for one in here.samples if one.recording.role == "estimate"] or list(here.samples)
+    judged = [one for one in here.samples if one.recording.role == "validate"] or list(here.samples)
+    own = here.over(fitted)
+    found = search(own, own.at(final.found.x), bench.sensors, OWN_NOISE)
+    seen = found.problem.over(judged)
+    return _mean_square(seen, seen.at(found.x), bench)
+
+
+def _over(problem: Problem, bench: Bench, group: str, *, inside: bool) -> Problem:
+    """The problem over the group, or over what may be fitted of all others."""
+    own = {sample.recording.file: sample for sample in problem.samples}
+    samples = [
+        own.get(sample.recording.file, sample)
+        for sample in bench.everyone.samples
+        if (sample.recording.group == group) == inside and (inside or sample.recording.role == "estimate")
+    ]
+    return problem.over(samples)
+
+
+def _mean_square(problem: Problem, x: Any, bench: Bench) -> float:
+    """Of what is left over in units of noise, with nothing of the group adjusted."""
+    total, count = 0.0, 0
+    with one_thread():
+        said = problem.values(x)
+    for sample, model in zip(problem.samples, said, strict=True):
+        for seen in sample.observed:
+            left = seen.left(model[seen.sensor.channel]) / bench.sensors[seen.sensor.channel].noise
+            total += float(left @ left)
+            count += len(left)
+    return total / max(count, 1)

@@ -1,0 +1,201 @@
+"""What may be amiss with a forklift or its recordings: the catalogue's effects, and their dull rivals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import product
+from typing import TYPE_CHECKING
+
+from forklift import _core
+from forklift.diagnosis.hypothesis import Suspect
+from forklift.fitting.sensor_faults import Fault, Reading, reading
+from forklift.plant.forklift.effects import EFFECTS
+from forklift.plant.forklift.problem import OWN, Problem, Sample
+from forklift.plant.forklift.sensors import POSITIONS
+from forklift.plant.forklift.tables import LIFTS, Lift, channels
+from forklift.plant.forklift.unknowns import Unknown, unknown
+
+if TYPE_CHECKING:
+    from forklift._core import EffectParameterSpec, EffectSpec
+    from forklift.plant.forklift.checks.invalid_signals import Spoilt
+    from forklift.plant.forklift.truck import Truck
+
+LOAD_WIDTH_KG = 100.0
+"""Prior standard deviation of an entered load that may be wrong."""
+TEMPERATURE_WIDTH_K = 3.0
+"""The same of a recording's oil temperature."""
+START_WIDTH_M = 0.2
+"""Where a lift starts, as far as an encoder of unknown scale tells."""
+
+PLACE, PLACES = "centre", (0.1, 0.3, 0.5, 0.7, 0.9)
+"""The parameter that is a place of the stroke, and at which shares of the way travelled it is looked for."""
+WIDE = 2.0
+"""A parameter is wide open if what is plausible spans this factor."""
+SHARES = ((1 / 6, 1 / 2, 5 / 6), (0.3, 0.7))
+"""Shares of what is plausible at which the first and the second wide open parameter start."""
+
+FAULTS: dict[str, tuple[tuple[Fault, str, str], ...]] = {
+    "Pa": (
+        ("gain", "pressure_gain", "the pressure sensor's gain is off"),
+        ("offset", "pressure_offset", "the pressure sensor's zero is off"),
+        ("lag", "sensor_lag", "the signal arrives late"),
+    ),
+    "m": (
+        ("gain", "position_scale", "the position sensor's scale is off"),
+        ("offset", "position_offset", "the position sensor's zero is off"),
+        ("lag", "sensor_lag", "the signal arrives late"),
+    ),
+}
+"""By a channel's unit: how its sensor may read wrongly, the word for it, and the sentence."""
+
+
+def suspects(
+    lifts: Collection[Lift], measured: Collection[str], travelled: Mapping[Lift, tuple[float, float]]
+) -> tuple[Suspect, ...]:
+    """All of them, for a campaign that commands `lifts` and has these channels.
+
+    Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
+    values of its further parameters is a suspect for some of them, all under one label.
+    """
+    return (*_physics(lifts, travelled), *_sensors(measured), *_conditions())
+
+
+def spoilt_suspect(spoilt: Spoilt) -> Suspect:
+    """A signal that stood still or slipped, whose samples were left out: nothing is left to try."""
+    return Suspect(
+        f"sensor_{spoilt.how}", "sensor", spoilt.said, spoilt.channel, "sensor", None, lambda problem: problem
+    )
+
+
+def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]) -> Iterator[Suspect]:
+    specs = effect_specs()
+    for effect in EFFECTS:
+        if effect.general:
+            continue
+        scope = [lift for lift in LIFTS if lift in lifts] if specs[effect.id]["scope"] == "lift" else [""]
+        for lift in scope:
+            for starts in _starts(effect.id, travelled.get(lift)):  # type: ignore[call-overload]
+                yield Suspect(
+                    effect.id,
+                    "physics",
+                    effect.name,
+                    lift,
+                    effect.equation,
+                    _names(effect.id, lift)[0],
+                    acting(effect.id, lift, starts),
+                    effect.confused_with,
+                    effect.told_by,
+                )
+
+
+@cache
+def effect_specs() -> dict[str, EffectSpec]:
+    """The core's table of effects, by id."""
+    return {spec["id"]: spec for spec in _core.effect_table()}
+
+
+def _names(id: str, lift: str) -> list[str]:
+    head = f"{lift}.{id}" if lift else id
+    return [f"{head}.{parameter['name']}" for parameter in effect_specs()[id]["parameters"]]
+
+
+def acting(id: str, lift: str, starts: Sequence[float] | None = None) -> Callable[[Problem], Problem]:
+    """Adds an effect, quiet; its further parameters at `starts`, by default amid what is plausible."""
+    spec, names = effect_specs()[id], _names(id, lift)
+    further = starts if starts is not None else [_at(one, 0.5) for one in spec["parameters"][1:]]
+    values = dict(zip(names, [spec["quiet"], *further], strict=True))
+    return lambda problem: with_truck_unknowns(
+        problem, values, lambda truck: [unknown(truck, name) for name in names]
+    )
+
+
+def _starts(id: str, travelled: tuple[float, float] | None) -> Iterator[tuple[float, ...]]:
+    """From where the search for an effect's further parameters may start: the first two that are wide open
+    at some values each, a place on the way that the lift travelled."""
+    wide, values = 0, []
+    for one in effect_specs()[id]["parameters"][1:]:
+        if one["name"] == PLACE and travelled:
+            values.append([travelled[0] + share * (travelled[1] - travelled[0]) for share in PLACES])
+            wide += 1
+        elif _wide(one) and wide < len(SHARES):
+            values.append([_at(one, share) for share in SHARES[wide]])
+            wide += 1
+        else:
+            values.append([_at(one, 0.5)])
+    return product(*values)
+
+
+def _wide(parameter: EffectParameterSpec) -> bool:
+    return parameter["plausible_upper"] > WIDE * abs(parameter["plausible_lower"])
+
+
+def with_truck_unknowns(
+    problem: Problem, values: Mapping[str, float], more: Callable[[Truck], Sequence[Unknown]]
+) -> Problem:
+    """The problem with further parameters of the truck at `values`, some of them unknown."""
+    truck = problem.truck.with_values(values, source="suspected")
+    own = [known for known in problem.unknowns if not isinstance(known, Reading)]
+    readings = [known for known in problem.unknowns if isinstance(known, Reading)]
+    return replace(problem, truck=truck, unknowns=(*own, *more(truck), *readings))
+
+
+def with_unknown(problem: Problem, reading: Reading) -> Problem:
+    """The problem with one more number of a sensor."""
+    return replace(problem, unknowns=(*problem.unknowns, reading))
+
+
+def widened(problem: Problem, condition: str, width: float) -> Problem:
+    """The problem with a condition of each recording known to `width` only."""
+    place = OWN.index(condition)
+
+    def wide(sample: Sample) -> Sample:
+        widths = sample.width.copy()
+        widths[place] = max(width, widths[place])
+        return replace(sample, width=widths)
+
+    return replace(problem, samples=tuple(map(wide, problem.samples)))
+
+
+def _at(parameter: EffectParameterSpec, share: float) -> float:
+    """The value at a share of what is plausible."""
+    lower, upper = parameter["plausible_lower"], parameter["plausible_upper"]
+    if parameter["scale"] == "log":
+        return float(lower * (upper / lower) ** share)
+    return lower + share * (upper - lower)
+
+
+def _sensors(measured: Collection[str]) -> Iterator[Suspect]:
+    for channel in measured:
+        unit = channels()[channel]["unit"]
+        for fault, id, name in FAULTS[unit]:
+            number = reading([channel], fault, unit)
+            yield Suspect(id, "sensor", name, channel, "sensor", number.name, _misread(number))
+    late = reading(list(measured), "lag", "s")
+    yield Suspect(
+        "sensor_lag", "sensor", "all signals arrive late", "", "sensor", late.name, _misread(late),
+        ("valve_delay",), unlikely=True,
+    )  # fmt: skip
+
+
+def _misread(number: Reading) -> Callable[[Problem], Problem]:
+    def add(problem: Problem) -> Problem:
+        for channel in number.channels:
+            if channel in POSITIONS and number.fault != "lag":
+                problem = widened(problem, f"{channel.split('_')[1]}.start", START_WIDTH_M)
+        return with_unknown(problem, number)
+
+    return add
+
+
+def _conditions() -> Iterator[Suspect]:
+    yield Suspect(
+        "load_entered", "parameter", "the entered load is wrong", "", "operating-point", None,
+        lambda problem: widened(problem, "load", LOAD_WIDTH_KG), ("pressure_gain", "pressure_offset"),
+    )  # fmt: skip
+    yield Suspect(
+        "temperature_offset", "parameter", "the oil's temperature is off", "", "operating-point", None,
+        lambda problem: widened(problem, "oil_temperature", TEMPERATURE_WIDTH_K),
+        ("oil_temperature_at_valve",), ("oil_temperature_degc",),
+    )  # fmt: skip

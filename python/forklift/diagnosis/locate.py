@@ -1,0 +1,250 @@
+"""Which equation is wrong: an unknown input at each port in turn, smoothed, and compared by its evidence.
+
+At the baseline's optimum the residuals are taken as linear in the truck's unknowns δ and in an unknown input
+w(t) at one port, hats over time with an Ornstein–Uhlenbeck prior of unknown size a:
+
+    r + J δ + R w = e,    δ ~ N(0, 1),  w ~ N(0, a² K),  e ~ N(0, s²)
+
+R are the model's exact responses. The evidence, over all recordings together, with a and s at their best,
+says at which port an input explains most (Kristensen, Madsen & Jørgensen 2004 with a diffusion term at one
+state in turn; here solved as a smoother). A sensor is its own rival: hats on its signal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from os import cpu_count
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from forklift.base.threads import one_thread
+from forklift.diagnosis.rounding import rounded
+from forklift.fitting.interface import Problem, Sample
+from forklift.fitting.problem import Linearised
+
+Floats = NDArray[np.float64]
+
+WIDTH_S = 0.2
+"""Distance of the hats."""
+MEMORY = 2.0
+"""Correlation time of the prior, in distances of the hats."""
+SIZES = tuple(float(size) for size in 10.0 ** np.arange(-4.0, 3.1, 0.5))
+"""a, in units in which the port's whole response has unit mean square."""
+
+Respond = Callable[[Any, Floats, int, str, Floats], Floats]
+"""(times, outputs, hats) of one recording at the unknown vector x, for the port of this name."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnknownInput:
+    """What an unknown input at one port explains, and what it looks like."""
+
+    port: str
+    evidence: float
+    """ln of the evidence, less that without an input."""
+    size: float
+    noise: float
+    """s: what is left of the residuals, in units of the sensors' noise."""
+    centres: tuple[Floats, ...]
+    """Per recording, times of the hats [s]."""
+    values: tuple[Floats, ...]
+    """Per recording, the smoothed input at those times, in the port's unit."""
+    bands: tuple[Floats, ...]
+    """Their posterior standard deviations."""
+
+
+@dataclass(frozen=True)
+class _Known:
+    """One recording without an input."""
+
+    place: NDArray[np.intp]
+    jacobian: Floats
+    residual: Floats
+    normal: Floats
+    """JᵀJ."""
+    gradient: Floats
+    """Jᵀr."""
+    centres: Floats
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One recording with an input, its prior diagonal: w = root u, u ~ N(0, a²)."""
+
+    known: _Known
+    root: Floats
+    values: Floats
+    """Of rootᵀRᵀR root = diag(values)."""
+    cross: Floats
+    """rootᵀRᵀJ."""
+    pull: Floats
+    """rootᵀRᵀr."""
+
+
+def unknown_inputs(
+    problem: Problem, x: Floats, ports: Sequence[str], respond: Respond, width_s: float = WIDTH_S
+) -> list[UnknownInput]:
+    """An unknown input at each port in turn; ports named after a channel are its sensor. Best first.
+
+    Its hats are `width_s` apart, and its prior's correlation time is twice that.
+    """
+    noise = {name: _noise(problem, name) for name in problem.sigma}
+    known = [
+        _known(problem, k, sample, run, noise, width_s)
+        for k, (sample, run) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
+    ]
+
+    def part(k: int, port: str) -> _Part:
+        return _with_input(
+            known[k], _rows(problem, x, k, port, known[k].centres, respond, noise, width_s), width_s
+        )
+
+    found = []
+    with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
+        for port in ports:
+            parts = list(pool.map(partial(part, port=port), range(len(known))))
+            answer = _best(port, parts, problem.starts[-1])
+            if answer:
+                found.append(answer)
+    return sorted(found, key=lambda one: -one.evidence)
+
+
+def _noise(problem: Problem, channel: str) -> float:
+    for sample in problem.samples:
+        for seen in sample.observed:
+            if seen.sensor.channel == channel:
+                return float(seen.sensor.noise)
+    return 1.0
+
+
+def _known(
+    problem: Problem, k: int, sample: Sample, run: Linearised, noise: Mapping[str, float], width_s: float
+) -> _Known:
+    jacobian, residual = [], []
+    for seen in sample.observed:
+        name = seen.sensor.channel
+        off = -seen.left(run.model[name])
+        jacobian.append(rounded(seen.sensor, run.slope[name] / noise[name]))
+        residual.append(rounded(seen.sensor, off / noise[name]))
+    time = sample.recording.time_s
+    centres = np.arange(time[0], time[-1] + 0.5 * width_s, width_s)
+    place = problem.place(k)
+    rows, rest = np.vstack(jacobian), np.concatenate(residual)
+    return _Known(place, rows, rest, rows.T @ rows, rows.T @ rest, centres)
+
+
+def _rows(
+    problem: Problem,
+    x: Floats,
+    k: int,
+    port: str,
+    centres: Floats,
+    respond: Respond,
+    noise: dict[str, float],
+    width_s: float,
+) -> Floats:
+    """(samples of all channels, hats) scaled by the sensors' noise."""
+    sample = problem.samples[k]
+    if port in noise:
+        time = sample.recording.time_s
+        hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - centres) / width_s)
+        return np.vstack(
+            [
+                rounded(seen.sensor, hats[seen.rows] / noise[port])
+                if seen.sensor.channel == port
+                else np.zeros((len(seen.rows), len(centres)))
+                for seen in sample.observed
+            ]
+        )
+    answers = respond(problem, x, k, port, centres)
+    return np.vstack(
+        [
+            rounded(seen.sensor, answers[seen.rows, seen.column] / noise[seen.sensor.channel])
+            for seen in sample.observed
+        ]
+    )
+
+
+def _with_input(known: _Known, answers: Floats, width_s: float) -> _Part:
+    root = np.linalg.cholesky(_prior(known.centres, MEMORY * width_s))
+    driven = answers @ root
+    values, turned = np.linalg.eigh(driven.T @ driven)
+    driven = driven @ turned
+    return _Part(
+        known,
+        root @ turned,
+        np.maximum(values, 0.0),
+        driven.T @ known.jacobian,
+        driven.T @ known.residual,
+    )
+
+
+def _prior(centres: Floats, memory_s: float) -> Floats:
+    covariance: Floats = np.exp(-np.abs(centres[:, None] - centres) / memory_s)
+    return covariance + 1e-9 * np.eye(len(centres))
+
+
+def _best(port: str, parts: Sequence[_Part], length: int) -> UnknownInput | None:
+    square = sum(float(np.sum(part.values)) for part in parts)
+    count = sum(len(part.known.residual) for part in parts)
+    if square == 0.0:
+        return None
+    unit = float(np.sqrt(count / square))
+    without = _evidence(parts, length, 0.0, _noise_left(parts, length, 0.0)).value
+    sizes = [size * unit for size in SIZES]
+    tried = [(size, _noise_left(parts, length, size)) for size in sizes]
+    size, s = max(tried, key=lambda pair: _evidence(parts, length, *pair).value)
+    best = _evidence(parts, length, size, s)
+    means, bands = [], []
+    for part in parts:
+        share = (size / s) ** 2 / (1.0 + (size / s) ** 2 * part.values)
+        means.append(-part.root @ (share * (part.pull + part.cross @ best.delta[part.known.place])))
+        bands.append(s * np.sqrt(part.root**2 @ share))
+    centres = tuple(part.known.centres for part in parts)
+    return UnknownInput(port, best.value - without, size, s, centres, tuple(means), tuple(bands))
+
+
+def _noise_left(parts: Sequence[_Part], length: int, size: float) -> float:
+    """The noise at which the evidence is greatest: s² is what is left per sample."""
+    s = 1.0
+    count = sum(len(part.known.residual) for part in parts)
+    for _ in range(4):
+        s = float(np.sqrt(max(_evidence(parts, length, size, s).square * s**2 / count, 1e-3)))
+    return s
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    value: float
+    """ln of the evidence, up to a constant."""
+    square: float
+    """What is left over, in units of s."""
+    delta: Floats
+    """δ at its best."""
+
+
+def _evidence(parts: Sequence[_Part], length: int, size: float, s: float) -> _Evidence:
+    matrix, gradient = np.eye(length), np.zeros(length)
+    square, log_det, count = 0.0, 0.0, 0
+    ratio = (size / s) ** 2
+    for part in parts:
+        share = ratio / (1.0 + ratio * part.values)
+        known = part.known
+        matrix[np.ix_(known.place, known.place)] += (
+            known.normal - part.cross.T @ (share[:, None] * part.cross)
+        ) / s**2
+        gradient[known.place] += (known.gradient - part.cross.T @ (share * part.pull)) / s**2
+        square += float(known.residual @ known.residual - share @ part.pull**2) / s**2
+        log_det += float(np.sum(np.log1p(ratio * part.values)))
+        count += len(known.residual)
+    factor = cho_factor(matrix)
+    delta = -cho_solve(factor, gradient)
+    square += float(gradient @ delta)
+    log_det += 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
+    return _Evidence(-0.5 * (square + log_det) - count * float(np.log(s)), square, delta)

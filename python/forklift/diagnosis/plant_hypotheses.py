@@ -1,0 +1,136 @@
+"""What may be amiss with a plant or its recordings: its catalogue's effects, and their dull rivals.
+
+The rivals come of themselves: each output's gain, offset and lag, each input's gain and offset, and each
+parameter that is known within a range only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from forklift.diagnosis.hypothesis import Suspect
+from forklift.fitting.plant_problem import PlantProblem
+from forklift.plant.parts import Effect, Input, Output, Param, Plant
+from forklift.plant.recording import Recording
+
+FAULT_SHARE = 0.1
+"""Standard deviation of an offset, in the range of what was recorded."""
+MOST = 4.0
+"""A fault is looked for up to this many of its standard deviations."""
+
+
+def suspects(plant: Plant, recordings: Sequence[Recording]) -> tuple[Suspect, ...]:
+    """All of them."""
+    return (
+        *(found for effect in plant.effects for found in of_effect(plant, effect)),
+        *_outputs(plant, recordings),
+        *_inputs(plant, recordings),
+        *_parameters(plant),
+    )
+
+
+def of_effect(plant: Plant, effect: Effect) -> Iterator[Suspect]:
+    """An effect from every place where its search may start, all under one label."""
+    kinds = {port.name: port.kind for port in plant.ports}
+    values = [one.starts or (one.value,) for one in effect.params[1:]]
+    for starts in product(*values):
+        further = [replace(one, value=at) for one, at in zip(effect.params[1:], starts, strict=True)]
+        yield Suspect(
+            effect.id,
+            "physics",
+            effect.name,
+            "",
+            kinds.get(effect.ports[0], "input") if effect.ports else "law",
+            effect.amplitude,
+            acting(replace(effect, params=(effect.params[0], *further))),
+            effect.confused_with,
+        )
+
+
+def acting(effect: Effect) -> Callable[[PlantProblem], PlantProblem]:
+    """Adds an effect, quiet."""
+    values = {effect.full(one): one.value for one in effect.params}
+    more = [one.unknown(effect.full(one)) for one in effect.params if not one.known]
+
+    def add(problem: PlantProblem) -> PlantProblem:
+        machine = replace(problem.machine, effects=(*problem.machine.effects, effect))
+        return problem.with_effect(machine, values, more)
+
+    return add
+
+
+def _outputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]:
+    for one in plant.outputs:
+        columns = [found.y[one.name] for found in recordings if one.name in found.y]
+        if one.gain_range:
+            yield _fault(one, "gain", "the sensor's gain is off", _gain(one))
+        if offset := _offset(one, columns):
+            yield _fault(one, "offset", "the sensor's zero is off", offset)
+        interval = float(np.median(np.diff(recordings[0].time_s)))
+        lag = interval if one.lag_range is None else one.lag_range
+        if lag:
+            yield _fault(one, "lag", "the signal arrives late", Param("lag", "s", 0.0, 0.0, MOST * lag))
+
+
+def _inputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]:
+    for one in plant.inputs:
+        if one.derived:
+            continue
+        if one.gain_range:
+            yield _fault(one, "gain", "the input's gain is off", _gain(one))
+        if offset := _offset(one, [found.u[one.name] for found in recordings]):
+            yield _fault(one, "offset", "the input's zero is off", offset)
+
+
+def _gain(one: Input | Output) -> Param:
+    return Param("gain", "1", 1.0, max(1.0 - MOST * one.gain_range, 0.01), 1.0 + MOST * one.gain_range)
+
+
+def _offset(one: Input | Output, columns: Sequence[np.ndarray]) -> Param | None:
+    size = one.offset_range
+    if size is None:
+        size = FAULT_SHARE * max((float(np.nanmax(c) - np.nanmin(c)) for c in columns), default=0.0)
+    return Param("offset", one.unit, 0.0, -MOST * size, MOST * size) if size else None
+
+
+def _fault(one: Input | Output, fault: str, name: str, number: Param) -> Suspect:
+    full = f"{one.name}.{fault}"
+    straight = replace(number, name=full)
+    return Suspect(
+        f"{'input' if isinstance(one, Input) else 'sensor'}_{fault}",
+        "sensor",
+        name,
+        one.name,
+        "input" if isinstance(one, Input) else "sensor",
+        full,
+        _with_params([straight]),
+    )
+
+
+def _parameters(plant: Plant) -> Iterator[Suspect]:
+    for one in plant.params:
+        if (
+            one.known
+            and one.per == "plant"
+            and np.isfinite([one.lower, one.upper]).all()
+            and one.upper > one.lower
+        ):
+            yield Suspect(
+                "parameter",
+                "parameter",
+                f"{one.name} is known within a range only",
+                one.name,
+                "parameter",
+                one.name,
+                _with_params([one]),
+            )
+
+
+def _with_params(numbers: Sequence[Param]) -> Callable[[PlantProblem], PlantProblem]:
+    values: Mapping[str, float] = {one.name: one.value for one in numbers}
+    more = [one.unknown() for one in numbers]
+    return lambda problem: problem.with_effect(problem.machine, values, more)

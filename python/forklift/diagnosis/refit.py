@@ -1,0 +1,366 @@
+"""A set of suspects tried: the whole problem fitted anew with them, and judged on recordings held out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.base.threads import one_thread
+from forklift.diagnosis.hypothesis import Suspect, carry
+from forklift.diagnosis.screening import foretold
+from forklift.fitting import levenberg_marquardt as geodesic
+from forklift.fitting.interface import Problem
+from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
+from forklift.fitting.residuals import Judged, judge
+from forklift.fitting.search import STAGES, Found, Progress, Stage, search
+from forklift.plant.forklift.sensors import Sensor
+
+Floats = NDArray[np.float64]
+
+ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
+"""The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
+QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)
+"""For who is tried beside what explains everything: who explains as much is nearly there by then."""
+SETTLING = (replace(STAGES[2], evaluations=8),)
+"""A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
+MISFIT = 3.0
+"""Mean square in the worst channel from which on that is clear after the tempered stages."""
+SLIGHT = 1.5
+"""Mean square in the worst channel up to which the tempered stages are blind to what is left over."""
+NEAR, MOVES = 1e-3, 12
+"""A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
+FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
+OVER_ALL = replace(STAGES[-1], evaluations=4)
+"""From a fit that explains all recordings, those held out too."""
+LESS = 0.95
+"""Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
+be quicker than the model without it."""
+TWICE = 2.0
+"""Recordings held out may feel the substeps this many times as much as those that were fitted."""
+MUCH = 0.2
+"""Share of what was left over that one start may leave without another being tried."""
+ALIKE = 0.5
+"""What gains little has more than this share left of what there was without it."""
+BEHIND = 2.0
+"""A start is not led on if the first stage leaves it this many times as far off as another one."""
+CLEAR = 3.0
+"""An amplitude is there if it lies this many of its standard deviations from its quiet value."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One set of suspects, fitted with everything else and judged."""
+
+    suspects: tuple[Suspect, ...]
+    found: Found
+    knowledge: Knowledge
+    judged: tuple[Judged, ...]
+    """On every recording if it is finished, else on those held out."""
+    costs: tuple[float, float]
+    """−ln posterior after each of the tempered stages, with their weights."""
+    finished: bool
+    """Whether the search went on to the sensors' own noise."""
+    early: Found
+    """Where the tempered stages ended: parameters have not yet gone to extremes to make up for what is
+    missing, so that a linear step from there tells who could."""
+
+    left_at_weights: float | None = None
+    """Mean square left over in units of the weights that deviations were told with; None: of the noise."""
+    foretold: float | None = None
+    """How much better all recordings foretell each other than without its suspects, in ln probability; asked
+    where nothing shows without them."""
+
+    @property
+    def rough(self) -> float:
+        """−ln posterior after the tempered stages: trials compare by it."""
+        return self.costs[-1]
+
+    @property
+    def held_out(self) -> tuple[Judged, ...]:
+        held = tuple(found for found in self.judged if found.role == "validate")
+        return held or self.judged
+
+    @property
+    def told_from(self) -> Found:
+        """From where more is screened: the end, where little or nothing is left over, else where the tempered
+        stages ended."""
+        return self.found if self.complete or self.slight else self.early
+
+    @cached_property
+    def left_over(self) -> float:
+        """Mean square over all held-out samples, in units of the sensors' noise."""
+        return self.squares / sum(found.samples for found in self.held_out)
+
+    @cached_property
+    def worst(self) -> Judged:
+        return max(self.held_out, key=lambda found: found.mean_square)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is left over in any channel of any recording held out."""
+        return all(found.explained for found in self.held_out)
+
+    @property
+    def slight(self) -> bool:
+        """Whether what is left over is so little that no parameter needs to go far to make up for it."""
+        return self.finished and self.worst.mean_square <= SLIGHT
+
+    @cached_property
+    def squares(self) -> float:
+        """Sum of squares on recordings held out."""
+        return sum(found.samples * found.mean_square for found in self.held_out)
+
+    @cached_property
+    def excess(self) -> float:
+        """Sum of squares left over the noise, channel by channel, on recordings held out."""
+        return sum(found.excess for found in self.held_out)
+
+    @property
+    def told(self) -> bool:
+        """Whether all its amplitudes are told from none."""
+        return all(self.clear(suspect) for suspect in self.suspects)
+
+    def clear(self, suspect: Suspect) -> bool:
+        """Whether the suspect's amplitude is told from none, its deviation widened by what is left over."""
+        if suspect.amplitude is None or suspect.kind == "unknown":
+            return True
+        place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
+        left = self.left_over if self.left_at_weights is None else self.left_at_weights
+        deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, left))
+        return bool(abs(self.found.x[place]) >= CLEAR * deviation)
+
+    def by_recording(self) -> dict[str, float]:
+        """Sum of squares of each recording held out, or of each of its stretches that err independently."""
+        sums: dict[str, float] = {}
+        for found in self.held_out:
+            if found.blocks == 1:
+                sums[found.file] = sums.get(found.file, 0.0) + found.samples * found.mean_square
+                continue
+            for k, part in enumerate(np.array_split(found.left, found.blocks)):
+                name = f"{found.file}, stretch {k + 1}"
+                sums[name] = sums.get(name, 0.0) + float(part @ part)
+        return sums
+
+
+class First(NamedTuple):
+    """Where the first tempered stage ended."""
+
+    suspects: Sequence[Suspect]
+    found: Found
+    cost: float
+
+
+@dataclass(frozen=True)
+class Bench:
+    """All that trials have in common."""
+
+    start: Problem
+    """Over the recordings to be fitted, at the start truck."""
+    everyone: Problem
+    """The same over all recordings."""
+    sensors: Mapping[str, Sensor]
+    progress: Progress | None = None
+    strict: bool = False
+    """Whether recordings held out may move parameters only as far as a complete model's would be uncertain,
+    and not by what the fit leaves over: where that is large, a wrong model's would explain anything. What
+    they have of their own is then sought to the end."""
+    later: float = 0.5
+    """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
+    noise can be reached: what one law of another shape leaves over invites a second that is none."""
+
+    @property
+    def together(self) -> float:
+        """How many times as much as white noise the slowest of the sensors' noise promises by chance."""
+        return max(sensor.together for sensor in self.sensors.values())
+
+    def rough(self, suspects: Sequence[Suspect], after: Trial | None = None) -> Trial:
+        """The tempered stages, cold from the start machine or from where another trial left them."""
+        return self._led_on(self._first(suspects, after))
+
+    def quick(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
+        """A few evaluations from where another trial left them; fewer where the first ones gain little."""
+        found, first = self._searched(*self._from(suspects, after), QUICK[:1])
+        if first > ALIKE * after.costs[0]:
+            return self._stopped(suspects, found, (first, np.inf))
+        return self._led_on(First(suspects, found, first), QUICK[1:])
+
+    def ahead(self, several: Sequence[tuple[Suspect, ...]], after: Trial) -> Trial:
+        """Who comes furthest in the tempered stages: the first of several sets of suspects from where another
+        trial left them; and if that leaves much over, all of them from the start machine too.
+
+        Either start can end astray where the other does not.
+        """
+        warm = self._first(several[0], after)
+        if warm.cost > MUCH * after.costs[0]:
+            return self._furthest([warm, *self._cold(several)])
+        trial = self._led_on(warm)
+        if trial.excess <= MUCH * after.excess:
+            return trial
+        return min(trial, self._furthest(self._cold(several)), key=lambda one: one.rough)
+
+    def afresh(self, trial: Trial) -> Trial:
+        """The same suspects from the start machine, to the end; the trial itself if it came from there."""
+        first = self._first(trial.suspects)
+        return trial if first.cost == trial.costs[0] else self.finish(self._led_on(first))
+
+    def slightly(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
+        """From where a trial ended that leaves little over, at the sensors' own noise: what hardly shows in
+        any channel is nothing to the tempered stages. If it left nothing, all recordings are asked how well
+        the others foretell them."""
+        problem = _with(self.start, suspects)
+        x = carry(after.found.x, after.found.problem, problem)
+        found = search(problem, x, self.sensors, FINE[-1:], self.progress)
+        trial = self._judged(suspects, found, after.costs, early=after.early, finished=True)
+        if not after.complete:
+            return trial
+        everywhere = self.everywhere(after)
+        new = [suspect for suspect in suspects if suspect not in after.suspects]
+        return replace(trial, foretold=foretold(everywhere.problem, everywhere.x, new))
+
+    def _cold(self, several: Sequence[tuple[Suspect, ...]]) -> list[First]:
+        return [self._first(suspects) for suspects in several]
+
+    def _first(self, suspects: Sequence[Suspect], after: Trial | None = None) -> First:
+        return First(suspects, *self._searched(*self._from(suspects, after), ROUGH[:1]))
+
+    def _furthest(self, firsts: Sequence[First]) -> Trial:
+        """Led on by the second stage, without those that are clearly behind after the first."""
+        least = min(first.cost for first in firsts)
+        near = [first for first in firsts if first.cost <= max(BEHIND * least, least + BEHIND)]
+        return min((self._led_on(first) for first in near), key=lambda one: one.rough)
+
+    def _led_on(self, first: First, stages: tuple[Stage, ...] = ROUGH[1:]) -> Trial:
+        found, cost = self._searched(first.found.problem, first.found.x, stages)
+        return self._stopped(first.suspects, _after(first.found, found), (first.cost, cost))
+
+    def _from(self, suspects: Sequence[Suspect], after: Trial | None = None) -> tuple[Problem, Floats]:
+        problem = _with(self.start, suspects)
+        x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
+        return problem, x
+
+    def _searched(self, problem: Problem, x: Floats, stages: tuple[Stage, ...]) -> tuple[Found, float]:
+        """Where these stages end, and at which cost."""
+        found = search(problem, x, self.sensors, stages, self.progress)
+        return found, _cost(found.problem, found.x)
+
+    def baseline(self) -> Trial:
+        """The machine without any suspect."""
+        return self.finish(self.rough(()))
+
+    def everywhere(self, trial: Trial) -> Found:
+        """The same machine fitted to all recordings, those held out too, with substeps no longer than it had:
+        else the simulation's own error would show."""
+        told = trial.found
+        problem = _with(self.everyone, trial.suspects).weighted(told.problem.sigma, told.problem.substeps)
+        x = np.zeros(problem.starts[-1])
+        x[: len(problem.unknowns)] = told.x[: len(problem.unknowns)]
+        for k, sample in enumerate(problem.samples):
+            for j, fitted in enumerate(told.problem.samples):
+                if fitted.recording is sample.recording:
+                    x[problem.place(k)] = told.x[told.problem.place(j)]
+        stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
+        return search(problem, x, self.sensors, (stage,), self.progress)
+
+    def finish(self, trial: Trial) -> Trial:
+        """The last stages, all of them only if nothing may be missing any more; and the judgement."""
+        early, clearly = trial.early, trial.worst.mean_square >= MISFIT
+        fine = search(early.problem, early.x, self.sensors, SETTLING if clearly else FINE, self.progress)
+        done = self._judged(trial.suspects, _after(early, fine), trial.costs, early=early, finished=True)
+        return done if clearly or done.complete else self._finer(done)
+
+    def _finer(self, trial: Trial) -> Trial:
+        """The same with shorter substeps, if what is left over is the simulation's own error."""
+        problem = trial.found.problem.weighted(trial.found.problem.sigma, FINEST.substeps)
+        worth = (1.0 - np.sqrt(LESS)) * np.sqrt(trial.worst.mean_square)
+        if TWICE * self._apart(trial.found, problem) <= worth:
+            return trial
+        exact = self._judged(
+            trial.suspects,
+            replace(trial.found, problem=problem),
+            trial.costs,
+            early=trial.early,
+            finished=True,
+        )
+        if exact.worst.mean_square > LESS * trial.worst.mean_square:
+            return trial
+        found = search(problem, trial.found.x, self.sensors, (FINEST,), self.progress)
+        return self._judged(
+            trial.suspects, _after(trial.found, found), trial.costs, early=trial.early, finished=True
+        )
+
+    def _apart(self, found: Found, finer: Problem) -> float:
+        """How far shorter substeps move what the model says of a recording that was fitted, at most: root of
+        the mean square over a channel, in units of its sensor's noise."""
+        pairs = zip(found.problem.values(found.x), finer.values(found.x), strict=True)
+        moved = [
+            float(np.sqrt(np.mean((said - other[name]) ** 2))) / self.sensors[name].noise
+            for one, other in pairs
+            for name, said in one.items()
+            if len(said)
+        ]
+        return max(moved, default=0.0)
+
+    def without(self, suspect: Suspect, trial: Trial) -> Trial:
+        """The same trial without one of its suspects, from where it ended."""
+        rest = tuple(one for one in trial.suspects if one is not suspect)
+        problem = _with(self.start, rest)
+        x = carry(trial.found.x, trial.found.problem, problem)
+        found, cost = self._searched(problem, x, AGAIN)
+        return self.finish(self._stopped(rest, found, (np.inf, cost)))
+
+    def _stopped(self, suspects: Sequence[Suspect], found: Found, costs: tuple[float, float]) -> Trial:
+        """Judged as it stands after the tempered stages."""
+        return self._judged(suspects, found, costs, early=found, finished=False)
+
+    def _judged(
+        self,
+        suspects: Sequence[Suspect],
+        found: Found,
+        costs: tuple[float, float],
+        *,
+        early: Found,
+        finished: bool,
+    ) -> Trial:
+        everyone = _with(self.everyone, suspects).weighted(found.problem.sigma, found.problem.substeps)
+        if not finished:  # where it stands, only those held out tell
+            held = tuple(one for one in everyone.samples if one.recording.role == "validate")
+            everyone = everyone.over(held or everyone.samples)
+        with one_thread():
+            known = knowledge(found.problem, found.x)
+            theta = found.x[: len(found.problem.unknowns)]
+            if self.strict:
+                granted = covariance_at_noise(found.problem, found.x, self.sensors)
+                judged = tuple(judge(everyone, theta, granted, self.sensors, far=NEAR, moves=MOVES))
+            else:
+                judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
+        left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
+        return Trial(tuple(suspects), found, known, judged, costs, finished, early, left)
+
+
+def _left_at(weights: Mapping[str, float], judged: Sequence[Judged], sensors: Mapping[str, Sensor]) -> float:
+    """Mean square left over on what is held out, in units of these weights."""
+    held = [found for found in judged if found.role == "validate"] or judged
+    scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
+    square = sum(found.samples * found.mean_square * scale[found.channel] ** 2 for found in held)
+    return square / sum(found.samples for found in held)
+
+
+def _cost(problem: Problem, x: Floats) -> float:
+    with one_thread():
+        return geodesic.cost(problem, x)
+
+
+def _after(before: Found, found: Found) -> Found:
+    """With the evaluations of both searches."""
+    return replace(found, evaluations=before.evaluations + found.evaluations)
+
+
+def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:
+    for suspect in suspects:
+        problem = suspect.add(problem)
+    return problem

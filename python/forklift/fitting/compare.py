@@ -1,0 +1,426 @@
+"""Compare a campaign with a truck: predictions, fits as in Tables 5.4 and 5.5, and where the misfit lies."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite
+from os import cpu_count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import polars as pl
+
+from forklift.base import arguments, output
+from forklift.base.errors import ForkliftError
+from forklift.fitting import metrics as fits
+from forklift.fitting.comparison_words import sentence
+from forklift.plant.forklift.phases import PHASES, phases, shut_current
+from forklift.plant.forklift.signals import Signal, signals
+from forklift.plant.forklift.simulate import Simulation, mean_temperature, predict
+from forklift.plant.forklift.tables import LIFTS, Lift, channels, commanded, outputs
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.campaign import Campaign, csv_name
+from forklift.recordings.channels import table
+
+if TYPE_CHECKING:
+    from forklift.fitting.metrics import Floats
+    from forklift.recordings.recording import Recording
+
+PREDICTED = (
+    "position_free_m",
+    "position_main_m",
+    "velocity_free_m_s",
+    "velocity_main_m_s",
+    "pressure_free_pa",
+    "pressure_main_pa",
+)
+"""The columns of a prediction after ``time_s``."""
+
+SAME_TEMPERATURE_K = 5.0
+"""Recordings whose oil temperatures lie this closely above the coldest's count as one operating point."""
+
+MARK = "compare.json"
+PAGE = "report.html"
+
+CHANGES = ("nmse_percent", "nrmse_percent", "rmse")
+"""The columns of a fit that differ before and after."""
+
+FIT_COLUMNS = {
+    "file": pl.String,
+    "role": pl.String,
+    "lift": pl.String,
+    "load_kg": pl.Float64,
+    "oil_temperature_degc": pl.Float64,
+    "channel": pl.String,
+    "unit": pl.String,
+    "commanded": pl.Boolean,
+    "measured_from": pl.String,
+    "samples": pl.Int64,
+    "nmse_percent": pl.Float64,
+    "nrmse_percent": pl.Float64,
+    "rmse": pl.Float64,
+}
+
+PHASE_COLUMNS = {
+    "file": pl.String,
+    "role": pl.String,
+    "lift": pl.String,
+    "phase": pl.String,
+    "seconds": pl.Float64,
+    "squared_error": pl.Float64,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A recording, its free-running simulation, and the signals that both have."""
+
+    recording: Recording
+    simulation: Simulation
+    oil_temperature_degc: float
+    signals: tuple[Signal, ...]
+
+    def signal(self, channel: str) -> Signal | None:
+        """The signal of this name, if it was measured."""
+        return next((signal for signal in self.signals if signal.channel == channel), None)
+
+    def to_polars(self) -> pl.DataFrame:
+        """``time_s`` and the columns `PREDICTED`, as the model has them, without noise or quantisation."""
+        return pl.DataFrame(
+            {"time_s": self.simulation.time_s} | {name: self.simulation[name] for name in PREDICTED}
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """What `compare` gives; `write` puts all of it into a folder."""
+
+    campaign: Campaign
+    truck: Truck
+    predictions: tuple[Prediction, ...]
+    fits: pl.DataFrame
+    """One row per recording and signal: both fits [%] and the RMSE in the signal's unit."""
+    phases: pl.DataFrame
+    """One row per commanded lift, recording and phase: seconds, and share of the velocity's misfit."""
+
+    @cached_property
+    def verdict(self) -> tuple[str, ...]:
+        """One plain sentence per commanded lift: how good the fit is and where it is poor.
+
+        Where no velocity could be told, the sentence says why, and how well the other signals fit.
+        """
+        return tuple(said for lift in LIFTS if (said := sentence(self, lift)))
+
+    def validation(self, lift: Lift) -> pl.DataFrame:
+        """Table 5.4 (free) or 5.5 (main): temperature, load and both velocity fits of validate recordings.
+
+        Without validate recordings of this lift: of all of them.
+        """
+        rows = self.fits.filter((pl.col("channel") == f"velocity_{lift}_m_s") & pl.col("commanded"))
+        judged = rows.filter(pl.col("role") == "validate")
+        rows = judged if len(judged) else rows
+        return (
+            rows.with_columns(
+                temperature_degc=pl.Series(
+                    _operating_points(rows["oil_temperature_degc"].to_numpy()), dtype=pl.Float64
+                )
+            )
+            .sort("temperature_degc", "load_kg", "file")
+            .select("temperature_degc", "load_kg", "nmse_percent", "nrmse_percent", "rmse", "role", "file")
+        )
+
+    def where(self, lift: Lift) -> pl.DataFrame:
+        """Phase by phase, the worst first: its share of the time and of the velocity's squared error.
+
+        Over the recordings of `validation`.
+        """
+        files = self.validation(lift)["file"].implode()
+        sums = (
+            self.phases.filter((pl.col("lift") == lift) & pl.col("file").is_in(files))
+            .group_by("phase", maintain_order=True)
+            .agg(pl.col("seconds").sum(), pl.col("squared_error").sum())
+        )
+        shares = {"share_of_time": "seconds", "share_of_misfit": "squared_error"}
+        return (
+            sums.with_columns(**{name: pl.col(of) / pl.col(of).sum() for name, of in shares.items()})
+            .drop("squared_error")
+            .sort("share_of_misfit", descending=True)
+        )
+
+    def write(self, out: str | Path) -> Path:
+        """Write ``predictions/baseline/FILE.csv``, ``fit.csv``, ``compare.json`` and ``report.html``.
+
+        The folder appears whole or not at all; an earlier result there is replaced.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `out` holds anything but an earlier result, ``"not-writable"``.
+        """
+        from forklift.report.of_comparison import comparison_page
+
+        with output.folder(out, earlier_files(out), MARK) as temporary:
+            self.write_predictions(temporary)
+            self.fits.write_csv(temporary / "fit.csv")
+            (temporary / MARK).write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+            (temporary / PAGE).write_text(comparison_page(self), encoding="utf-8", newline="\n")
+        return Path(out)
+
+    def write_predictions(self, folder: Path, model: str = "baseline") -> None:
+        """Write ``predictions/MODEL/FILE.csv`` of every recording below `folder`."""
+        files = prediction_files([prediction.recording.file for prediction in self.predictions], model)
+        for prediction, file in zip(self.predictions, files, strict=True):
+            path = folder / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            prediction.to_polars().write_csv(path)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Verdict, tables, and the version and hashes of what they were made from, for JSON."""
+        from forklift import __version__
+
+        return {
+            "schema": 1,
+            "forklift": __version__,
+            "campaign": campaign_facts(self.campaign),
+            "truck": truck_facts(self.truck),
+            "verdict": list(self.verdict),
+            "validation": {lift: json_rows(table) for lift in LIFTS if len(table := self.validation(lift))},
+            "fits": json_rows(self.fits),
+            "phases": json_rows(self.phases),
+        }
+
+    def __str__(self) -> str:
+        from forklift.report.tables import comparison_tables, plain
+
+        return "\n".join([*self.verdict, "", *map(plain, comparison_tables(self))])
+
+    def _repr_html_(self) -> str:
+        from forklift.report.notebook import of_comparison
+
+        return of_comparison(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"Comparison({self.campaign.name!r} with {self.truck.name!r}, "
+            f"{len(self.predictions)} recordings, {len(self.fits)} fits)"
+        )
+
+
+def compare(
+    campaign: Campaign,
+    truck: Truck,
+    *,
+    oil_temperature_degc: float | None = None,
+    progress: Callable[[Prediction], None] | None = None,
+    **settings: Any,
+) -> Comparison:
+    """Replay every recording of a campaign on a truck, free-running, and judge every signal.
+
+    Velocities are compared as measured (`forklift.fitting.metrics.derivative`): the derivative of ``fork_height_m``
+    where it exists and a single lift is commanded, else of the lift's own encoder, measured and simulated
+    through the same filter. Positions, pressures and fork height are compared as they stand.
+
+    Parameters
+    ----------
+    campaign, truck
+        What was measured, and the truck that should explain it.
+    oil_temperature_degc
+        For recordings without an oil temperature [°C].
+    progress
+        Called after each recording, from the calling thread.
+    settings
+        `forklift.plant.forklift.simulate.simulate`'s ``solver``, ``tolerance`` and ``substeps``.
+
+    Raises
+    ------
+    ForkliftError
+        Those of `forklift.plant.forklift.simulate.predict`; ``"argument-invalid"`` for an impossible oil temperature.
+    """
+    arguments.of_kind(Campaign, campaign=campaign)
+    arguments.of_kind(Truck, truck=truck)
+    check_temperature(oil_temperature_degc)
+
+    def one(recording: Recording) -> Prediction:
+        simulation = predict(truck, recording, oil_temperature_degc=oil_temperature_degc, **settings)
+        temperature = mean_temperature(recording, oil_temperature_degc)
+        return Prediction(recording, simulation, temperature, tuple(signals(recording, simulation)))
+
+    predictions = []
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        try:
+            for prediction in pool.map(one, campaign.recordings):
+                predictions.append(prediction)
+                if progress:
+                    progress(prediction)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    table = pl.DataFrame(
+        [row for found in predictions for row in _fit_rows(found)], schema=FIT_COLUMNS, orient="row"
+    )
+    return Comparison(campaign, truck, tuple(predictions), table, _phase_table(truck, predictions))
+
+
+def result_files(recordings: Sequence[str]) -> frozenset[str]:
+    """The files that `Comparison.write` makes of a campaign with these recordings."""
+    return frozenset({"fit.csv", PAGE, MARK, *prediction_files(recordings)})
+
+
+def earlier_files(
+    out: str | Path,
+    mark: str = MARK,
+    files: Callable[[Sequence[str]], frozenset[str]] = result_files,
+    facts: str = "campaign",
+) -> frozenset[str]:
+    """The files of the earlier result that stands in `out`, as its file `mark` tells; else none."""
+    try:
+        found = json.loads((Path(out) / mark).read_text(encoding="utf-8"))
+        return files([recording["file"] for recording in found[facts]["recordings"]])
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return frozenset()
+
+
+def validation_change(before: Comparison, after: Comparison, lift: Lift) -> pl.DataFrame:
+    """`Comparison.validation` of one lift by two trucks: its fits end with ``_before`` and ``_after``."""
+    names = {name: f"{name}_before" for name in CHANGES}
+    told = after.validation(lift).rename({name: f"{name}_after" for name in CHANGES})
+    known = before.validation(lift).select("file", *CHANGES).rename(names)
+    return told.join(known, on="file", maintain_order="left")
+
+
+def command_line(verb: str, campaign: Campaign, truck: Truck, options: Sequence[str] = ()) -> str | None:
+    """The command that does the same; None if the campaign or the truck does not come from a file."""
+    if campaign.folder is None or truck.origin == "Python":
+        return None
+    name = truck.name if truck.origin == "shipped" else truck.origin
+    return shlex.join(["forklift", verb, str(campaign.folder), "--truck", name, *options, "--out", "result"])
+
+
+def temperature_option(comparison: Comparison) -> list[str]:
+    """The option that gave recordings without an oil temperature theirs."""
+    given = [
+        one.oil_temperature_degc
+        for one in comparison.predictions
+        if not np.isfinite(one.recording.channels.get("oil_temperature_degc", np.nan)).any()
+    ]
+    return ["--temperature", repr(given[0])] if given else []
+
+
+def campaign_facts(campaign: Campaign) -> dict[str, Any]:
+    """What a result says of the campaign it was made from."""
+    return {
+        "name": campaign.name,
+        "sha256": campaign.sha256,
+        "recordings": [{"file": found.file, "sha256": found.sha256} for found in campaign.recordings],
+    }
+
+
+def truck_facts(truck: Truck) -> dict[str, Any]:
+    """What a result says of a truck it was made with."""
+    return {
+        "name": truck.name,
+        "origin": truck.origin,
+        "sha256": truck.sha256,
+        "effects": list(truck.effects),
+    }
+
+
+def prediction_files(recordings: Sequence[str], model: str = "baseline") -> list[str]:
+    """By recording, the file that its prediction is written to."""
+    names = [csv_name(file) for file in recordings]
+    # a.csv and a.mf4 are two recordings
+    own = [
+        name if names.count(name) == 1 else f"{file}.csv"
+        for file, name in zip(recordings, names, strict=True)
+    ]
+    return [f"predictions/{model}/{name}" for name in own]
+
+
+def check_temperature(oil_temperature_degc: float | None) -> None:
+    """A temperature that is given is one that a recording might have, be it needed or not."""
+    possible = table()["oil_temperature_degc"]
+    lower, upper = possible.lower, possible.upper
+    if oil_temperature_degc is None:
+        return
+    if not lower <= arguments.number("oil_temperature_degc", oil_temperature_degc) <= upper:
+        raise ForkliftError(
+            "argument-invalid",
+            f"the oil temperature is {oil_temperature_degc:g} °C, where {lower:g} to {upper:g} °C is "
+            "possible; give it in °C",
+            name="oil_temperature_degc",
+            value=oil_temperature_degc,
+            lower=lower,
+            upper=upper,
+            unit="degC",
+        )
+
+
+def _fit_rows(prediction: Prediction) -> Iterator[tuple[Any, ...]]:
+    recording = prediction.recording
+    for signal in prediction.signals:
+        pair = (signal.measured, signal.simulated)
+        yield (
+            recording.file,
+            recording.role,
+            signal.lift,
+            recording.load_kg,
+            prediction.oil_temperature_degc,
+            signal.channel,
+            (outputs() | channels())[signal.channel]["unit"],
+            signal.commanded,
+            signal.measured_from,
+            int(np.isfinite(signal.measured).sum()),
+            defined(fits.nmse(*pair)),
+            defined(fits.nrmse(*pair)),
+            defined(fits.rmse(*pair)),
+        )
+
+
+def _phase_table(truck: Truck, predictions: list[Prediction]) -> pl.DataFrame:
+    rows = []
+    for prediction in predictions:
+        recording = prediction.recording
+        for lift in commanded(recording.lift):
+            velocity = prediction.signal(f"velocity_{lift}_m_s")
+            if velocity is None:
+                continue
+            squared = np.nan_to_num((velocity.measured - velocity.simulated) ** 2)
+            seconds = np.diff(recording.time_s, append=recording.time_s[-1:])
+            found = phases(
+                recording.time_s, recording.channels[f"current_{lift}_a"], shut_current(truck, lift)
+            )
+            for index, phase in enumerate(PHASES):
+                here = found == index
+                rows.append(
+                    (recording.file, recording.role, lift, phase, seconds[here].sum(), squared[here].sum())
+                )
+    table = pl.DataFrame(rows, schema=PHASE_COLUMNS, orient="row")
+    total = pl.col("squared_error").sum().over("file", "lift")
+    return table.with_columns(share_of_misfit=pl.when(total > 0).then(pl.col("squared_error") / total))
+
+
+def _operating_points(temperature: Floats) -> list[float]:
+    """Each recording's operating temperature: the mean of those close above the coldest not yet grouped."""
+    point = np.empty(len(temperature))
+    left = np.argsort(temperature)
+    while len(left):
+        close = temperature[left] - temperature[left[0]] <= SAME_TEMPERATURE_K
+        point[left[close]] = round(float(temperature[left[close]].mean()), 1)
+        left = left[~close]
+    return point.tolist()
+
+
+def json_rows(table: pl.DataFrame) -> list[dict[str, Any]]:
+    """A table's rows for JSON, which has no NaN."""
+    return [{key: defined(value) for key, value in row.items()} for row in table.to_dicts()]
+
+
+def defined(value: Any) -> Any:
+    """`value`, or None for a number that is not finite."""
+    return None if isinstance(value, float) and not isfinite(value) else value

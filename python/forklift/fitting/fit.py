@@ -1,0 +1,476 @@
+"""Fit a truck to a campaign: all that the thesis estimated, with what is known of it and what is not."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from forklift.base import arguments
+from forklift.base.errors import ForkliftError
+from forklift.base.threads import one_thread
+from forklift.fitting import words
+from forklift.fitting.compare import Comparison, check_temperature, compare
+from forklift.fitting.interface import Problem as AnyProblem
+from forklift.fitting.intervals import QUANTILE, Knowledge, knowledge
+from forklift.fitting.profile import Profile, profile
+from forklift.fitting.residuals import Judged, judge
+from forklift.fitting.search import STAGES, Found, Stage, settle
+from forklift.fitting.starts import End, Ends, compare_ends, from_starts
+from forklift.plant.forklift.checks.suitability import Caution, suitability
+from forklift.plant.forklift.problem import Problem, sample
+from forklift.plant.forklift.sensors import Sensor, sensors
+from forklift.plant.forklift.tables import Lift, commanded
+from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.unknowns import Unknown, move, unknowns
+from forklift.recordings.campaign import Campaign
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from forklift.fitting.metrics import Floats
+
+T = TypeVar("T")
+
+SEED = 1
+AGAIN = 3
+"""Starts of a fit that leaves something over."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a fit is; told after every evaluation."""
+
+    start: int
+    starts: int
+    stage: int
+    stages: int
+    evaluation: int
+    cost: float
+    """−ln posterior with the stage's weights: comparable within a stage only."""
+    misfit: float
+    """Root mean square of the residuals in units of the sensors' noise, whatever the stage's weights."""
+    profile: str = ""
+    """After the search: the parameter whose profile likelihood is being drawn."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """What `fit` gives; `write` puts all of it into a folder."""
+
+    campaign: Campaign
+    start: Truck
+    truck: Truck
+    """The fitted truck; its moved values carry their 95 % interval in their source."""
+    lifts: tuple[Lift, ...]
+    """The lifts that were fitted: those that some recording commands."""
+    unknowns: tuple[Unknown, ...]
+    found: Found
+    sensors: dict[str, Sensor]
+    noise: dict[str, float]
+    """What each channel was weighted by, in its unit; of an encoder the softness of its edges."""
+    knowledge: Knowledge
+    judged: tuple[Judged, ...]
+    """Every channel of every recording, against the sensors' noise."""
+    ends: tuple[End, ...]
+    profiles: tuple[Profile, ...]
+    cautions: tuple[Caution, ...]
+    before: Comparison
+    after: Comparison
+    interrupted: bool
+    seconds: float
+    options: Mapping[str, Any]
+    """What `fit` was called with beside campaign and truck."""
+
+    @property
+    def held_out(self) -> tuple[Judged, ...]:
+        """What is judged on: `validate` recordings, or without any, all."""
+        judged = tuple(found for found in self.judged if found.role == "validate")
+        return judged or self.judged
+
+    @property
+    def complete(self) -> bool:
+        """Whether the truck explains all that is judged to the sensors' noise."""
+        return all(found.explained for found in self.held_out)
+
+    @cached_property
+    def verdict(self) -> tuple[str, ...]:
+        """In plain sentences: how good the fit is, what it leaves over and where, what it cannot tell."""
+        return words.verdict(self)
+
+    def validation(self, lift: Lift) -> pl.DataFrame:
+        """`Comparison.validation` of one lift, before and after: Table 5.4 (free) or 5.5 (main)."""
+        from forklift.fitting import files as fit_files
+
+        return fit_files.validation(self, lift)
+
+    @cached_property
+    def fits(self) -> pl.DataFrame:
+        """`Comparison.fits` before and after: one row per recording and signal."""
+        from forklift.fitting import files as fit_files
+
+        return fit_files.fits(self)
+
+    @cached_property
+    def signals(self) -> pl.DataFrame:
+        """What is left of each signal and role, as mean square in units of the sensors' noise."""
+        from forklift.fitting import files as fit_files
+
+        return fit_files.signals(self)
+
+    @cached_property
+    def parameters(self) -> pl.DataFrame:
+        """One row per parameter: start, value, 95 % intervals before and after, and how it is known."""
+        from forklift.fitting import files as fit_files
+
+        return fit_files.parameters(self)
+
+    def profile(self, name: str) -> Profile:
+        """The profile likelihood of one parameter: about as much work as the fit itself.
+
+        Raises
+        ------
+        ForkliftError
+            ``"parameter-unknown"`` if it was not estimated.
+        """
+        _check_profiles([name], self.unknowns)
+        k = [unknown.name for unknown in self.unknowns].index(name)
+        with one_thread():
+            return profile(self.found.problem, self.found.x, k, self.knowledge.estimates[k].deviation)
+
+    def write(self, out: str | Path) -> Path:
+        """Write the fitted truck, the page to look at, and all that is known of the fit, into a folder.
+
+        ``truck.toml``, ``report.html``, ``fit.json``, ``fit.csv``, ``parameters.csv``,
+        ``predictions/baseline/FILE.csv``, and ``speed_table_free.csv`` or ``speed_table_main.csv`` of each
+        fitted lift. The folder appears whole or not at all; an earlier fit there is replaced.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `out` holds anything but an earlier fit, ``"not-writable"``.
+        """
+        from forklift.fitting import files as fit_files
+
+        return fit_files.write(self, out)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All but the curves as plain data, with version and hashes, for JSON."""
+        from forklift.fitting import files as fit_files
+
+        return fit_files.to_dict(self)
+
+    def _repr_html_(self) -> str:
+        from forklift.report.notebook import of_fit
+
+        return of_fit(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"Fit({self.campaign.name!r}, {len(self.unknowns)} unknowns, "
+            f"{'complete' if self.complete else 'something left over'}, {self.seconds:.1f} s)"
+        )
+
+    def __str__(self) -> str:
+        from forklift.report.tables import fit_tables, plain
+
+        return "\n".join([*self.verdict, "", *map(plain, fit_tables(self))])
+
+
+@dataclass
+class _Watch:
+    """Turns the search's progress into the caller's, and keeps each start's best point for Ctrl-C."""
+
+    problem: Problem
+    sensors: Mapping[str, Sensor]
+    tell: Callable[[Progress], None] | None
+    starts: int
+    best: dict[int, tuple[Stage, float, Floats]] = field(default_factory=dict)
+    """By start, where its last stage stands: costs of two stages do not compare."""
+    evaluations: int = 0
+
+    def of(self, start: int) -> Callable[[Stage, int, float, Floats], None]:
+        def evaluated(stage: Stage, evaluation: int, cost: float, x: Floats) -> None:
+            self.evaluations += 1
+            known = self.best.get(start)
+            if known is None or known[0] is not stage or cost <= known[1]:
+                self.best[start] = stage, cost, x.copy()
+            if self.tell:
+                at = replace(self.problem, substeps=stage.substeps)
+                place, misfit = STAGES.index(stage) + 1, _misfit(at, self.sensors, x)
+                self.tell(Progress(start, self.starts, place, len(STAGES), evaluation, cost, misfit))
+
+        return evaluated
+
+
+def _misfit(problem: AnyProblem, every: Mapping[str, Sensor], x: Floats) -> float:
+    """See `Progress.misfit`."""
+    at_noise = problem.weighted({name: sensor.noise for name, sensor in every.items()})
+    left = [residual for run in at_noise.residuals(x) for residual in run.values()]
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+
+
+def fit(
+    campaign: Campaign,
+    truck: Truck,
+    *,
+    hold: Collection[str] = (),
+    also: Collection[str] = (),
+    together: Sequence[Sequence[str]] = (),
+    load_width_kg: float = 0.0,
+    oil_temperature_degc: float | None = None,
+    starts: int | None = None,
+    profiles: Collection[str] = (),
+    seed: int = SEED,
+    progress: Callable[[Progress], None] | None = None,
+) -> Fit:
+    """Estimate the truck's parameters from all ``estimate`` recordings at once, and judge it on the others.
+
+    Free-running simulation of both lifts; joint likelihood of positions (encoders as intervals), pressures
+    and fork height with each sensor's own noise; per recording an offset of the oil temperature and the
+    positions at the start. Least squares on exact derivatives, tempered, along the canyon of what nearly
+    makes up for one another (`forklift.fitting`).
+
+    Parameters
+    ----------
+    campaign, truck
+        What was measured, and where the fit starts: another truck of the same make will do.
+    hold, also, together
+        Parameters left as they are, estimated besides the thesis's, and groups that move together
+        (`forklift.plant.forklift.unknowns`).
+    load_width_kg
+        Standard deviation of each recording's entered load [kg]; 0: the loads are right.
+    oil_temperature_degc
+        For recordings without an oil temperature [°C].
+    starts
+        How many starts: the truck itself and scattered ones. By default one, and if that leaves something
+        over three, so that a search gone astray is not taken for missing physics.
+    profiles
+        Parameters whose profile likelihood is wanted.
+    seed
+        Of the scattered starts.
+    progress
+        Called after each evaluation. Ctrl-C ends the search and keeps the best so far.
+
+    Raises
+    ------
+    ForkliftError
+        Those of `forklift.plant.forklift.checks.suitability` if the campaign cannot support a fit;
+        ``"parameter-unknown"``, ``"argument-invalid"``; those of `forklift.plant.forklift.simulate.predict`.
+    """
+    began = time.monotonic()
+    arguments.of_kind(Campaign, campaign=campaign)
+    arguments.of_kind(Truck, truck=truck)
+    check_temperature(oil_temperature_degc)
+    arguments.names(hold=hold, also=also, together=together, profiles=profiles)
+    for group in together:
+        arguments.names(together=group)
+    _check_numbers(starts, load_width_kg, seed)
+    suited = suitability(campaign.recordings, truck)
+    every = sensors(campaign.recordings)
+    moved = unknowns(truck, suited.lifts, hold=hold, also=also, together=together)
+    if not moved:
+        raise ForkliftError(
+            "argument-invalid",
+            "every parameter is held, so that there is nothing to fit; hold fewer",
+            name="hold",
+        )
+    _check_moved([*also, *(name for group in together for name in group)], moved)
+    _check_profiles(profiles, moved)
+    conditions: dict[str, Any] = {
+        "load_width_kg": load_width_kg,
+        "oil_temperature_degc": oil_temperature_degc,
+    }
+    samples = tuple(sample(found, truck, every, **conditions) for found in campaign.recordings)
+    fitted = tuple(
+        found
+        for found in samples
+        if found.recording.role == "estimate" and set(commanded(found.recording.lift)) & set(suited.lifts)
+    )
+    problem = Problem(truck, moved, fitted, substeps=4)
+    everyone = replace(problem, samples=samples)
+    stop = _Stop()
+    ends = _search(problem, every, starts or 1, seed, progress, stop)
+    known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
+    if starts is None and not stop.asked and not all(seen.explained for seen in judged):
+        ends = _search(problem, every, AGAIN, seed, progress, stop, earlier=ends)
+        known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
+    found = ends.best
+    best = _fitted_truck(campaign, truck, moved, found, known)
+    before, after = (
+        stop.finish(lambda shown=shown: compare(campaign, shown, oil_temperature_degc=oil_temperature_degc))  # type: ignore[misc]
+        for shown in (truck, best)
+    )
+    result = Fit(
+        campaign,
+        truck,
+        best,
+        suited.lifts,
+        moved,
+        found,
+        every,
+        dict(found.problem.sigma),
+        known,
+        judged,
+        ends.ends,
+        (),
+        suited.cautions,
+        before,
+        after,
+        stop.asked,
+        0.0,
+        conditions
+        | {
+            "hold": [*hold],
+            "also": [*also],
+            "together": [[*group] for group in together],
+            "starts": starts,
+            "profiles": [*profiles],
+            "seed": seed,
+        },
+    )
+    drawn: list[Profile] = []
+    with stop.noticed():
+        for name in () if stop.asked else profiles:
+            if progress:
+                starts, stages = len(ends.ends), len(STAGES)
+                misfit = _misfit(found.problem, every, found.x)
+                progress(Progress(starts - 1, starts, stages, stages, 0, found.cost, misfit, name))
+            drawn.append(result.profile(name))
+    seconds = time.monotonic() - began
+    return replace(result, profiles=tuple(drawn), interrupted=stop.asked, seconds=seconds)
+
+
+class _Stop:
+    """Ctrl-C, once there is something to keep: it ends the search and the profiles, and nothing is lost."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    @contextmanager
+    def noticed(self) -> Iterator[None]:
+        """Leave the block at Ctrl-C, and go on behind it."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            self.asked = True
+
+    def finish(self, work: Callable[[], T]) -> T:
+        """What `work` gives, little beside a search: done again after Ctrl-C; a second one ends it."""
+        with self.noticed():
+            return work()
+        return work()
+
+
+def _check_numbers(starts: int | None, load_width_kg: float, seed: int) -> None:
+    arguments.whole("seed", seed)
+    if starts is not None and arguments.whole("starts", starts) < 1:
+        raise ForkliftError(
+            "argument-invalid",
+            f"a fit needs a start, and {starts} are asked for; ask for one or more",
+            name="starts",
+            value=starts,
+            lower=1,
+        )
+    if not 0.0 <= arguments.number("load_width_kg", load_width_kg) < np.inf:
+        raise ForkliftError(
+            "argument-invalid",
+            f"the loads' standard deviation is {load_width_kg:g} kg; give zero or more",
+            name="load_width_kg",
+            value=load_width_kg,
+            lower=0.0,
+            unit="kg",
+        )
+
+
+def _check_moved(names: Sequence[str], moved: Sequence[Unknown]) -> None:
+    """What is asked to move does, and once: a table as a whole or a lift without recordings cannot."""
+    every = [name for unknown in moved for name in unknown.names]
+    for name in names:
+        if name not in every:
+            near = get_close_matches(name, every, n=1, cutoff=0.0)[0]
+            raise ForkliftError(
+                "argument-invalid",
+                f"{name} is not estimated, by itself or in a group; did you mean {near}?",
+                name=name,
+            )
+    for name in every:
+        if every.count(name) > 1:
+            raise ForkliftError(
+                "argument-invalid", f"{name} is in two groups that move together; make them one", name=name
+            )
+
+
+def _check_profiles(names: Collection[str], moved: Sequence[Unknown]) -> None:
+    """Before the search: a profile can be had of what is estimated only."""
+    known = [unknown.name for unknown in moved]
+    for name in names:
+        if name not in known:
+            near = get_close_matches(name, known, n=1, cutoff=0.0)[0]
+            raise ForkliftError(
+                "parameter-unknown",
+                f"{name} is not estimated, so that it has no profile; did you mean {near}?",
+                name=name,
+            )
+
+
+def _search(
+    problem: Problem,
+    every: Mapping[str, Sensor],
+    starts: int,
+    seed: int,
+    progress: Callable[[Progress], None] | None,
+    stop: _Stop,
+    earlier: Ends | None = None,
+) -> Ends:
+    """The best of some starts, and how the others compare; after Ctrl-C, of those that were begun."""
+    watch = _Watch(problem, every, progress, starts)
+    done = [earlier.best] if earlier else []
+    with stop.noticed():
+        return from_starts(problem, every, starts, seed, watch.of, done[0] if done else None)
+    begun = [*done, *(settle(problem, x, every) for _, _, x in watch.best.values())]
+    if not begun:
+        raise KeyboardInterrupt
+    ends = compare_ends(begun, begun)
+    evaluations = watch.evaluations + sum(found.evaluations for found in done)
+    return replace(ends, best=replace(ends.best, evaluations=evaluations))
+
+
+def _judge(
+    problem: Problem, found: Found, every: Mapping[str, Sensor]
+) -> tuple[Knowledge, tuple[Judged, ...]]:
+    with one_thread():
+        known = knowledge(found.problem, found.x)
+        theta = found.x[: len(problem.unknowns)]
+        weighted = found.problem.over(problem.samples)
+        return known, tuple(judge(weighted, theta, known.covariance, every))
+
+
+def _fitted_truck(
+    campaign: Campaign, start: Truck, moved: Sequence[Unknown], found: Found, known: Knowledge
+) -> Truck:
+    """The truck at the optimum; each moved value has its interval as its source."""
+    from forklift.fitting import files as fit_files
+
+    from_campaign = f"estimated from campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
+    truck = move(start, moved, found.x[: len(moved)], from_campaign)
+    sources = dict(truck.sources)
+    for estimate, theta in zip(known.estimates, found.x.tolist(), strict=False):
+        unknown = estimate.unknown
+        ends = fit_files.interval(unknown, theta, QUANTILE * estimate.deviation)
+        for name, lower, upper in zip(unknown.names, *ends.tolist(), strict=True):
+            if name not in sources:
+                continue  # a knot: its table is one value in the file, and its interval stands in fit.json
+            sources[name] = (
+                f"{from_campaign}, 95 % interval {lower:.6g} to {upper:.6g}"
+                if estimate.told
+                else f"not told by campaign {campaign.name!r} alone; near truck {start.name!r} by its prior"
+            )
+    return Truck(f"{campaign.name} fitted from {start.name}", truck.values, sources)

@@ -1,0 +1,148 @@
+"""What the engine needs of an estimation problem: the whole of what it may know of a machine.
+
+`forklift.plant.forklift.problem.Problem` (a truck) and `forklift.fitting.plant_problem.PlantProblem` (any other machine)
+both are such problems, and the search, the judgement and `forklift.diagnosis` see no more of them than this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from forklift.fitting.limits import Limits
+    from forklift.fitting.observed import Observed
+    from forklift.fitting.problem import Linearised, Products
+    from forklift.plant.forklift.unknowns import Unknown
+
+Floats = NDArray[np.float64]
+
+
+class Recording(Protocol):
+    """One recording, as far as the engine reads it."""
+
+    @property
+    def file(self) -> str:
+        """Its name, unique among all."""
+
+    @property
+    def role(self) -> str:
+        """``"estimate"`` or ``"validate"``."""
+
+    @property
+    def group(self) -> str:
+        """What it belongs together with."""
+
+    @property
+    def blocks(self) -> int:
+        """How many stretches of it err independently: credibility resamples these."""
+
+    @property
+    def time_s(self) -> Floats:
+        """(samples,) [s]."""
+
+    def __len__(self) -> int: ...
+
+
+class Sample(Protocol):
+    """One recording as a problem sees it: what it read, and what is its own."""
+
+    @property
+    def recording(self) -> Any:
+        """A `Recording`."""
+
+    @property
+    def observed(self) -> tuple[Observed, ...]:
+        """By channel, what was read."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(own,) what the recording has of its own."""
+
+    @property
+    def centre(self) -> Floats:
+        """(own,) its most likely values."""
+
+    @property
+    def width(self) -> Floats:
+        """(own,) prior standard deviations; 0: known."""
+
+    @property
+    def least(self) -> Floats:
+        """(own,) lower bounds."""
+
+    @property
+    def most(self) -> Floats:
+        """(own,) upper bounds."""
+
+    @property
+    def free(self) -> NDArray[np.intp]:
+        """Which of its own are unknown."""
+
+
+class Problem(Protocol):
+    """Recordings, unknowns, and how what was read answers them.
+
+    The unknown vector x is (θ, φ₁, …, φ_K): the shared unknowns and each recording's own, all in standard
+    deviations of their priors. `forklift.fitting.problem.LeastSquares` has all of it, given what
+    the outputs are and how they answer.
+    """
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Shared by all recordings."""
+
+    @property
+    def samples(self) -> Sequence[Any]:
+        """The recordings, each a `Sample`."""
+
+    @property
+    def sigma(self) -> Mapping[str, float]:
+        """What each channel is weighted by, in its unit."""
+
+    @property
+    def substeps(self) -> int:
+        """How finely it is simulated."""
+
+    @property
+    def lags(self) -> int:
+        """Over how many samples residuals may be correlated."""
+
+    @property
+    def starts(self) -> list[int]:
+        """Where each φ begins in x; last, its length."""
+
+    def weighted(self, sigma: Mapping[str, float], substeps: int | None = None) -> Self: ...
+
+    def over(self, samples: Sequence[Any]) -> Self: ...
+
+    def held(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Self, Floats]:
+        """All held at x but these unknowns, and unless `conditions` what recordings have of their own; and
+        the same place in that problem.
+        """
+
+    def bounds(self) -> tuple[Floats, Floats]: ...
+
+    def limits(self) -> Limits: ...
+
+    def at(self, theta: Floats) -> Floats:
+        """The vector that begins like `theta`, every recording's own at its most likely."""
+
+    def own(self, x: Floats, k: int) -> Floats: ...
+
+    def place(self, k: int) -> NDArray[np.intp]: ...
+
+    def linearise(self, x: Floats) -> list[Linearised]: ...
+
+    def products(self, x: Floats) -> list[Products]: ...
+
+    def residuals(self, x: Floats) -> list[dict[str, Floats]]: ...
+
+    def values(self, x: Floats) -> list[dict[str, Floats]]: ...
+
+    def prior(self, x: Floats) -> tuple[Floats, Floats]: ...
+
+    def compressed(self, x: Floats) -> tuple[Floats, Floats]: ...

@@ -1,0 +1,222 @@
+"""What a fit knows: intervals, what moves together, and what these recordings cannot tell.
+
+At the optimum the posterior is taken as normal in θ, with the inverse of the Gauss–Newton matrix JᵀJ as its
+covariance; the recordings' own unknowns are marginalised with it. Residuals that are not white carry less
+than their number says, so each channel's noise is first widened by the root of their autocorrelation time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from forklift.fitting.residuals import ljung_box
+
+if TYPE_CHECKING:
+    from forklift.fitting.interface import Problem
+    from forklift.plant.forklift.sensors import Sensor
+    from forklift.plant.forklift.unknowns import Unknown
+
+Floats = NDArray[np.float64]
+
+QUANTILE = 1.959963984540054
+"""Of the normal distribution: 95 % lie within."""
+
+TOLD = 0.5
+"""A parameter is told by the recordings if they narrow its prior to less than this."""
+
+TOGETHER = 0.7
+"""Correlation from which on two parameters are said to be known only together."""
+
+NUDGE = 0.2
+"""How far the first of a group is moved to say how the others follow, in its prior's deviations."""
+
+COLOURED = 1e-3
+"""Level of the Ljung–Box test below which residuals of a recording count as coloured."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One unknown, estimated."""
+
+    unknown: Unknown
+    value: float
+    """Of the first of its parameters."""
+    lower: float
+    """95 % interval."""
+    upper: float
+    deviation: float
+    """Posterior standard deviation, in units of the prior's."""
+    alone: float
+    """The same if all other unknowns were known."""
+
+    @property
+    def name(self) -> str:
+        return self.unknown.name
+
+    @property
+    def told(self) -> bool:
+        """Whether the recordings tell it, and not the prior."""
+        return self.deviation < TOLD
+
+
+@dataclass(frozen=True)
+class Group:
+    """Parameters that the recordings know only together: moved all `by` this, nothing measured changes."""
+
+    names: tuple[str, ...]
+    by: tuple[float, ...]
+    """In each one's unit."""
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What is known of the shared unknowns at the optimum."""
+
+    covariance: Floats
+    """Of θ."""
+    estimates: tuple[Estimate, ...]
+    groups: tuple[Group, ...]
+    untold: tuple[str, ...]
+    """Parameters about which the recordings say nothing, together or alone."""
+    widening: Mapping[str, float]
+    """Factor on each channel's noise for residuals that are not white; 1 where they are."""
+
+    @property
+    def correlation(self) -> Floats:
+        deviation: Floats = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(deviation, deviation))
+
+
+def knowledge(problem: Problem, x: Floats) -> Knowledge:
+    """What is known at the optimum x of `problem`."""
+    wide = widening(problem, x)
+    if any(factor > 1.0 for factor in wide.values()):
+        sigma = {name: noise * wide.get(name, 1.0) for name, noise in problem.sigma.items()}
+        problem = problem.weighted(sigma)
+    _, jacobian = problem.compressed(x)
+    normal = jacobian.T @ jacobian
+    shared = len(problem.unknowns)
+    covariance = _inverse(normal)[:shared, :shared]
+    deviation = np.sqrt(np.diag(covariance))
+    alone = 1.0 / np.sqrt(np.diag(normal))[:shared]
+    estimates = tuple(
+        _estimate(*row) for row in zip(problem.unknowns, x[:shared], deviation, alone, strict=True)
+    )
+    groups, untold = _untold(problem.unknowns, covariance, x[:shared], alone)
+    return Knowledge(covariance, estimates, groups, untold, wide)
+
+
+def covariance_at_noise(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Floats:
+    """Covariance of θ as it would be if what is left over were the sensors' noise and nothing else.
+
+    It is what a complete model does not know of its parameters: a model that misses something is granted no
+    more.
+    """
+    problem = problem.weighted({name: sensor.noise for name, sensor in sensors.items()})
+    _, jacobian = problem.compressed(x)
+    shared = len(problem.unknowns)
+    return np.asarray(_inverse(jacobian.T @ jacobian)[:shared, :shared])
+
+
+def _inverse(normal: Floats) -> Floats:
+    """Of normal equations with a prior of about 1 in every direction; where slopes are so large that rounding
+    has lost it, nothing is known of that direction but the prior."""
+    try:
+        everything = cho_solve(cho_factor(normal), np.eye(len(normal)))
+    except LinAlgError:
+        values, vectors = np.linalg.eigh(normal)
+        values[values < np.finfo(float).eps * len(values) * values[-1]] = 1.0
+        everything = (vectors / values) @ vectors.T
+    return np.asarray(0.5 * (everything + everything.T))
+
+
+def widening(problem: Problem, x: Floats) -> dict[str, float]:
+    """√(1 + 2 Σ r_k) of each channel's residuals, over the recordings in which they are coloured.
+
+    The sum runs over the problem's lags, with the correlations' mean over the recordings; at least 1. An
+    encoder's softness takes up what is left over there, and is not widened.
+    """
+    correlations: dict[str, list[Floats]] = {}
+    for residuals, sample in zip(problem.residuals(x), problem.samples, strict=True):
+        for seen in sample.observed:
+            if seen.sensor.count:
+                continue
+            residual = residuals[seen.sensor.channel]
+            white = ljung_box(residual)
+            quiet = white is None or white > COLOURED
+            found = np.zeros(problem.lags) if quiet else _autocorrelation(residual, problem.lags)
+            correlations.setdefault(seen.sensor.channel, []).append(found)
+    return {
+        name: float(np.sqrt(max(1.0, 1.0 + 2.0 * np.mean(found, axis=0).sum())))
+        for name, found in correlations.items()
+    }
+
+
+def _autocorrelation(residual: Floats, lags: int) -> Floats:
+    energy = residual @ residual
+    return np.array([residual[k:] @ residual[:-k] / energy for k in range(1, lags + 1)])
+
+
+def _estimate(unknown: Unknown, theta: float, deviation: float, alone: float) -> Estimate:
+    ends = [
+        float(
+            unknown.values(float(np.clip(theta + sign * QUANTILE * deviation, unknown.lower, unknown.upper)))[
+                0
+            ]
+        )
+        for sign in (-1.0, 1.0)
+    ]
+    value = float(unknown.values(theta)[0])
+    return Estimate(unknown, value, min(ends), max(ends), float(deviation), float(alone))
+
+
+def _untold(
+    unknowns: Sequence[Unknown], covariance: Floats, theta: Floats, alone: Floats
+) -> tuple[tuple[Group, ...], tuple[str, ...]]:
+    """Groups known only together, each around its least known member; and what is not known at all."""
+    deviation = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(deviation, deviation)
+    left = [int(k) for k in np.argsort(-deviation) if deviation[k] >= TOLD]
+    groups, untold = [], []
+    while left:
+        first = left[0]
+        if alone[first] >= TOLD:
+            untold.append(unknowns[first].name)
+            left.remove(first)
+            continue
+        members = [first] + [
+            int(k)
+            for k in np.argsort(-np.abs(correlation[first]))
+            if k != first and abs(correlation[first, k]) >= TOGETHER
+        ]
+        partners = members if len(members) > 1 else [first, _closest(correlation, first)]
+        groups.append(_group(unknowns, covariance, theta, partners))
+        left = [k for k in left if k not in partners]
+    return tuple(groups), tuple(untold)
+
+
+def _closest(correlation: Floats, first: int) -> int:
+    others = np.abs(correlation[first])
+    others[first] = 0.0
+    return int(np.argmax(others))
+
+
+def _group(unknowns: Sequence[Unknown], covariance: Floats, theta: Floats, members: Sequence[int]) -> Group:
+    """How the members move while the first rises by a tenth of a deviation of its prior."""
+    first = members[0]
+    by = []
+    for k in members:
+        unknown = unknowns[k]
+        now = unknown.values(float(theta[k]))[0]
+        then = unknown.values(float(theta[k] + NUDGE * covariance[k, first] / covariance[first, first]))[0]
+        by.append(float(then - now))
+    return Group(
+        tuple(unknowns[k].name for k in members), tuple(by), tuple(unknowns[k].unit for k in members)
+    )

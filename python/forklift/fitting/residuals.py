@@ -1,0 +1,235 @@
+"""How well a truck explains recordings it was not fitted on, in units of the sensors' own noise.
+
+What a recording cannot be blamed for is taken off first: for each recording the deviation of the truck's
+parameters (with their uncertainty from the fit), of its oil temperature and of its start that explains it
+best, all channels together. Of a complete model the mean square that is left is about 1, and what is left
+is white.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.stats import chi2
+
+if TYPE_CHECKING:
+    from forklift.fitting.interface import Problem, Sample
+    from forklift.fitting.problem import Linearised
+    from forklift.plant.forklift.sensors import Sensor
+
+Floats = NDArray[np.float64]
+
+AT_NOISE = 1.2
+"""Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n)."""
+BY_CHANCE = 4.0
+"""How many of its deviations the mean square of slow noise may lie above one. Its independent samples are so
+few, and its size is known so badly, that the bound for white noise lies within what many a channel leaves."""
+LAGS = 25
+"""Of the Ljung–Box test."""
+ROUNDING = sqrt(3.0)
+"""Half an encoder's count in units of its noise. A lift at rest reads off by a constant of up to this much:
+that is rounding, and taken off."""
+FAR = 0.3
+"""What moves one of a recording's own unknowns by more of its prior's deviations is linearised anew: a load
+that was entered wrongly, say."""
+MOST_MOVES = 4
+HALVINGS = 5
+WHITE = 0.01
+"""Its level: a complete model fails one test in a hundred."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One channel of one recording, judged."""
+
+    file: str
+    role: str
+    group: str
+    """What the recording belongs together with."""
+    channel: str
+    samples: int
+    mean_square: float
+    """Of what is left, in units of the sensor's noise (an encoder's: count/√12)."""
+    whiteness: float | None
+    """p-value of the Ljung–Box test over `LAGS` lags; None for an encoder, whose error is not white while
+    the truck moves slowly, and for a channel with gaps."""
+    rows: NDArray[np.intp]
+    """(samples,) the recording's samples that were finite."""
+    left: Floats
+    """(samples,) residual in units of noise, measured less simulated."""
+
+    independent: float = 1.0
+    """Share of the samples whose noise is independent: an encoder at rest is rounded once."""
+    unsure: float = 0.0
+    """Of slow noise the standard deviation of its variance, as a share of it."""
+    blocks: int = 1
+    """How many stretches of the recording err independently."""
+
+    @property
+    def bound(self) -> float:
+        """Mean square up to which nothing is left over that the sensor's noise does not explain."""
+        scatter = sqrt(2.0 / (self.samples * self.independent))
+        white = AT_NOISE * (1.0 + scatter)
+        return max(white, 1.0 + BY_CHANCE * hypot(scatter, self.unsure)) if self.unsure else white
+
+    @property
+    def explained(self) -> bool:
+        """Whether nothing is left over that the sensor's noise does not explain."""
+        return self.mean_square <= self.bound
+
+    @property
+    def excess(self) -> float:
+        """What is left over the noise: n (mean square − 1), at least 0."""
+        return self.samples * max(self.mean_square - 1.0, 0.0)
+
+    @property
+    def white(self) -> bool | None:
+        return None if self.whiteness is None else self.whiteness >= WHITE
+
+
+def judge(
+    problem: Problem,
+    theta: Floats,
+    covariance: Floats,
+    sensors: Mapping[str, Sensor],
+    *,
+    far: float = FAR,
+    moves: int = MOST_MOVES,
+) -> list[Judged]:
+    """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`.
+
+    The channels pull with the problem's weights, so that one the model cannot follow does not bend the
+    others; what is left is then told in units of the sensors' noise. A recording's own unknowns that move by
+    more than `far` are linearised anew, at most in `moves` places.
+    """
+    _, runs, steps = _settled(problem, theta, covariance, far, moves)
+    judged = []
+    for sample, at, step in zip(problem.samples, runs, steps, strict=True):
+        judged += _judge(sample, at, step, sensors)
+    return judged
+
+
+def settled(problem: Problem, theta: Floats, *, far: float, moves: int) -> Floats:
+    """The unknown vector at θ with each recording's own unknowns where they explain it best."""
+    x, _, steps = _settled(problem, theta, np.zeros((len(theta), len(theta))), far, moves)
+    return np.asarray(x + np.concatenate([np.zeros(len(theta)), *(step[len(theta) :] for step in steps)]))
+
+
+def _settled(
+    problem: Problem, theta: Floats, covariance: Floats, far: float, moves: int
+) -> tuple[Floats, list[Linearised], list[Floats]]:
+    """Where the recordings were last linearised, how, and the steps from there."""
+    x = problem.at(theta)
+    for _ in range(moves):
+        runs = problem.linearise(x)
+        steps = [
+            _step(sample, at, covariance, problem.own(x, k))
+            for k, (sample, at) in enumerate(zip(problem.samples, runs, strict=True))
+        ]
+        own = np.concatenate([step[len(theta) :] for step in steps])
+        if not np.any(np.abs(own) > far):
+            break
+        there = np.clip(x + np.concatenate([np.zeros(len(theta)), own]), *problem.bounds())
+        x = _towards(problem, x, there)
+    return x, runs, steps
+
+
+def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:
+    """There, each recording's own unknowns half as far as often as it is explained worse there than at x, or
+    better half-way.
+
+    Far from a recording its robust residuals bend, and a straight step goes too far: where it ends as far off
+    on the other side, steps would go to and fro.
+    """
+    before, squares = _squares(problem, x), _squares(problem, there)
+    for _ in range(HALVINGS):
+        half = 0.5 * (x + there)
+        halved = _squares(problem, half)
+        nearer = (squares > before) | (halved < squares)
+        if not nearer.any():
+            break
+        for k in np.flatnonzero(nearer):
+            own = slice(problem.starts[k], problem.starts[k + 1])
+            there[own] = half[own]
+            squares[k] = halved[k]
+    return there
+
+
+def _squares(problem: Problem, x: Floats) -> Floats:
+    """(recordings,) what each leaves over, with what its own unknowns cost."""
+    return np.array(
+        [
+            sum(float(rho @ rho) for rho in run.values()) + float(np.sum(problem.own(x, k) ** 2))
+            for k, run in enumerate(problem.residuals(x))
+        ]
+    )
+
+
+def _step(sample: Sample, at: Linearised, covariance: Floats, own: Floats) -> Floats:
+    """From θ and the recording's own unknowns to where they explain it best."""
+    prior = block_diag(covariance, np.eye(len(sample.free)))
+    jacobian = np.vstack([at.jacobian[name] for name in at.residual])
+    residual = np.concatenate([at.residual[name] for name in at.residual])
+    here = np.concatenate([np.zeros(len(covariance)), own])
+    # −(C⁻¹ + JᵀJ)⁻¹ (Jᵀr + C⁻¹x) without inverting C, which may be nearly singular
+    normal = jacobian.T @ jacobian
+    return -np.linalg.solve(np.eye(len(prior)) + prior @ normal, prior @ (jacobian.T @ residual) + here)
+
+
+def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
+    judged = []
+    for seen in sample.observed:
+        name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]
+        slope = at.slope[name]
+        said = at.model[name] + slope @ step
+        left = seen.left(said) / sensor.noise
+        if sensor.count:
+            left = left - np.clip(left.mean(), -ROUNDING, ROUNDING)
+        even = len(left) == len(sample.recording)
+        whiteness = ljung_box(left) if even and not sensor.count else None
+        judged.append(
+            Judged(
+                sample.recording.file,
+                sample.recording.role,
+                sample.recording.group,
+                name,
+                len(left),
+                float(np.mean(left**2)),
+                whiteness,
+                seen.rows,
+                left,
+                _stretches(seen.values) / len(left) if sensor.count else sensor.independent,
+                sensor.unsure,
+                sample.recording.blocks,
+            )
+        )
+    return judged
+
+
+def _stretches(values: Floats) -> float:
+    """Of how many samples with independent rounding the mean is as good: n²/Σ l², l the lengths of the
+    stretches in which the reading stands still."""
+    ends = np.flatnonzero(np.diff(values) != 0.0)
+    lengths = np.diff(np.r_[-1, ends, len(values) - 1])
+    return float(len(values) ** 2 / np.sum(lengths**2.0))
+
+
+def ljung_box(residual: Floats, lags: int = LAGS) -> float | None:
+    """p-value of whiteness (Ljung & Box 1978): Q = n(n + 2) Σ r_k²/(n − k) is χ² with `lags` degrees.
+
+    None if there are too few samples or the residual is constant.
+    """
+    n = len(residual)
+    centred = residual - residual.mean()
+    energy = float(centred @ centred)
+    if n <= 2 * lags or energy == 0.0:
+        return None
+    correlation = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / energy
+    q = n * (n + 2.0) * np.sum(correlation**2 / (n - np.arange(1, lags + 1)))
+    return float(chi2.sf(q, lags))

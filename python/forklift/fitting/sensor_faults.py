@@ -1,0 +1,80 @@
+"""How a sensor may read wrongly: with another gain, an offset, or late. Unknowns beside the truck's.
+
+    reading(t) = gain · truth(t − lag) + offset
+
+The same number for all recordings, so that it competes with physics on equal terms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.unknowns import Unknown
+
+Floats = NDArray[np.float64]
+Fault = Literal["gain", "offset", "lag"]
+
+SPREAD: dict[Fault, float] = {"gain": 0.05, "lag": 0.05}
+"""Prior standard deviations; a lag in seconds."""
+OFFSETS = {"Pa": 1e5, "m": 0.01}
+"""Prior standard deviation of an offset, by the channel's unit."""
+MOST: dict[Fault, float] = {"gain": 10.0, "offset": 20.0, "lag": 10.0}
+"""The farthest of the prior's deviations."""
+
+
+@dataclass(frozen=True)
+class Reading(Unknown):
+    """One number of a sensor, unknown."""
+
+    channels: tuple[str, ...] = ()
+    """Which read wrongly, all by the same number."""
+    fault: Fault = "gain"
+
+    def read(self, time: Floats, values: Floats, slopes: Floats, theta: float) -> tuple[Floats, Floats]:
+        """Outputs (times, outputs) and slopes (times, outputs, directions) as the sensor gives them.
+
+        The slopes get one more direction, the last: this number.
+        """
+        at = float(self.values(theta)[0])
+        values, slopes = values.copy(), slopes.copy()
+        own = np.zeros((*slopes.shape[:2], 1))
+        for column in map(list(outputs()).index, self.channels):
+            true = values[:, column].copy()
+            if self.fault == "gain":
+                values[:, column] = at * true
+                slopes[:, column] *= at
+                own[:, column, 0] = true
+            elif self.fault == "offset":
+                values[:, column] = true + at
+                own[:, column, 0] = 1.0
+            else:
+                values[:, column] = np.interp(time - at, time, true)
+                place, share = _before(time, at)
+                inside = time - at > time[0]
+                own[:, column, 0] = np.where(inside, -(np.diff(true) / np.diff(time))[place], 0.0)
+                rows = slopes[:, column]
+                slopes[:, column] = (1.0 - share) * rows[place] + share * rows[place + 1]
+        return values, np.concatenate([slopes, own], axis=2)
+
+
+def reading(channels: Sequence[str], fault: Fault, unit: str) -> Reading:
+    """The unknown gain, offset or lag of one channel's sensor, or of several alike."""
+    right = 1.0 if fault == "gain" else 0.0
+    width = OFFSETS[unit] if fault == "offset" else SPREAD[fault]
+    own_unit = {"gain": "1", "offset": unit, "lag": "s"}[fault]
+    lower = 0.0 if fault == "lag" else -MOST[fault]
+    names = (f"{'+'.join(channels)}.{fault}",)
+    return Reading(names, own_unit, "linear", (right,), width, lower, MOST[fault], tuple(channels), fault)
+
+
+def _before(time: Floats, lag: float) -> tuple[NDArray[np.intp], Floats]:
+    """The sample before each time less `lag` [s], and (times, 1) the share of the one after it."""
+    at = np.clip(time - lag, time[0], time[-1])
+    place = np.clip(np.searchsorted(time, at, side="left") - 1, 0, len(time) - 2)
+    return place, ((at - time[place]) / (time[place + 1] - time[place]))[:, None]

@@ -1,0 +1,1 @@
+"""The forklift as a machine: truck, simulation, effects, checks of its recordings."""

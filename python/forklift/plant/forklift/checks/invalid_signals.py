@@ -1,0 +1,90 @@
+"""A signal that is no measurement for a while, stuck or slipped: found before any fit, and taken out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.checks import faults, motion
+from forklift.plant.forklift.checks.timing import POSITIONS
+
+if TYPE_CHECKING:
+    from forklift.plant.forklift.truck import Truck
+    from forklift.recordings.campaign import Campaign
+    from forklift.recordings.recording import Recording
+
+MOST_ROUNDS = 20
+"""A recording with more such stretches of one channel than this is not worth keeping; the error says so."""
+
+
+@dataclass(frozen=True)
+class Spoilt:
+    """A stretch of one channel in one recording that tells nothing."""
+
+    file: str
+    channel: str
+    from_s: float
+    to_s: float
+    how: Literal["stuck", "slip"]
+    """It stands still while it should not; or a position has jumped and stays off."""
+
+    @property
+    def said(self) -> str:
+        """In words."""
+        if self.how == "slip":
+            return f"the signal slips in {self.file} at {self.from_s:.2f} s"
+        return f"the signal stands still in {self.file} from {self.from_s:.2f} to {self.to_s:.2f} s"
+
+
+def unspoilt(campaign: Campaign, truck: Truck) -> tuple[Campaign, tuple[Spoilt, ...]]:
+    """The campaign without the samples of stuck and slipped signals, and which these were.
+
+    After a slip nothing is left of that signal in that recording. Where no other signal tells that the lift
+    itself did not jump, samples may be lost as well as counts: that is left to the checks, which refuse it.
+    """
+    taken: list[Spoilt] = []
+    for _ in range(MOST_ROUNDS):
+        found = _spoilt(campaign, truck)
+        if not found:
+            break
+        taken += found
+        campaign = replace(
+            campaign, recordings=tuple(_without(recording, found) for recording in campaign.recordings)
+        )
+    return campaign, tuple(taken)
+
+
+def _spoilt(campaign: Campaign, truck: Truck) -> list[Spoilt]:
+    """Stuck signals; if there are none, slips: the end of a standstill looks like one."""
+    recordings = {recording.file: recording for recording in campaign.recordings}
+    stuck, slipped = [], []
+    for error in faults(campaign.recordings, truck):
+        if not isinstance(error, ForkliftError):
+            continue
+        facts = error.facts
+        if error.code == "channel-stuck":
+            stuck.append(Spoilt(facts["file"], facts["channel"], facts["from_s"], facts["to_s"], "stuck"))
+        elif error.code == "channel-jump" and _witnessed(recordings[facts["file"]], facts["channel"]):
+            end = float(recordings[facts["file"]].time_s[-1])
+            slipped.append(Spoilt(facts["file"], facts["channel"], facts["time_s"], end, "slip"))
+    return stuck or slipped
+
+
+def _witnessed(recording: Recording, channel: str) -> bool:
+    """Whether another signal tells of the same motion: of a lift's position the height, and the reverse."""
+    height = "fork_height_m"
+    others = [name for name in POSITIONS if name != height] if channel == height else [height]
+    return any(motion.measured(recording, name) is not None for name in others)
+
+
+def _without(recording: Recording, found: list[Spoilt]) -> Recording:
+    """The recording with those samples missing."""
+    columns = dict(recording.channels)
+    for one in found:
+        if one.file == recording.file:
+            within = (recording.time_s >= one.from_s) & (recording.time_s <= one.to_s)
+            columns[one.channel] = np.where(within, np.nan, columns[one.channel])
+    return replace(recording, channels=columns)

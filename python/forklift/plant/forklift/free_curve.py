@@ -1,0 +1,208 @@
+"""A truck's free shapes: curves over one variable of operation that act at one port of a lift.
+
+The physics stands in ``crates/hydro_core/src/effects/free_shape.rs``; ports and variables in the core's
+tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forklift import _core
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.tables import Lift, amount, parameters
+
+if TYPE_CHECKING:
+    from forklift._core import PortSpec, ShapeVariable
+    from forklift.plant.forklift.truck import Truck
+
+Floats = NDArray[np.float64]
+
+COEFFICIENTS = 7
+"""Cubic B-splines on four equal intervals."""
+
+
+@cache
+def ports() -> dict[str, PortSpec]:
+    """Where a shape may act, in the order in which its parameter ``port`` counts them."""
+    return {spec["name"]: spec for spec in _core.port_table()}
+
+
+@cache
+def variables() -> dict[str, ShapeVariable]:
+    """What a shape may be a function of, in the order in which its parameter ``variable`` counts them.
+
+    Positions and velocities are the cylinder's. A variable's ``outputs`` say, by the lift that has the shape,
+    which output shows it, and how much of it one unit of that output is.
+    """
+    return {spec["name"]: spec for spec in _core.shape_variables()}
+
+
+@dataclass(frozen=True)
+class FreeShape:
+    """One lift's free shape: ``truck.with_values(shape.parameters())`` has it.
+
+    With f the sum of the coefficients times cubic B-splines over the range from `lower` to `upper`, constant
+    beyond: f times the port's typical size joins a sum, or the logarithm of a factor. Where all coefficients
+    are 0 it changes nothing.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"`` for a port or a variable that is not in the table, for a range that is none,
+        and for anything but seven coefficients.
+    """
+
+    lift: Lift
+    port: str
+    """A key of `ports`."""
+    variable: str
+    """A key of `variables`."""
+    lower: float
+    upper: float
+    lag_s: float = 0.0
+    """Time constant with which the variable acts late [s]; 0 is at once."""
+    coefficients: tuple[float, ...] = (0.0,) * COEFFICIENTS
+
+    def __post_init__(self) -> None:
+        for name, value, known in (
+            ("port", self.port, ports()),
+            ("variable", self.variable, variables()),
+        ):
+            if value not in known:
+                raise _invalid(name, f"there is no {name} {value}; there are {', '.join(known)}")
+        if not self.lower < self.upper:
+            raise _invalid("upper", f"the range from {self.lower:g} to {self.upper:g} is none")
+        if len(self.coefficients) != COEFFICIENTS:
+            raise _invalid("coefficients", f"a shape has {COEFFICIENTS}, not {len(self.coefficients)}")
+
+    @classmethod
+    def of(cls, truck: Truck, lift: Lift) -> FreeShape | None:
+        """The free shape that a lift of the truck has, if any."""
+        if f"{lift}.free_shape.port" not in truck.values:
+            return None
+
+        def value(name: str) -> float:
+            return float(truck.values[f"{lift}.free_shape.{name}"])  # type: ignore[arg-type]
+
+        return cls(
+            lift,
+            list(ports())[int(value("port") + 0.5)],
+            list(variables())[int(value("variable") + 0.5)],
+            value("lower"),
+            value("upper"),
+            value("lag"),
+            tuple(value(f"shape_{k}") for k in range(COEFFICIENTS)),
+        )
+
+    def parameters(self) -> dict[str, float]:
+        """The parameters of a truck that has this shape, by full name."""
+        numbers = {
+            "port": list(ports()).index(self.port),
+            "variable": list(variables()).index(self.variable),
+            "lower": self.lower,
+            "upper": self.upper,
+            "lag": self.lag_s,
+        }
+        shape = {f"shape_{k}": value for k, value in enumerate(self.coefficients)}
+        head = f"{self.lift}.free_shape."
+        return {head + name: float(value) for name, value in (shape | numbers).items()}
+
+    def through(self, at: ArrayLike, values: ArrayLike) -> FreeShape:
+        """The same port and variable with the coefficients that come nearest to a curve.
+
+        Parameters
+        ----------
+        at
+            (n,) Values of the variable.
+        values
+            (n,) What the port shall have there: a sum in its unit, a factor.
+        """
+        splines = self._splines(np.asarray(at, dtype=float))
+        wanted = np.asarray(values, dtype=float)
+        wanted = (np.log(wanted) if self._factor else wanted) / ports()[self.port]["typical"]
+        # Where the curve says nothing of a coefficient, it goes on evenly.
+        even = 1e-3 * np.diff(np.eye(COEFFICIENTS), axis=0)
+        rows, right = np.vstack([splines, even]), np.concatenate([wanted, np.zeros(len(even))])
+        found = np.linalg.lstsq(rows, right, rcond=None)[0]
+        spec = parameters()[f"{self.lift}.free_shape.shape_0"]
+        return replace(self, coefficients=tuple(map(float, np.clip(found, spec["lower"], spec["upper"]))))
+
+    def at(self, variable: ArrayLike) -> Floats:
+        """(n,) what the port has where the variable has these values and rests: a sum's unit, or a factor."""
+        shape = ports()[self.port]["typical"] * np.array(self.coefficients)
+        values: Floats = self._splines(np.asarray(variable, dtype=float)) @ shape
+        return np.exp(values) if self._factor else values
+
+    def curve(self, count: int = 101) -> tuple[Floats, Floats]:
+        """The shape over its range: values of the variable, and what the port has there."""
+        at = np.linspace(self.lower, self.upper, count)
+        return at, self.at(at)
+
+    @property
+    def unit(self) -> str:
+        """Of what the port has: ``"1"`` for a factor."""
+        return "1" if self._factor else ports()[self.port]["unit"]
+
+    @property
+    def formula(self) -> str:
+        """The law in one line."""
+        symbol = f"{self.port}({self.variable})"
+        law = "exp(f)" if self._factor else f"f [{self.unit}]"
+        typical = ports()[self.port]["typical"]
+        terms = " + ".join(f"{typical * value:.3g} B{k}" for k, value in enumerate(self.coefficients))
+        late = f", {amount(self.lag_s, 's')} late" if self.lag_s > 0.0 else ""
+        unit = variables()[self.variable]["unit"]
+        return (
+            f"{symbol} = {law}, f = {terms.replace('+ -', '- ')}, cubic B-splines over "
+            f"{self.lower:.4g} to {self.upper:.4g} {unit}{late}"
+        )
+
+    @property
+    def sentence(self) -> str:
+        """The shape in plain terms."""
+        at, values = self.curve()
+        low, high = int(np.argmin(values)), int(np.argmax(values))
+        variable, unit = variables()[self.variable], variables()[self.variable]["unit"]
+        name, meaning = self.port.replace("_", " "), variable["meaning"].partition(",")[0]
+        if self._factor:
+            law, (least, most) = f"multiplies the {name} by", (f"{values[k]:.3g}" for k in (low, high))
+        else:
+            law, (least, most) = f"adds to the {name}", (amount(values[k], self.unit) for k in (low, high))
+        late = f", with a lag of {amount(self.lag_s, 's')}" if self.lag_s > 0.0 else ""
+        first, last = ((least, low), (most, high)) if low < high else ((most, high), (least, low))
+        return (
+            f"On the {self.lift} lift something {law} {first[0]} where the {meaning} is "
+            f"{amount(at[first[1]], unit)} and {last[0]} where it is {amount(at[last[1]], unit)}{late}."
+        )
+
+    @property
+    def _factor(self) -> bool:
+        return ports()[self.port]["join"] == "factor"
+
+    def _splines(self, variable: Floats) -> Floats:
+        """(n, coefficients) the B-splines over the range."""
+        width = max(self.upper - self.lower, variables()[self.variable]["finest"])
+        return splines((variable - self.lower) / width)
+
+
+def splines(y: Floats) -> Floats:
+    """(n, coefficients) cubic B-splines on equal intervals of 0 to 1, constant beyond."""
+    at = np.clip(y, 0.0, 1.0) * (COEFFICIENTS - 3)
+    t = np.abs(at[:, None] - np.arange(COEFFICIENTS) + 1.0)
+    far, near = np.maximum(2.0 - t, 0.0), np.maximum(1.0 - t, 0.0)
+    values: Floats = (far**3 - 4.0 * near**3) / 6.0
+    return values
+
+
+def _invalid(name: str, message: str) -> ForkliftError:
+    return ForkliftError("argument-invalid", message, name=name)
+
+
+__all__: Sequence[str] = ["COEFFICIENTS", "FreeShape", "ports", "variables"]

@@ -1,0 +1,54 @@
+"""Where an unknown input may enter a forklift's equations, and how a recording answers it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.diagnosis.locate import WIDTH_S
+from forklift.plant.forklift.problem import Problem
+from forklift.plant.forklift.tables import LIFTS, Lift
+
+Floats = NDArray[np.float64]
+
+EQUATIONS = {
+    "current": "valve-dynamics",
+    "opening": "valve-flow",
+    "viscosity": "viscosity",
+    "preset_pressure": "compensator",
+    "bulk_modulus": "bulk-modulus",
+    "cylinder_flow": "cylinder-pressure",
+    "return_pressure": "tank",
+    "friction": "friction",
+    "viscous_friction": "friction",
+    "force": "force-balance",
+}
+"""By port of a lift: the equation it stands in. Those not listed act as one of these does."""
+
+
+def ports(lifts: Sequence[Lift]) -> tuple[str, ...]:
+    """Every place on both lifts; a lift at rest takes forces and flows only, as its valve is shut."""
+    moving = [f"{lift}.{port}" for lift in LIFTS if lift in lifts for port in EQUATIONS]
+    resting = [f"{lift}.{port}" for lift in LIFTS if lift not in lifts for port in ("cylinder_flow", "force")]
+    return (*moving, *resting)
+
+
+def equation(port: str) -> str:
+    """The equation that a port stands in; of a channel's sensor, the sensor."""
+    return EQUATIONS.get(port.partition(".")[2], "sensor")
+
+
+def lift_of(port: str) -> Lift | None:
+    """The lift that a port, or a channel's sensor, belongs to."""
+    return next((lift for lift in LIFTS if port.startswith(f"{lift}.") or f"_{lift}_" in port), None)
+
+
+def respond(problem: Problem, x: Floats, k: int, port: str, centres: Floats) -> Floats:
+    """(times, outputs, hats): how recording k answers hats over time at one port."""
+    truck = problem.truck_at(x)
+    sample = problem.samples[k]
+    own = problem.conditions(x, k)
+    answers = truck.core.responses(sample.case, own, [port], centres, WIDTH_S, substeps=problem.substeps)
+    return answers[:, :, 0, :]

@@ -1,0 +1,74 @@
+"""Measured signals beside their simulation: what a prediction is judged on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from forklift.fitting import metrics as fits
+from forklift.plant.forklift.tables import LIFTS, Lift, commanded
+
+if TYPE_CHECKING:
+    from forklift.fitting.metrics import Floats
+    from forklift.plant.forklift.simulate import Simulation
+    from forklift.recordings.recording import Recording
+
+FORKS_PER_SENSOR: Mapping[Lift, float] = {"free": 1.0, "main": 2.0}
+"""How far the forks move for a metre on the lift's own position sensor (x_G = 2 x_ML + x_FL, section 2.1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """One measured signal beside its simulation, at the recording's times."""
+
+    lift: str
+    channel: str
+    commanded: bool
+    measured_from: str
+    measured: Floats
+    simulated: Floats
+
+
+def signals(recording: Recording, simulation: Simulation) -> Iterator[Signal]:
+    """Velocity of each commanded lift, then positions, pressures and fork height, as far as measured.
+
+    The velocity is the derivative (`forklift.fitting.metrics.derivative`) of ``fork_height_m`` where that exists and a
+    single lift is commanded, else of the lift's own encoder. The same signal of the simulation goes through
+    the same filter: the fork height simulated, too, contains what the lift at rest adds by bouncing.
+    """
+    moved = commanded(recording.lift)
+    measured = recording.channels
+
+    def has(channel: str) -> bool:
+        return channel in measured and bool(np.isfinite(measured[channel]).any())
+
+    for lift in moved:
+        for source, ratio in _velocity_sources(lift, len(moved)):
+            if has(source):
+                velocity = fits.derivative(recording.time_s, measured[source]) / ratio
+                if np.isfinite(velocity).any():
+                    simulated = fits.derivative(recording.time_s, simulation[source]) / ratio
+                    yield Signal(lift, f"velocity_{lift}_m_s", True, source, velocity, simulated)
+                    break
+    for lift in LIFTS:
+        for channel in (f"position_{lift}_m", f"pressure_{lift}_pa"):
+            if has(channel):
+                yield Signal(lift, channel, lift in moved, channel, measured[channel], simulation[channel])
+    if has("fork_height_m"):
+        yield Signal(
+            recording.lift,
+            "fork_height_m",
+            True,
+            "fork_height_m",
+            measured["fork_height_m"],
+            simulation["fork_height_m"],
+        )
+
+
+def _velocity_sources(lift: Lift, lifts_moved: int) -> list[tuple[str, float]]:
+    """The channels a lift's velocity is told from, best first, with how far each moves per sensor metre."""
+    own = (f"position_{lift}_m", 1.0)
+    return [("fork_height_m", FORKS_PER_SENSOR[lift]), own] if lifts_moved == 1 else [own]

@@ -1,0 +1,381 @@
+"""Simulate a truck under a command, or under the command of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forklift import _core
+from forklift.base import arguments, output
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.commands import COLUMNS, Command
+from forklift.plant.forklift.tables import LIFTS, Lifts, channels, outputs, states
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.recording import Recording
+
+if TYPE_CHECKING:
+    import polars as pl
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+Solver = Literal["adaptive", "fixed"]
+
+FORMATS = (".csv", ".parquet")
+SETTINGS = ("solver", "tolerance", "substeps")
+
+START_WITHIN_S = 1.0
+"""How long after a recording's first sample [s] its position still tells where it started: as long as a
+generated command leaves the truck at rest."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation:
+    """What `simulate` gives: outputs and states over time, in SI units, positive upward.
+
+    ``simulation["velocity_free_m_s"]`` is one output, ``simulation["free.position"]`` one state, each
+    (n,); `dataset` is all of it with units and meanings.
+    """
+
+    truck: Truck
+    command: Command
+    load_kg: float
+    oil_temperature_degc: Floats
+    """(m,) [°C], held like the command."""
+    time_s: Floats
+    """(n,) [s]."""
+    outputs: Floats
+    """(n, number of outputs), in the order of `forklift.plant.forklift.tables.outputs`."""
+    states: Floats
+    """(n, number of states), in the order of `state_names`."""
+    state_names: tuple[str, ...]
+    statistics: Mapping[str, Any]
+    """How much work the solver did."""
+
+    def __post_init__(self) -> None:
+        for name in ("oil_temperature_degc", "time_s", "outputs", "states"):
+            own = np.array(getattr(self, name))
+            own.flags.writeable = False
+            object.__setattr__(self, name, own)
+
+    def __getitem__(self, name: str) -> Floats:
+        if name in outputs():
+            return self.outputs[:, list(outputs()).index(name)]
+        if name in self.state_names:
+            return self.states[:, self.state_names.index(name)]
+        raise ForkliftError(
+            "name-unknown",
+            f"a simulation has no {name}; its outputs are {', '.join(outputs())}, "
+            f"its states {', '.join(self.state_names)}",
+            name=name,
+        )
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """Outputs, states and what drove them, over ``time_s``, with ``units`` and ``long_name``."""
+        import xarray as xr
+
+        variables: dict[str, tuple[str, Floats, dict[str, str]]] = {}
+        for name, values in self._driving().items():
+            variables[name] = ("time_s", values, _attributes(channels()[name]))
+        for name, spec in outputs().items():
+            variables[name] = ("time_s", self[name], _attributes(spec))
+        for name in self.state_names:
+            known = states().get(name.partition(".")[2])
+            variables[name] = ("time_s", self[name], _attributes(known) if known else {})
+        return xr.Dataset(
+            variables,
+            coords={"time_s": ("time_s", self.time_s, {"units": "s", "long_name": "time"})},
+            attrs={
+                "truck": self.truck.name,
+                "truck_sha256": self.truck.sha256,
+                "load_kg": self.load_kg,
+                **{f"statistics_{name}": value for name, value in self.statistics.items()},
+            },
+        )
+
+    def to_polars(self, *, with_states: bool = False) -> pl.DataFrame:
+        """Time, what drove the truck and all outputs, a column each; with `with_states` the states too.
+
+        What belongs to a lift that was not simulated is null.
+        """
+        import polars as pl
+
+        columns = {"time_s": self.time_s, **self._driving()} | {name: self[name] for name in outputs()}
+        if with_states:
+            columns |= {name: self[name] for name in self.state_names}
+        return pl.DataFrame(columns).fill_nan(None)
+
+    def write(self, path: str | Path, *, with_states: bool = False) -> Path:
+        """Write `to_polars` as ``.csv`` or ``.parquet``; whole or not at all.
+
+        Raises
+        ------
+        ForkliftError
+            ``"format-unknown"`` for another suffix, ``"not-writable"``.
+        """
+        output.check_suffix(path, FORMATS)
+        table = self.to_polars(with_states=with_states)
+        put = table.write_csv if Path(path).suffix.lower() == ".csv" else table.write_parquet
+        return output.write_file(path, lambda temporary: put(temporary))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Conditions, statistics and for each output its last, least and greatest value, for JSON."""
+        return {
+            "truck": {
+                "name": self.truck.name,
+                "sha256": self.truck.sha256,
+                "effects": list(self.truck.effects),
+            },
+            "load_kg": self.load_kg,
+            "oil_temperature_degc": float(np.mean(self.oil_temperature_degc)),
+            "samples": len(self.time_s),
+            "time_s": [float(self.time_s[0]), float(self.time_s[-1])],
+            "statistics": dict(self.statistics),
+            "outputs": {
+                name: {
+                    "unit": spec["unit"],
+                    "last": _json(self[name][-1]),
+                    "least": _json(self[name].min()),
+                    "greatest": _json(self[name].max()),
+                }
+                for name, spec in outputs().items()
+            },
+        }
+
+    def __repr__(self) -> str:
+        return (
+            f"Simulation({self.truck.name!r}, {self.load_kg:g} kg, "
+            f"{np.mean(self.oil_temperature_degc):.1f} degC, {len(self.time_s)} samples from "
+            f"{self.time_s[0]:g} to {self.time_s[-1]:g} s, {len(self.state_names)} states)"
+        )
+
+    def _driving(self) -> dict[str, Floats]:
+        """Currents and oil temperature at the simulation's times."""
+        held = np.searchsorted(self.command.time_s, self.time_s, side="right") - 1
+        return {
+            **{name: getattr(self.command, name)[held] for name in COLUMNS[1:]},
+            "oil_temperature_degc": self.oil_temperature_degc[held],
+        }
+
+
+def simulate(
+    truck: Truck,
+    command: Command,
+    *,
+    load_kg: float,
+    oil_temperature_degc: float | ArrayLike,
+    lifts: Lifts = "both",
+    time: ArrayLike | None = None,
+    solver: Solver | None = None,
+    tolerance: float | None = None,
+    substeps: int | None = None,
+    start: ArrayLike | None = None,
+) -> Simulation:
+    """Solve the truck's equations under a command, from rest.
+
+    Parameters
+    ----------
+    truck, command
+        Whose equations, and the currents of both valves, held between their samples.
+    load_kg
+        Mass on the forks [kg], on top of the truck's own moving mass.
+    oil_temperature_degc
+        Tank oil temperature [°C]: a number, or one per sample of the command, held likewise.
+    lifts
+        ``"both"``, or ``"free"`` or ``"main"`` for one lift alone, the other standing still.
+    time
+        (n,) [s], strictly increasing, where the result is wanted; by default at the command's samples.
+    solver, tolerance, substeps
+        ``"adaptive"`` (implicit, to `tolerance`) or ``"fixed"`` (`substeps` a sample); the core's defaults.
+        A setting of the other solver is refused.
+    start
+        The initial state in the order of `Simulation.state_names`; by default at rest, p_A in equilibrium
+        with the load, where the thesis's recordings start.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"``, ``"argument-shape"``, ``"effect-needs-both-lifts"``, or, if the run itself
+        fails, ``"step-too-small"``, ``"too-many-steps"`` or ``"not-finite"`` with time and worst state.
+    """
+    given: dict[str, Any] = {
+        "solver": solver,
+        "tolerance": tolerance,
+        "substeps": substeps,
+        "start": None if start is None else _column("start", start),
+    }
+    arguments.of_kind(Truck, truck=truck)
+    arguments.of_kind(Command, command=command)
+    _check_solver(solver, tolerance, substeps)
+    at = command.time_s if time is None else _column("time", time)
+    if not np.size(at):
+        raise ForkliftError("argument-invalid", "time is empty; give one time or more", name="time")
+    temperature = np.asarray(_column("oil_temperature_degc", oil_temperature_degc))
+    if temperature.ndim == 0:
+        temperature = np.full(len(command.time_s), float(temperature))
+    load = arguments.number("load_kg", load_kg)
+    settings = {name: value for name, value in given.items() if value is not None}
+    try:
+        found = truck.core.simulate(
+            at, command.time_s, command.currents, temperature, load, lifts=lifts, **settings
+        )
+    except (TypeError, OverflowError) as error:
+        raise ForkliftError(
+            "argument-invalid", f"an argument of simulate is of the wrong kind, shape or size: {error}"
+        ) from None
+    return Simulation(
+        truck,
+        command,
+        load,
+        temperature,
+        at,
+        found["outputs"],
+        found["states"],
+        tuple(found["state_names"]),
+        found["statistics"],
+    )
+
+
+def predict(
+    truck: Truck, recording: Recording, *, oil_temperature_degc: float | None = None, **settings: Any
+) -> Simulation:
+    """Replay a recording's commands free-running, at its own times: no state is corrected by measurements.
+
+    Both lifts are simulated, whichever was commanded: the one at rest bounces on its oil. The oil
+    temperature is the mean of the recording's; missing samples are left out.
+
+    Parameters
+    ----------
+    oil_temperature_degc
+        For a recording without that channel [°C].
+    settings
+        `simulate`'s ``solver``, ``tolerance`` and ``substeps``.
+
+    Raises
+    ------
+    ForkliftError
+        ``"temperature-missing"`` if there is neither channel nor argument, ``"value-out-of-bounds"`` if the
+        recording starts beyond the truck's stroke, and those of `simulate`.
+    """
+    arguments.of_kind(Truck, truck=truck)
+    arguments.of_kind(Recording, recording=recording)
+    _check_settings(settings)
+    command = Command(recording.time_s, *(recording.channels[name] for name in COLUMNS[1:]))
+    temperature = mean_temperature(recording, oil_temperature_degc)
+    conditions = {"load_kg": recording.load_kg, "oil_temperature_degc": temperature, **settings}
+    try:
+        at_rest = simulate(truck, command, time=command.time_s[:1], **conditions)
+        return simulate(truck, command, start=_recorded_start(recording, at_rest), **conditions)
+    except ForkliftError as error:
+        sentence = f"{recording.file}: {error.message[:1].lower()}{error.message[1:]}"
+        raise ForkliftError(error.code, sentence, **error.facts | {"file": recording.file}) from None
+
+
+def mean_temperature(recording: Recording, otherwise: float | None = None) -> float:
+    """The recording's mean oil temperature [°C], or `otherwise` if it has none."""
+    measured = recording.channels.get("oil_temperature_degc")
+    if measured is not None and np.isfinite(measured).any():
+        return float(np.nanmean(measured))
+    if otherwise is not None:
+        return otherwise
+    raise ForkliftError(
+        "temperature-missing",
+        f"{recording.file} has no oil temperature; record oil_temperature_degc or give the temperature",
+        file=recording.file,
+        channel="oil_temperature_degc",
+    )
+
+
+def _recorded_start(recording: Recording, at_rest: Simulation) -> Floats | None:
+    """The core's initial state, moved to the recorded positions if these lie more than two counts off it.
+
+    The encoder rounds down, so that half a count is added to what it reads. Where the first sample is
+    missing, the first of the first second counts; later ones do not tell where the recording started.
+    """
+    count = _core.ENCODER_COUNT_M
+    start = at_rest.states[0].copy()
+    moved = False
+    for lift in LIFTS:
+        recorded = recording.channels.get(f"position_{lift}_m")
+        usual = at_rest[f"position_{lift}_m"][0]
+        if recorded is None:
+            continue
+        early = recorded[recording.time_s <= recording.time_s[0] + START_WITHIN_S]
+        known = early[np.isfinite(early)]
+        if len(known) and abs(known[0] - usual) > 2 * count:
+            state = at_rest.state_names.index(f"{lift}.position")
+            ratio = usual / start[state]  # what the sensor reads is a multiple of the state
+            start[state] = _within_stroke(at_rest.truck, lift, float(known[0]), ratio)
+            moved = True
+    return start if moved else None
+
+
+def _within_stroke(truck: Truck, lift: str, recorded: float, ratio: float) -> float:
+    """The cylinder's position [m] that the encoder tells, up to one count beyond the stroke's end."""
+    count = _core.ENCODER_COUNT_M
+    ends = [float(truck.values[f"{lift}.cylinder.stroke_{end}"]) for end in ("lower", "upper")]  # type: ignore[arg-type]
+    lower, upper = (end * ratio for end in ends)
+    if not lower - count <= recorded <= upper + count:
+        raise ForkliftError(
+            "value-out-of-bounds",
+            f"position_{lift}_m starts at {recorded:.4g} m, where the stroke of truck {truck.name!r} allows "
+            f"{lower:.4g} to {upper:.4g} m; correct the channel's zero or scale, or the truck's "
+            f"{lift}.cylinder.stroke_lower and stroke_upper",
+            channel=f"position_{lift}_m",
+            value=recorded,
+            lower=lower,
+            upper=upper,
+            unit="m",
+        )
+    return min(max((recorded + count / 2) / ratio, ends[0]), ends[1])
+
+
+def _check_settings(settings: Mapping[str, Any]) -> None:
+    """What a recording tells is not told anew."""
+    for name in settings:
+        if name not in SETTINGS:
+            raise ForkliftError(
+                "argument-invalid",
+                f"a recording is replayed without {name}; its settings are {', '.join(SETTINGS)}",
+                name=name,
+            )
+
+
+def _check_solver(solver: str | None, tolerance: float | None, substeps: int | None) -> None:
+    """No setting is given that belongs to the other solver."""
+    fixed = solver == "fixed"
+    for name, value, other in (("tolerance", tolerance, fixed), ("substeps", substeps, not fixed)):
+        if other and value is not None:
+            needed, used = ("adaptive", "fixed") if fixed else ("fixed", "adaptive")
+            raise ForkliftError(
+                "argument-invalid",
+                f"{name} belongs to the {needed} solver, but the {used} one is used; leave it out or take "
+                f"the {needed} solver",
+                name=name,
+                value=value,
+            )
+
+
+def _attributes(spec: Mapping[str, Any]) -> dict[str, str]:
+    return {"units": spec["unit"], "long_name": spec["meaning"]}
+
+
+def _column(name: str, values: Any) -> Floats:
+    try:
+        return np.ascontiguousarray(values, np.float64) if np.ndim(values) else np.float64(values)  # type: ignore[return-value]
+    except (TypeError, ValueError):
+        raise ForkliftError(
+            "argument-invalid",
+            f"argument {name} is {values!r}; it must be a number or an array of numbers",
+            name=name,
+        ) from None
+
+
+def _json(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

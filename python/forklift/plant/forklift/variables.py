@@ -1,0 +1,91 @@
+"""What an operator knows of a moment of a recording: the variables on which something unknown may depend."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.fitting.interface import Problem
+from forklift.plant.forklift.free_curve import variables as shape_variables
+from forklift.plant.forklift.problem import Sample
+from forklift.plant.forklift.tables import LIFTS, Lift
+
+Floats = NDArray[np.float64]
+
+LONGEST_S = 10.0
+"""Times since something are told up to this, as the core's free shapes have them."""
+MOVED_M, MOVED_A = 0.005, 0.01
+"""By how much a cylinder, or a command, must have moved to have moved at all; likewise."""
+
+
+def of_recordings(problem: Problem, x: Floats, lift: Lift, at: Sequence[Floats]) -> list[dict[str, Floats]]:
+    """Of every recording the `variables` at these times, as the model has them at x."""
+    runs = zip(problem.samples, problem.values(x), at, strict=True)
+    return [variables(sample, said, lift, times) for sample, said, times in runs]
+
+
+def variables(sample: Sample, said: Mapping[str, Floats], lift: Lift, at: Floats) -> dict[str, Floats]:
+    """Each variable at the times `at` [s], for what happens on one lift; by the names of `words`.
+
+    Those of `forklift.plant.forklift.free_curve.variables`, as far as they are known, and the accelerations. What the model
+    has `said` of a channel is there where the channel has samples, and is interpolated in between.
+    """
+    recording = sample.recording
+    model = {
+        seen.sensor.channel: np.interp(
+            recording.time_s, recording.time_s[seen.rows], said[seen.sensor.channel]
+        )
+        for seen in sample.observed
+    }
+    time, current = recording.time_s, recording[f"current_{lift}_a"]
+    known = {"load": np.full(len(time), recording.load_kg), "command": current}
+    temperature = recording.channels.get("oil_temperature_degc")
+    if temperature is not None and np.isfinite(temperature).any():
+        known["oil_temperature"] = np.full(len(time), np.nanmean(temperature))
+    known["time_since_command"] = _since(time, current, MOVED_A)
+    positions = {
+        one: model[f"position_{one}_m"] * per_output("position", one)
+        for one in LIFTS
+        if f"position_{one}_m" in model
+    }
+    if f"pressure_{lift}_pa" in model:
+        known["pressure"] = model[f"pressure_{lift}_pa"]
+    for one, position in positions.items():
+        velocity = np.gradient(position, time)
+        if one == lift:
+            known |= {"position": position, "velocity": velocity, "speed": np.abs(velocity)}
+            known["acceleration"] = np.gradient(velocity, time)
+            known["time_at_rest"] = _since(time, position, MOVED_M)
+        else:
+            known |= {"other_velocity": velocity, "other_acceleration": np.gradient(velocity, time)}
+    return {name: np.interp(at, time, values) for name, values in known.items()}
+
+
+def words(name: str, lift: Lift) -> tuple[str, str]:
+    """What a variable is, in words, and its unit."""
+    accelerations = {
+        "acceleration": f"acceleration of the {lift} lift's cylinder",
+        "other_acceleration": "acceleration of the other lift's cylinder",
+    }
+    if name in accelerations:
+        return accelerations[name], "m/s2"
+    known = shape_variables()[name]
+    return known["meaning"].partition(",")[0], known["unit"]
+
+
+def per_output(name: str, lift: Lift) -> float:
+    """How much of a variable one unit of the output that shows it is."""
+    return float(shape_variables()[name]["outputs"][lift][1])
+
+
+def _since(time: Floats, values: Floats, moved: float) -> Floats:
+    """Seconds since `values` last moved away by `moved` from where they then were; at most `LONGEST_S`."""
+    since = np.empty(len(time))
+    began, reference = float(time[0]) - LONGEST_S, float(values[0])
+    for k, value in enumerate(values):
+        if abs(value - reference) >= moved:
+            began, reference = float(time[k]), float(value)
+        since[k] = time[k] - began
+    return np.minimum(since, LONGEST_S)

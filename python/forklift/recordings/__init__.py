@@ -1,0 +1,1 @@
+"""What was measured: recordings, campaigns, and the files they come from."""

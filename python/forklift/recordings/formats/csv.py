@@ -1,0 +1,168 @@
+"""CSV: a header of names, then one row a sample; comma and decimal point, UTF-8; an empty cell is missing.
+
+polars parses the numbers, correctly rounded. Whatever is not plain enough for it, or wrong, is read a
+second time with Python's `csv`, cell by cell, so that an error names line and column.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.recordings.formats.signals import Choose, Floats, Place, Series, Signals, quoted
+
+_NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf|infinity)", re.IGNORECASE | re.ASCII)
+_BOM = b"\xef\xbb\xbf"
+
+
+def read(place: Place, choose: Choose) -> Signals:
+    """The chosen columns of a CSV file.
+
+    Raises
+    ------
+    ForkliftError
+        ``"text-invalid"``, ``"recording-empty"``, ``"separator-wrong"``, ``"header-missing"``,
+        ``"row-ragged"``, ``"cell-not-a-number"``, ``"recording-unreadable"`` and what `choose` raises.
+    """
+    data = Path(place.path).read_bytes().removeprefix(_BOM)
+    text = _decode(data, place)
+    names, first = _header(text, place)
+    chosen = choose(names)
+    columns = [names.index(name) for name in chosen]
+    values = _quickly(data, len(names), columns)
+    if values is None:
+        values, lines = _carefully(text, names, columns, place)
+    else:
+        lines = np.arange(values.shape[1], dtype=np.int64) + first + 1
+    return Signals({name: Series(row) for name, row in zip(chosen, values, strict=True)}, lines)
+
+
+def _decode(data: bytes, place: Place) -> str:
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        start = error.start
+    else:
+        start = text.find("\0")
+        if start < 0:
+            return text
+        start = len(text[:start].encode())
+    line = data.count(b"\n", 0, start) + 1
+    raise place.error(
+        "text-invalid",
+        f"byte {start + 1} of the file is not UTF-8 text; save it as CSV in UTF-8, or give it its format's "
+        "suffix",
+        line=line,
+        value=data[start],
+    )
+
+
+def _header(text: str, place: Place) -> tuple[list[str], int]:
+    """The names, and the line on which they end."""
+    if not text.strip():
+        raise place.error("recording-empty", "the file has no text; record or export it again")
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        names = [name.strip() for name in next(reader)]
+    except csv.Error as error:
+        raise place.error(
+            "recording-unreadable", f"the header is not CSV ({error}); mend its quotes", line=reader.line_num
+        ) from error
+    if not any(names) or all(_NUMBER.fullmatch(name) for name in names):
+        raise place.error(
+            "header-missing",
+            "the first line must name the columns; add a header such as time_s,current_free_a,current_main_a",
+            line=1,
+        )
+    separator = next((mark for mark in ";\t|" if mark in names[0]), None)
+    if len(names) == 1 and separator:
+        raise place.error(
+            "separator-wrong",
+            f"the columns are separated by {separator!r}; save the file with commas and decimal points",
+            line=1,
+            value=separator,
+        )
+    return names, reader.line_num
+
+
+def _quickly(data: bytes, width: int, columns: Sequence[int]) -> Floats | None:
+    """All chosen columns through polars, (columns, rows), or None if it might differ from `_carefully`.
+
+    polars fills a short row up with nulls and passes over empty lines; so all rows must have their commas.
+    """
+    import polars
+
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n")
+    _, _, body = data.partition(b"\n")
+    if b'"' in data or b"\r" in data:
+        return None
+    rows = body.count(b"\n") + (not body.endswith(b"\n"))
+    if not body or body.count(b",") != (width - 1) * rows:
+        return None
+    wanted = set(columns)
+    schema = {str(k): polars.Float64 if k in wanted else polars.String for k in range(width)}
+    try:
+        frame = polars.read_csv(body, has_header=False, schema=schema, quote_char=None)
+    except polars.exceptions.PolarsError:
+        return None
+    if frame.height != rows:
+        return None
+    return np.stack([frame[str(k)].to_numpy() for k in columns])
+
+
+def _carefully(
+    text: str, names: Sequence[str], columns: Sequence[int], place: Place
+) -> tuple[Floats, NDArray[np.int64]]:
+    """All chosen columns cell by cell, (columns, rows), and each row's line; empty last lines are no rows."""
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    values: list[list[float]] = [[] for _ in columns]
+    lines: list[int] = []
+    empty: int | None = None
+    try:
+        next(reader)
+        for row in reader:
+            line = reader.line_num
+            if not row:
+                empty = empty or line
+                continue
+            if empty or len(row) != len(names):
+                line, count = (empty, 0) if empty else (line, len(row))
+                raise place.error(
+                    "row-ragged",
+                    f"the row has {count} cells where the header has {len(names)}; "
+                    "give every row a cell for each column, empty where a sample is missing",
+                    line=line,
+                    value=count,
+                    expected=len(names),
+                )
+            lines.append(line)
+            for column, k in zip(values, columns, strict=True):
+                column.append(_number(row[k], names[k], line, place))
+    except csv.Error as error:
+        raise place.error(
+            "recording-unreadable", f"the row is not CSV ({error}); mend its quotes", line=reader.line_num
+        ) from error
+    return np.array(values, dtype=np.float64).reshape(len(columns), -1), np.array(lines, dtype=np.int64)
+
+
+def _number(cell: str, name: str, line: int, place: Place) -> float:
+    cell = cell.strip()
+    if not cell:
+        return float("nan")
+    if not _NUMBER.fullmatch(cell):
+        raise place.error(
+            "cell-not-a-number",
+            f"column {quoted(name)} holds {quoted(cell)}, which is not a number; "
+            "write a number, or leave the cell empty if the sample is missing",
+            line=line,
+            column=name,
+            value=cell[:100],
+        )
+    return float(cell)

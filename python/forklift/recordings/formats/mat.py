@@ -1,0 +1,106 @@
+"""MAT-files: version 5 and older through scipy, version 7.3 (HDF5) through h5py.
+
+Every numeric vector is a signal; the field ``pressure`` of the struct ``log`` is ``log.pressure``, and a
+struct array's elements are ``log(1)``, ``log(2)``, … Vectors of a struct that has a vector ``time``, directly
+or further up, are on that time; all others are on the vector that is ``time_s``.
+
+Not read: timeseries and other objects, cells, complex numbers, struct arrays of version 7.3.
+"""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from forklift.recordings.formats.optional import require
+from forklift.recordings.formats.signals import Choose, Floats, Place, Series, Signals
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_USERBLOCKS = (0, 512, 1024, 2048)  # HDF5 File Format Specification, III.A: where the signature may stand
+_DEEPEST = 8
+_TIME = "time"
+
+
+def read(place: Place, choose: Choose) -> Signals:
+    """The chosen vectors of a MAT-file.
+
+    Raises
+    ------
+    ForkliftError
+        ``"extra-missing"`` if h5py is needed and not there, and what `choose` raises.
+    """
+    with Path(place.path).open("rb") as file:
+        head = file.read(_USERBLOCKS[-1] + len(_HDF5))
+    tree = _hdf5(place) if any(head[k:].startswith(_HDF5) for k in _USERBLOCKS) else _version5(place)
+    series: dict[str, Series] = {}
+    for name, node in tree.items():
+        _collect(name, node, None, series)
+    return Signals({name: series[name] for name in choose(list(series))})
+
+
+def _collect(name: str, node: Any, time: Floats | None, series: dict[str, Series]) -> None:
+    """All vectors in the tree below `node`."""
+    if isinstance(node, dict):
+        own = _vector(node.get(_TIME))
+        for field, child in node.items():
+            if own is None or field != _TIME:
+                _collect(f"{name}.{field}", child, time if own is None else own, series)
+    elif isinstance(node, list):
+        for k, child in enumerate(node, start=1):
+            _collect(f"{name}({k})", child, time, series)
+    elif (values := _vector(node)) is not None:
+        series[name] = Series(values, time)
+
+
+def _vector(node: Any) -> Floats | None:
+    if not isinstance(node, np.ndarray) or node.dtype.kind not in "fiub":
+        return None
+    if node.size < 2 or node.size != max(node.shape):
+        return None
+    return np.asarray(node, dtype=np.float64).ravel()
+
+
+def _version5(place: Place) -> dict[str, Any]:
+    variables = importlib.import_module("scipy.io").loadmat(place.path, struct_as_record=False)
+    return {name: _plain(value, 0) for name, value in variables.items() if not name.startswith("__")}
+
+
+def _plain(value: Any, depth: int) -> Any:
+    """scipy's structs as dictionaries, its struct arrays as lists."""
+    if depth > _DEEPEST:
+        return None
+    if hasattr(value, "_fieldnames"):
+        return {field: _plain(getattr(value, field), depth + 1) for field in value._fieldnames}
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        elements = [
+            _plain(element, depth + 1) for element in value.ravel() if hasattr(element, "_fieldnames")
+        ]
+        return elements[0] if len(elements) == 1 else elements
+    return value
+
+
+def _hdf5(place: Place) -> dict[str, Any]:
+    h5py = require("h5py", "mat", place)
+    with h5py.File(place.path, "r") as file:
+        return _group(h5py, file, 0)
+
+
+def _group(h5py: Any, group: Any, depth: int) -> dict[str, Any]:
+    tree: dict[str, Any] = {}
+    for name in group:
+        if name.startswith("#") or depth > _DEEPEST:  # "#refs#", "#subsystem#": MATLAB's own
+            continue
+        node = group.get(name)
+        if isinstance(node, h5py.Group):
+            tree[name] = _group(h5py, node, depth + 1)
+        elif isinstance(node, h5py.Dataset) and node.dtype.kind in "fiub" and not _is_text(node):
+            tree[name] = node[()]
+    return tree
+
+
+def _is_text(dataset: Any) -> bool:
+    """Whether MATLAB stored letters, or the size of something empty, as numbers."""
+    return dataset.attrs.get("MATLAB_class") in (b"char", "char") or "MATLAB_empty" in dataset.attrs

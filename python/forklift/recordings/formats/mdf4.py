@@ -1,0 +1,67 @@
+"""MDF4 through asammdf: every signal on the master (the time, s) of its channel group.
+
+A signal is asked for by its name, or as ``group/name`` with the group's acquisition name or number where
+several groups have the name. A sample whose invalidation bit is set is missing.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import defaultdict
+from typing import Any
+
+import numpy as np
+
+from forklift.recordings.formats.optional import require
+from forklift.recordings.formats.signals import Choose, Place, Series, Signals
+
+
+def read(place: Place, choose: Choose) -> Signals:
+    """The chosen signals of an MDF4 file, converted to physical values.
+
+    Raises
+    ------
+    ForkliftError
+        ``"extra-missing"`` if asammdf is not there, ``"column-repeated"`` if several groups have a name,
+        ``"cell-not-a-number"`` for a signal of text, and what `choose` raises.
+    """
+    asammdf = require("asammdf", "mdf", place)
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL)
+    with asammdf.MDF(place.path) as mdf:
+        found = _found(mdf)
+        return Signals({name: _series(mdf, name, found[name], place) for name in choose(list(found))})
+
+
+def _found(mdf: Any) -> dict[str, list[tuple[int, int]]]:
+    """Name to (group, index) of each signal that has it."""
+    found: dict[str, list[tuple[int, int]]] = defaultdict(list)
+    for g, group in enumerate(mdf.groups):
+        master = mdf.masters_db.get(g)
+        heads = {str(g), getattr(group.channel_group, "acq_name", None) or str(g)}
+        for k, channel in enumerate(group.channels):
+            if k != master:
+                for name in (channel.name, *(f"{head}/{channel.name}" for head in sorted(heads))):
+                    found[name].append((g, k))
+    return dict(found)
+
+
+def _series(mdf: Any, name: str, places: list[tuple[int, int]], place: Place) -> Series:
+    if len(places) > 1:
+        groups = [f"{group}/{name}" for group, _ in places]
+        raise place.error(
+            "column-repeated",
+            f"{len(places)} groups have a signal {name!r}; name one of {', '.join(groups[:5])} in [channels]",
+            column=name,
+            value=groups,
+        )
+    (group, index) = places[0]
+    signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+    samples = np.asarray(signal.samples)
+    if samples.dtype.kind not in "fiub" or samples.ndim != 1:
+        raise place.error(
+            "cell-not-a-number", f"signal {name!r} is not a series of numbers; map another one", column=name
+        )
+    values = samples.astype(np.float64)
+    if signal.invalidation_bits is not None:
+        values[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
+    return Series(values, np.asarray(signal.timestamps, dtype=np.float64))
