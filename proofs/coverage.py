@@ -116,7 +116,8 @@ def one(number):
     from forklift.plant.forklift.sensors import sensors
     from forklift.plant.forklift.simulate import mean_temperature
     from forklift.plant.forklift.truck import Truck
-    from forklift.plant.forklift.unknowns import SCALES, unknowns
+    from forklift.plant.forklift.unknowns import unknowns
+    from forklift.plant.parameter import SCALES
     from forklift.recordings.campaign import Campaign
 
     began = time.monotonic()

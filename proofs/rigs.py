@@ -2,7 +2,7 @@
 
     python proofs/rigs.py FOLDER [tanks|seals]
 
-FOLDER holds ``cascaded_tanks/`` and ``pneumatic_seal/`` as `forklift.plant.rigs` describes them. Some minutes.
+FOLDER holds ``cascaded_tanks/`` and ``pneumatic_seal/``, see `forklift.plant.rigs`. Some minutes.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from forklift.plant.forklift.problem import Observed, Problem, Sample
-from forklift.plant.forklift.sensors import Sensor
-from forklift.plant.forklift.unknowns import Unknown
+from forklift.plant.parameter import Unknown
+from forklift.recordings.noise import Sensor
 
 CHANNEL = "pressure_free_pa"
 

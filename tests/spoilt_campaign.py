@@ -11,7 +11,7 @@ import numpy as np
 from forklift import Recording, Truck, simulate
 from forklift.app.demo import measured, scattered
 from forklift.plant.forklift.commands import Command, generate
-from forklift.plant.forklift.tables import LIFTS, commanded
+from forklift.recordings.channels import LIFTS, commanded
 
 Recordings = tuple[Recording, ...]
 THESIS = Truck.read("thesis")

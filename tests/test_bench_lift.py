@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from forklift.app.demo import scattered
 from forklift.plant.forklift.commands import generate
 from forklift.plant.forklift.simulate import simulate
-from forklift.plant.forklift.tables import LIFTS
 from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS
 
 BENCHES = Path(__file__).parents[1] / "benches"
 SECONDS = 2.5

@@ -12,10 +12,10 @@ from scipy.signal import savgol_filter
 from campaigns import CAMPAIGNS
 from forklift import Campaign, ForkliftError, Recording, Truck, _core, commands, compare, simulate
 from forklift.app.demo import measured, scattered
+from forklift.base.numbers import amount
 from forklift.fitting.compare import PREDICTED, Comparison, _operating_points
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.phases import PHASES, phases, shut_current
-from forklift.plant.forklift.tables import amount
 from forklift.report.of_comparison import comparison_page
 from forklift.report.traces import MOST_POINTS, decimate
 from pages import drawn
@@ -269,7 +269,7 @@ def test_a_failure_while_writing_leaves_the_earlier_result(tmp_path, comparison,
     def interrupted(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("forklift.report.of_comparison.comparison_page", interrupted)
+    monkeypatch.setattr("forklift.base.present.page", interrupted)
     with pytest.raises(KeyboardInterrupt):
         comparison.write(out)
     assert (out / "compare.json").read_bytes() == before

@@ -10,7 +10,8 @@ import pytest
 from forklift import Truck, _core, commands, simulate
 from forklift.diagnosis.hypotheses import suspects
 from forklift.plant.forklift.effects import EFFECTS, Equation
-from forklift.plant.forklift.tables import LIFTS, of_effect
+from forklift.plant.forklift.tables import of_effect
+from forklift.recordings.channels import LIFTS
 
 SPECS = {spec["id"]: spec for spec in _core.effect_table()}
 THESIS = Truck.read("thesis")

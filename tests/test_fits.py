@@ -8,7 +8,8 @@ from hypothesis.extra.numpy import arrays
 from scipy.signal import savgol_filter
 
 from forklift import ForkliftError
-from forklift.fitting.metrics import derivative, nmse, nrmse, rmse
+from forklift.base.derivative import derivative
+from forklift.fitting.metrics import nmse, nrmse, rmse
 
 SIGNALS = arrays(np.float64, 20, elements=st.floats(-1e3, 1e3, width=32))
 

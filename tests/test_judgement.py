@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from forklift.fitting.problem import Linearised
 from forklift.fitting.residuals import Judged, settled
-from forklift.plant.forklift.sensors import Sensor
+from forklift.recordings.noise import Sensor
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from forklift.plant.forklift.candidates import (
     limits,
     next_recording,
 )
-from forklift.plant.forklift.tables import commanded
+from forklift.recordings.channels import commanded
 
 
 @pytest.fixture(scope="module")

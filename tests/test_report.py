@@ -14,7 +14,8 @@ from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare
 from forklift.plant.forklift.candidates import NextRecording
 from forklift.plant.forklift.effects import EFFECTS, Equation
-from forklift.plant.forklift.tables import channels, outputs
+from forklift.plant.forklift.tables import outputs
+from forklift.recordings.channels import channels
 from forklift.report import law, words
 from forklift.report.blocks import Explorer, Page, Section
 from forklift.report.of_diagnosis import diagnosis_page

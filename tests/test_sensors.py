@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forklift import Recording, _core
-from forklift.plant.forklift.sensors import LEAST_NOISE, Sensor, encoder_count, sensors, white_noise
+from forklift.plant.forklift.sensors import LEAST_NOISE, sensors
+from forklift.recordings.noise import Sensor, encoder_count, white_noise
 
 N, RATE_HZ = 600, 50.0
 TIME = np.arange(N) / RATE_HZ

@@ -6,7 +6,8 @@ import pytest
 
 from forklift import ForkliftError, Truck, _core, commands, predict, simulate
 from forklift.plant.forklift.commands import Command
-from forklift.plant.forklift.tables import LIFTS, outputs
+from forklift.plant.forklift.tables import outputs
+from forklift.recordings.channels import LIFTS
 from forklift.recordings.recording import Recording
 from reference import trajectory
 

@@ -15,7 +15,7 @@ from forklift import Campaign, Recording, simulate
 from forklift.app.demo import measured, scattered
 from forklift.plant.forklift.checks.suitability import Suitability, suitability
 from forklift.plant.forklift.commands import Command, generate
-from forklift.plant.forklift.tables import LIFTS, commanded
+from forklift.recordings.channels import LIFTS, commanded
 from spoilt_campaign import (
     DURATION_S,
     F0,

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forklift import ForkliftError, Truck, _core
-from forklift.plant.forklift.tables import LIFTS, of_effect, parameters
+from forklift.plant.forklift.tables import of_effect, parameters
 from forklift.plant.forklift.truck import SHIPPED
+from forklift.recordings.channels import LIFTS
 
 THESIS = (SHIPPED / "thesis.toml").read_text(encoding="utf-8")
 NU_0 = "nu_0 = { value = 4.45e-5, source"

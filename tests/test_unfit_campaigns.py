@@ -11,7 +11,7 @@ import pytest
 from campaigns import CAMPAIGNS
 from forklift import Campaign
 from forklift.plant.forklift.checks.suitability import suitability
-from forklift.plant.forklift.tables import LIFTS
+from forklift.recordings.channels import LIFTS
 from small_campaign import raised
 from spoilt_campaign import (
     F0,

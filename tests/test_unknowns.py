@@ -10,8 +10,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from forklift import ForkliftError, Truck
-from forklift.plant.forklift.tables import LIFTS, parameters
-from forklift.plant.forklift.unknowns import ESTIMATED, LEAST_ANGLE, SCALES, Unknown, move, unknowns
+from forklift.plant.forklift.tables import parameters
+from forklift.plant.forklift.unknowns import ESTIMATED, LEAST_ANGLE, move, unknowns
+from forklift.plant.parameter import SCALES, Unknown
+from forklift.recordings.channels import LIFTS
 from small_campaign import raised
 
 THESIS = Truck.read("thesis")

@@ -11,11 +11,11 @@ import numpy as np
 
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.problem import OWN, Linearised, Problem, Sample
-from forklift.plant.forklift.sensors import Sensor
 from forklift.plant.forklift.simulate import mean_temperature, simulate
-from forklift.plant.forklift.tables import LIFTS
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import move
+from forklift.recordings.channels import LIFTS
+from forklift.recordings.noise import Sensor
 
 TOLERANCE = 1e-7
 STEPS = 3

@@ -28,11 +28,12 @@ from usual import OutOfTime, Usual
 from forklift.base.errors import ForkliftError
 from forklift.fitting.search import Stage, search
 from forklift.plant.forklift.problem import Problem, sample
-from forklift.plant.forklift.sensors import MEASURED, Sensor, sensors
-from forklift.plant.forklift.tables import LIFTS
+from forklift.plant.forklift.sensors import MEASURED, sensors
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import unknowns
 from forklift.recordings.campaign import Campaign
+from forklift.recordings.channels import LIFTS
+from forklift.recordings.noise import Sensor
 
 NULL = Path(__file__).parents[2] / "tests" / "campaigns" / "null"
 SUBSTEPS = 4

@@ -20,9 +20,9 @@ from cvode import Cvode, parameters_of
 from forklift.fitting import likelihood
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.problem import OWN, Observed, Problem, Sample
-from forklift.plant.forklift.sensors import Sensor
 from forklift.plant.forklift.simulate import mean_temperature, simulate
-from forklift.plant.forklift.unknowns import DEGREES
+from forklift.plant.parameter import DEGREES
+from forklift.recordings.noise import Sensor
 
 FACTORS = {"free": 2.0, "main": 1.0}  # of a cylinder's position in what its encoder reads
 OFFSET = 10.0

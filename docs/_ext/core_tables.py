@@ -15,7 +15,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from forklift import Truck, _core
 from forklift.plant.forklift.effects import EFFECTS
-from forklift.plant.forklift.tables import LIFTS
+from forklift.recordings.channels import LIFTS
 
 Cell = str | nodes.Node
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from forklift.base import present
 from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
@@ -69,6 +70,8 @@ _HOME = {
     "steady_state": "plant.forklift.steady",
     "temperature_scaling": "plant.forklift.speed_table",
 }
+
+present.drawn_by("forklift.report.register")
 
 __all__ = ["ForkliftError", "__version__", "commands", *_HOME]
 

@@ -16,9 +16,10 @@ from forklift.diagnosis.diagnose import Diagnosis, diagnose
 from forklift.fitting.compare import compare, result_files
 from forklift.plant.forklift.commands import SAMPLE_RATE_HZ, generate
 from forklift.plant.forklift.simulate import Simulation, simulate
-from forklift.plant.forklift.tables import Lift, parameters
+from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.campaign import FILE, Campaign
+from forklift.recordings.channels import Lift
 
 SEED = 1
 SCATTER = 0.12

@@ -14,6 +14,7 @@ import typer.core
 
 from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, telling
 from forklift.base.errors import ForkliftError
+from forklift.recordings.channels import channels
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.commands import Command
@@ -177,13 +178,14 @@ def compare(
     """Replay every recording of a campaign on a truck and tell how well it fits."""
     from forklift import compare as verb
     from forklift.base import output
-    from forklift.fitting.compare import MARK, PAGE, earlier_files
+    from forklift.base.result_files import PAGE, earlier_files
+    from forklift.fitting.compare import MARK, result_files
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
     from forklift.report import tables
 
     if out:
-        output.check_folder(out, earlier_files(out), MARK)
+        output.check_folder(out, earlier_files(out, MARK, result_files), MARK)
     chosen = Truck.read(truck)
     found = Campaign.read(campaign)
     with counting("Replaying recordings", len(found.recordings)) as step:
@@ -239,8 +241,8 @@ def fit(
     """Fit a truck to a campaign's estimate recordings and judge it on the others; Ctrl-C keeps the best."""
     from forklift import fit as verb
     from forklift.base import output
+    from forklift.base.result_files import PAGE
     from forklift.fitting import files as fit_files
-    from forklift.fitting.compare import PAGE
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
     from forklift.report import tables
@@ -293,8 +295,8 @@ def diagnose(
     """Find where model and recordings part, name what is missing, and show what the model gains by it."""
     from forklift import diagnose as verb
     from forklift.base import output
+    from forklift.base.result_files import PAGE
     from forklift.diagnosis import files as diagnosis_files
-    from forklift.fitting.compare import PAGE
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
 
@@ -528,7 +530,7 @@ def _about() -> dict[str, Any]:
         "parameters": _core.parameter_table(),
         "states": list(names.states().values()),
         "outputs": list(names.outputs().values()),
-        "channels": list(names.channels().values()),
+        "channels": list(channels().values()),
     }
 
 

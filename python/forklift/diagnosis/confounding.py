@@ -16,15 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.diagnosis.hypothesis import Suspect, carry
 from forklift.diagnosis.refit import Trial
 from forklift.fitting.interface import Problem
-
-Floats = NDArray[np.float64]
 
 STANDS = 0.9
 """Share from which on a suspect stands for another."""

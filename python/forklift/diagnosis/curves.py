@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import Shape, shapes, telling
 from forklift.diagnosis.hypotheses import acting, with_truck_unknowns
 from forklift.diagnosis.hypothesis import Suspect
@@ -19,10 +19,9 @@ from forklift.plant.forklift.effects import EFFECTS
 from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeShape
 from forklift.plant.forklift.free_curve import variables as shape_variables
 from forklift.plant.forklift.ports import equation, lift_of, ports, respond
-from forklift.plant.forklift.tables import Lift, parameters
+from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.unknowns import unknown
-
-Floats = NDArray[np.float64]
+from forklift.recordings.channels import Lift
 
 SMALL = 0.2
 """Share of a curve's largest absolute value below which it counts as nothing."""

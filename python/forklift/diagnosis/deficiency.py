@@ -26,14 +26,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 from scipy.stats import f, ncx2
 
+from forklift.base.arrays import Floats
 from forklift.fitting.residuals import Judged
-
-Floats = NDArray[np.float64]
 
 LEVEL = 0.01
 """Probability that a complete model fails any test."""

@@ -11,11 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.diagnosis.locate import UnknownInput
-
-Floats = NDArray[np.float64]
 
 KNOTS = 7
 STIFF = 1e-2

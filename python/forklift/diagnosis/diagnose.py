@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from forklift.base import arguments
+from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis import files as diagnosis_files
 from forklift.diagnosis.causes import Cause
@@ -38,12 +38,13 @@ from forklift.plant.forklift.checks.suitability import Caution, suitability
 from forklift.plant.forklift.covariates import regressors
 from forklift.plant.forklift.phases import PHASES, of_recording
 from forklift.plant.forklift.problem import Problem, Sample, sample, truck_of
-from forklift.plant.forklift.sensors import Sensor, sensors
+from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.splits import splits
-from forklift.plant.forklift.tables import LIFTS, Lift, commanded
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import unknowns
 from forklift.recordings.campaign import Campaign
+from forklift.recordings.channels import LIFTS, Lift, commanded
+from forklift.recordings.noise import Sensor
 
 
 @dataclass(frozen=True)
@@ -144,9 +145,7 @@ class Diagnosis:
         return diagnosis_files.to_dict(self)
 
     def _repr_html_(self) -> str:
-        from forklift.report.notebook import of_diagnosis
-
-        return of_diagnosis(self)
+        return present.summary(self)
 
     def __repr__(self) -> str:
         return (

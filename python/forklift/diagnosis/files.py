@@ -11,28 +11,27 @@ import numpy as np
 import polars as pl
 from scipy.stats import norm
 
-from forklift.base import output
+from forklift.base import output, present
+from forklift.base.numbers import defined
+from forklift.base.result_files import PAGE, earlier_files
 from forklift.diagnosis.ledger import considered
 from forklift.fitting.compare import (
-    PAGE,
     campaign_facts,
     command_line,
-    defined,
-    earlier_files,
     prediction_files,
     temperature_option,
     truck_facts,
 )
 from forklift.fitting.sensor_faults import Reading
 from forklift.plant.forklift import variables as operation
-from forklift.plant.forklift.tables import LIFTS
+from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.dependence import Shape
     from forklift.diagnosis.diagnose import Diagnosis
     from forklift.diagnosis.hypothesis import Suspect
-    from forklift.plant.forklift.tables import Lift
+    from forklift.recordings.channels import Lift
 
 MARK = "diagnosis.json"
 TRUCK = "truck.toml"
@@ -382,8 +381,6 @@ def _summary(found: Diagnosis) -> dict[str, Any]:
 
 def write(found: Diagnosis, out: str | Path) -> Path:
     """See `Diagnosis.write`."""
-    from forklift.report.of_diagnosis import diagnosis_page
-
     told = to_dict(found)
     with output.folder(out, earlier(out), MARK) as temporary:
         found.truck.write(temporary / TRUCK)
@@ -393,7 +390,7 @@ def write(found: Diagnosis, out: str | Path) -> Path:
             found.next_recording.write(temporary / COMMAND)
         text = json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
         (temporary / MARK).write_text(text + "\n", encoding="utf-8", newline="\n")
-        (temporary / PAGE).write_text(diagnosis_page(found, told), encoding="utf-8", newline="\n")
+        (temporary / PAGE).write_text(present.page(found, told), encoding="utf-8", newline="\n")
     return Path(out)
 
 

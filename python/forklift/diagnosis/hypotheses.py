@@ -14,8 +14,9 @@ from forklift.fitting.sensor_faults import Fault, Reading, reading
 from forklift.plant.forklift.effects import EFFECTS
 from forklift.plant.forklift.problem import OWN, Problem, Sample
 from forklift.plant.forklift.sensors import POSITIONS
-from forklift.plant.forklift.tables import LIFTS, Lift, channels
-from forklift.plant.forklift.unknowns import Unknown, unknown
+from forklift.plant.forklift.unknowns import unknown
+from forklift.plant.parameter import Unknown
+from forklift.recordings.channels import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec

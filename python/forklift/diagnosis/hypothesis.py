@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.fitting.interface import Problem
 
-Floats = NDArray[np.float64]
 Kind = Literal["physics", "parameter", "sensor", "unknown"]
 
 

@@ -23,12 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.problem import Linearised
-
-Floats = NDArray[np.float64]
 
 WIDTH_S = 0.2
 """Distance of the hats."""

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from forklift.fitting.residuals import Judged
 
-Floats = NDArray[np.float64]
-
 EDGES_HZ = (0.5, 2.0, 5.0)
 """Between the bands: drift, the steps of a command, the oscillation of a load on its oil, what is faster."""
 

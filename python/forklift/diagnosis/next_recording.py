@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.diagnosis.hypothesis import Suspect, carry
@@ -30,8 +30,6 @@ from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.intervals import knowledge
 from forklift.fitting.observed import Observed
 from forklift.fitting.problem import Linearised
-
-Floats = NDArray[np.float64]
 
 PARTS = 10.0
 """Least expected ln likelihood ratio that is worth a recording: odds of 20,000 to 1."""

@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import KNOTS, Shape, shapes, telling
 from forklift.diagnosis.hypothesis import Suspect
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
@@ -17,8 +17,6 @@ from forklift.diagnosis.plant_hypotheses import acting
 from forklift.diagnosis.refit import Trial
 from forklift.fitting.plant_problem import PlantProblem
 from forklift.plant.parts import Effect, Param, Port, Values
-
-Floats = NDArray[np.float64]
 
 HATS = 60
 """Of an unknown input, over the longest recording."""

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base import present
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis import plant_files as files
 from forklift.diagnosis.causes import Cause
@@ -28,11 +28,9 @@ from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.fitting.intervals import QUANTILE
 from forklift.fitting.plant_problem import completed, pose, sensors
-from forklift.plant.forklift.sensors import Sensor
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
-
-Floats = NDArray[np.float64]
+from forklift.recordings.noise import Sensor
 
 BLOCKS = 8
 """Stretches of the held-out recordings, in all, by whose resampling credibility is told: whole recordings
@@ -147,9 +145,7 @@ class PlantDiagnosis:
         return files.write(self, out)
 
     def _repr_html_(self) -> str:
-        from forklift.report.notebook import of_plant
-
-        return of_plant(self)
+        return present.summary(self)
 
     def __repr__(self) -> str:
         return (

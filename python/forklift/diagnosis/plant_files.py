@@ -6,10 +6,11 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from forklift.base import output
+from forklift.base import output, present
+from forklift.base.numbers import defined
+from forklift.base.result_files import PAGE
 from forklift.diagnosis.dependence import TELLING
 from forklift.diagnosis.ledger import collected
-from forklift.fitting.compare import PAGE, defined
 
 if TYPE_CHECKING:
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis
@@ -148,13 +149,11 @@ def _finite(told: Any) -> Any:
 
 def write(found: PlantDiagnosis, out: str | Path) -> Path:
     """See `PlantDiagnosis.write`."""
-    from forklift.report.of_plant import plant_page
-
     told = to_dict(found)
     with output.folder(out, {MARK, PAGE}, MARK) as temporary:
         text = json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
         (temporary / MARK).write_text(text + "\n", encoding="utf-8", newline="\n")
-        (temporary / PAGE).write_text(plant_page(found, told), encoding="utf-8", newline="\n")
+        (temporary / PAGE).write_text(present.page(found, told), encoding="utf-8", newline="\n")
     return Path(out)
 
 

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import shapes
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.refit import Trial
 from forklift.fitting.plant_problem import PlantProblem
 from forklift.plant.parts import Effect
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

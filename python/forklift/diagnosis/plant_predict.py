@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.refit import MOVES, NEAR, Bench, Trial
 from forklift.fitting.plant_problem import PlantProblem, pieces
 from forklift.fitting.residuals import settled
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

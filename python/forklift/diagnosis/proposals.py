@@ -11,8 +11,8 @@ from forklift.diagnosis.selection import Selection
 from forklift.plant.forklift.candidates import NextRecording, candidates, elsewhere, next_recording
 from forklift.plant.forklift.checks.suitability import Caution
 from forklift.plant.forklift.problem import truck_of
-from forklift.plant.forklift.sensors import Sensor
 from forklift.recordings.campaign import Campaign
+from forklift.recordings.noise import Sensor
 
 KNOWN = 0.1
 """Relative standard deviation up to which an amplitude is known well enough."""

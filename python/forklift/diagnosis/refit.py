@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.hypothesis import Suspect, carry
 from forklift.diagnosis.screening import foretold
@@ -18,9 +18,7 @@ from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
 from forklift.fitting.residuals import Judged, judge
 from forklift.fitting.search import STAGES, Found, Progress, Stage, search
-from forklift.plant.forklift.sensors import Sensor
-
-Floats = NDArray[np.float64]
+from forklift.recordings.noise import Sensor
 
 ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""

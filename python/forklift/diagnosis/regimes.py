@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.diagnosis.refit import Trial
@@ -29,9 +30,7 @@ from forklift.fitting import likelihood
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import QUANTILE, TOLD
 from forklift.fitting.problem import Linearised
-from forklift.plant.forklift.unknowns import DEGREES, Unknown
-
-Floats = NDArray[np.float64]
+from forklift.plant.parameter import DEGREES, Unknown
 
 AGREE = 3.0
 """|z| up to which two regimes agree: chance exceeds it in 0.3 % of cases."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forklift.plant.forklift.sensors import Sensor
-
-Floats = NDArray[np.float64]
+from forklift.base.arrays import Floats
+from forklift.recordings.noise import Sensor
 
 
 def rounded(sensor: Sensor, rows: Floats) -> Floats:

@@ -14,14 +14,12 @@ from functools import reduce
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.hypothesis import Suspect, carry
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem
-
-Floats = NDArray[np.float64]
 
 SOFT = 0.3
 """Softness of an encoder's edges, in counts."""

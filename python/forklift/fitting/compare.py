@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from os import cpu_count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,20 +15,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from forklift.base import arguments, output
+from forklift.base import arguments, output, present
 from forklift.base.errors import ForkliftError
+from forklift.base.numbers import defined
+from forklift.base.result_files import PAGE, earlier_files, json_rows
 from forklift.fitting import metrics as fits
 from forklift.fitting.comparison_words import sentence
 from forklift.plant.forklift.phases import PHASES, phases, shut_current
 from forklift.plant.forklift.signals import Signal, signals
 from forklift.plant.forklift.simulate import Simulation, mean_temperature, predict
-from forklift.plant.forklift.tables import LIFTS, Lift, channels, commanded, outputs
+from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.campaign import Campaign, csv_name
-from forklift.recordings.channels import table
+from forklift.recordings.channels import LIFTS, Lift, channels, commanded, table
 
 if TYPE_CHECKING:
-    from forklift.fitting.metrics import Floats
+    from forklift.base.arrays import Floats
     from forklift.recordings.recording import Recording
 
 PREDICTED = (
@@ -46,7 +47,6 @@ SAME_TEMPERATURE_K = 5.0
 """Recordings whose oil temperatures lie this closely above the coldest's count as one operating point."""
 
 MARK = "compare.json"
-PAGE = "report.html"
 
 CHANGES = ("nmse_percent", "nrmse_percent", "rmse")
 """The columns of a fit that differ before and after."""
@@ -163,13 +163,11 @@ class Comparison:
         ForkliftError
             ``"output-exists"`` if `out` holds anything but an earlier result, ``"not-writable"``.
         """
-        from forklift.report.of_comparison import comparison_page
-
-        with output.folder(out, earlier_files(out), MARK) as temporary:
+        with output.folder(out, earlier_files(out, MARK, result_files), MARK) as temporary:
             self.write_predictions(temporary)
             self.fits.write_csv(temporary / "fit.csv")
             (temporary / MARK).write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
-            (temporary / PAGE).write_text(comparison_page(self), encoding="utf-8", newline="\n")
+            (temporary / PAGE).write_text(present.page(self), encoding="utf-8", newline="\n")
         return Path(out)
 
     def write_predictions(self, folder: Path, model: str = "baseline") -> None:
@@ -196,14 +194,10 @@ class Comparison:
         }
 
     def __str__(self) -> str:
-        from forklift.report.tables import comparison_tables, plain
-
-        return "\n".join([*self.verdict, "", *map(plain, comparison_tables(self))])
+        return "\n".join([*self.verdict, "", *present.tables(self)])
 
     def _repr_html_(self) -> str:
-        from forklift.report.notebook import of_comparison
-
-        return of_comparison(self)
+        return present.summary(self)
 
     def __repr__(self) -> str:
         return (
@@ -222,9 +216,9 @@ def compare(
 ) -> Comparison:
     """Replay every recording of a campaign on a truck, free-running, and judge every signal.
 
-    Velocities are compared as measured (`forklift.fitting.metrics.derivative`): the derivative of ``fork_height_m``
-    where it exists and a single lift is commanded, else of the lift's own encoder, measured and simulated
-    through the same filter. Positions, pressures and fork height are compared as they stand.
+    Velocities are compared as measured (`forklift.base.derivative.derivative`): the derivative of
+    ``fork_height_m`` where it exists and a single lift is commanded, else of the lift's own encoder, measured
+    and simulated through the same filter. Positions, pressures and fork height are compared as they stand.
 
     Parameters
     ----------
@@ -240,7 +234,8 @@ def compare(
     Raises
     ------
     ForkliftError
-        Those of `forklift.plant.forklift.simulate.predict`; ``"argument-invalid"`` for an impossible oil temperature.
+        Those of `forklift.plant.forklift.simulate.predict`; ``"argument-invalid"`` for an impossible oil
+        temperature.
     """
     arguments.of_kind(Campaign, campaign=campaign)
     arguments.of_kind(Truck, truck=truck)
@@ -270,20 +265,6 @@ def compare(
 def result_files(recordings: Sequence[str]) -> frozenset[str]:
     """The files that `Comparison.write` makes of a campaign with these recordings."""
     return frozenset({"fit.csv", PAGE, MARK, *prediction_files(recordings)})
-
-
-def earlier_files(
-    out: str | Path,
-    mark: str = MARK,
-    files: Callable[[Sequence[str]], frozenset[str]] = result_files,
-    facts: str = "campaign",
-) -> frozenset[str]:
-    """The files of the earlier result that stands in `out`, as its file `mark` tells; else none."""
-    try:
-        found = json.loads((Path(out) / mark).read_text(encoding="utf-8"))
-        return files([recording["file"] for recording in found[facts]["recordings"]])
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        return frozenset()
 
 
 def validation_change(before: Comparison, after: Comparison, lift: Lift) -> pl.DataFrame:
@@ -414,13 +395,3 @@ def _operating_points(temperature: Floats) -> list[float]:
         point[left[close]] = round(float(temperature[left[close]].mean()), 1)
         left = left[~close]
     return point.tolist()
-
-
-def json_rows(table: pl.DataFrame) -> list[dict[str, Any]]:
-    """A table's rows for JSON, which has no NaN."""
-    return [{key: defined(value) for key, value in row.items()} for row in table.to_dicts()]
-
-
-def defined(value: Any) -> Any:
-    """`value`, or None for a number that is not finite."""
-    return None if isinstance(value, float) and not isfinite(value) else value

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import polars as pl
 
-from forklift.fitting.metrics import WINDOW
+from forklift.base.derivative import WINDOW
+from forklift.base.numbers import amount
 from forklift.plant.forklift.phases import IN_WORDS
-from forklift.plant.forklift.tables import Lift, amount, commanded
+from forklift.recordings.channels import Lift, commanded
 
 if TYPE_CHECKING:
     from forklift.fitting.compare import Comparison

@@ -10,31 +10,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from forklift.base import output
+from forklift.base import output, present
 from forklift.base.errors import ForkliftError
+from forklift.base.numbers import defined
+from forklift.base.result_files import PAGE, earlier_files, json_rows
 from forklift.fitting.compare import (
     CHANGES,
-    PAGE,
     campaign_facts,
     command_line,
-    defined,
-    earlier_files,
-    json_rows,
     prediction_files,
     truck_facts,
     validation_change,
 )
 from forklift.fitting.intervals import QUANTILE
 from forklift.plant.forklift.speed_table import SpeedTable, speed_to_current
-from forklift.plant.forklift.tables import LIFTS
-from forklift.plant.forklift.unknowns import DEGREES
+from forklift.plant.parameter import DEGREES
+from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:
+    from forklift.base.arrays import Floats
     from forklift.fitting.fit import Fit
-    from forklift.fitting.metrics import Floats
     from forklift.fitting.residuals import Judged
-    from forklift.plant.forklift.tables import Lift
-    from forklift.plant.forklift.unknowns import Unknown
+    from forklift.plant.parameter import Unknown
+    from forklift.recordings.channels import Lift
 
 MARK = "fit.json"
 TRUCK = "truck.toml"
@@ -237,8 +235,6 @@ def _judged(found: Judged) -> dict[str, Any]:
 
 def write(fit: Fit, out: str | Path) -> Path:
     """See `Fit.write`."""
-    from forklift.report.of_fit import fit_page
-
     tables = speed_tables(fit)
     with output.folder(out, earlier(out), MARK) as temporary:
         fit.truck.write(temporary / TRUCK)
@@ -249,7 +245,7 @@ def write(fit: Fit, out: str | Path) -> Path:
             table.write(temporary / _speed_file(lift))
         text = json.dumps(to_dict(fit, tables), indent=1, ensure_ascii=False, allow_nan=False)
         (temporary / MARK).write_text(text + "\n", encoding="utf-8", newline="\n")
-        (temporary / PAGE).write_text(fit_page(fit), encoding="utf-8", newline="\n")
+        (temporary / PAGE).write_text(present.page(fit), encoding="utf-8", newline="\n")
     return Path(out)
 
 

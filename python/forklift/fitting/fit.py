@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from forklift.base import arguments
+from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.fitting import words
@@ -26,16 +26,18 @@ from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import End, Ends, compare_ends, from_starts
 from forklift.plant.forklift.checks.suitability import Caution, suitability
 from forklift.plant.forklift.problem import Problem, sample
-from forklift.plant.forklift.sensors import Sensor, sensors
-from forklift.plant.forklift.tables import Lift, commanded
+from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.truck import Truck
-from forklift.plant.forklift.unknowns import Unknown, move, unknowns
+from forklift.plant.forklift.unknowns import move, unknowns
+from forklift.plant.parameter import Unknown
 from forklift.recordings.campaign import Campaign
+from forklift.recordings.channels import Lift, commanded
+from forklift.recordings.noise import Sensor
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from forklift.fitting.metrics import Floats
+    from forklift.base.arrays import Floats
 
 T = TypeVar("T")
 
@@ -168,9 +170,7 @@ class Fit:
         return fit_files.to_dict(self)
 
     def _repr_html_(self) -> str:
-        from forklift.report.notebook import of_fit
-
-        return of_fit(self)
+        return present.summary(self)
 
     def __repr__(self) -> str:
         return (
@@ -179,9 +179,7 @@ class Fit:
         )
 
     def __str__(self) -> str:
-        from forklift.report.tables import fit_tables, plain
-
-        return "\n".join([*self.verdict, "", *map(plain, fit_tables(self))])
+        return "\n".join([*self.verdict, "", *present.tables(self)])
 
 
 @dataclass

@@ -1,7 +1,8 @@
 """What the engine needs of an estimation problem: the whole of what it may know of a machine.
 
-`forklift.plant.forklift.problem.Problem` (a truck) and `forklift.fitting.plant_problem.PlantProblem` (any other machine)
-both are such problems, and the search, the judgement and `forklift.diagnosis` see no more of them than this.
+`forklift.plant.forklift.problem.Problem` (a truck) and `forklift.fitting.plant_problem.PlantProblem` (any
+other machine) both are such problems, and the search, the judgement and `forklift.diagnosis` see no more of
+them than this.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
+
 if TYPE_CHECKING:
     from forklift.fitting.limits import Limits
     from forklift.fitting.observed import Observed
     from forklift.fitting.problem import Linearised, Products
-    from forklift.plant.forklift.unknowns import Unknown
-
-Floats = NDArray[np.float64]
+    from forklift.plant.parameter import Unknown
 
 
 class Recording(Protocol):

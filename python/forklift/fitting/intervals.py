@@ -12,17 +12,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from forklift.base.arrays import Floats
 from forklift.fitting.residuals import ljung_box
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem
-    from forklift.plant.forklift.sensors import Sensor
-    from forklift.plant.forklift.unknowns import Unknown
+    from forklift.plant.parameter import Unknown
+    from forklift.recordings.noise import Sensor
 
-Floats = NDArray[np.float64]
 
 QUANTILE = 1.959963984540054
 """Of the normal distribution: 95 % lie within."""

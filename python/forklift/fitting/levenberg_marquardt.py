@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from forklift.fitting.limits import Limits
     from forklift.fitting.problem import Linearised
 
-Floats = NDArray[np.float64]
 
 PROBE = 0.1
 """Share of the step at which the second derivative is taken."""

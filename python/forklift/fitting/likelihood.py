@@ -7,10 +7,9 @@ Each function gives, elementwise, a residual ρ and its derivative along the mod
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-Floats = NDArray[np.float64]
+from forklift.base.arrays import Floats
 
 HUBER = 4.0
 """Residuals, in standard deviations, beyond which a sample counts by its distance and not by its square."""

@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import nnls
 
-Floats = NDArray[np.float64]
+from forklift.base.arrays import Floats
 
 CLOSE = 1e-9
 """How far a limit may be overstepped by rounding, in prior deviations."""

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.fitting import likelihood
 
 if TYPE_CHECKING:
-    from forklift.plant.forklift.sensors import Sensor
-
-Floats = NDArray[np.float64]
+    from forklift.recordings.noise import Sensor
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,15 @@ from math import inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.fitting.observed import Observed
 from forklift.fitting.problem import LeastSquares
-from forklift.plant.forklift.sensors import Sensor, encoder_count, white_noise
-from forklift.plant.forklift.unknowns import Unknown
+from forklift.plant.parameter import Unknown
 from forklift.plant.parts import STEADY, Param, Plant, State
 from forklift.plant.recording import Recording
 from forklift.plant.run import Machine, run
-
-Floats = NDArray[np.float64]
+from forklift.recordings.noise import Sensor, encoder_count, white_noise
 
 STEP = 1e-4
 """Of the difference quotients, in standard deviations of a prior."""
@@ -236,7 +235,7 @@ def _read(name: str, time: Floats, values: Floats, p: Mapping[str, Floats]) -> F
 def sensors(plant: Plant, recordings: Sequence[Recording]) -> dict[str, Sensor]:
     """Each output's noise and count: as given, or told from its samples.
 
-    From the samples' sixth differences (`forklift.plant.forklift.sensors.white_noise`), stretches at an end of
+    From the samples' sixth differences (`forklift.recordings.noise.white_noise`), stretches at an end of
     the range and gaps left out; never less than a millionth of the output's range.
 
     Raises

@@ -20,17 +20,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, qr
 
+from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.fitting import likelihood
 from forklift.fitting.interface import Sample
 from forklift.fitting.limits import Limits
 from forklift.fitting.residuals import LAGS
-from forklift.plant.forklift.unknowns import DEGREES, Unknown
+from forklift.plant.parameter import DEGREES, Unknown
 
 if TYPE_CHECKING:
     from forklift.fitting.observed import Observed
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 

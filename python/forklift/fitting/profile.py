@@ -10,15 +10,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.fitting.intervals import QUANTILE
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem
 
-Floats = NDArray[np.float64]
 
 POINTS = (-3.0, -2.0, -1.0, 1.0, 2.0, 3.0)
 """Where the profile is taken, in standard deviations from the estimate."""

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
+from forklift.base.arrays import Floats
+
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem, Sample
     from forklift.fitting.problem import Linearised
-    from forklift.plant.forklift.sensors import Sensor
+    from forklift.recordings.noise import Sensor
 
-Floats = NDArray[np.float64]
 
 AT_NOISE = 1.2
 """Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n)."""

@@ -1,10 +1,11 @@
 """The search: least squares in stages, from heavily tempered noise to the sensors' own.
 
-Each stage goes down the canyon of its likelihood (`forklift.fitting.levenberg_marquardt`). With the noise thirty
-times too large, it is smooth enough to be followed from another truck's values; in the end each channel's
-noise is the larger of its sensor's and of what its own residuals show, so that a channel the model cannot
-follow does not drag the rest along. A trust region with straight steps, which takes no second derivative, was
-tried for the first stage: it needs more evaluations, and with leakage among the unknowns it stalled.
+Each stage goes down the canyon of its likelihood (`forklift.fitting.levenberg_marquardt`). With the noise
+thirty times too large, it is smooth enough to be followed from another truck's values; in the end each
+channel's noise is the larger of its sensor's and of what its own residuals show, so that a channel the model
+cannot follow does not drag the rest along. A trust region with straight steps, which takes no second
+derivative, was tried for the first stage: it needs more evaluations, and with leakage among the unknowns it
+stalled.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting import likelihood
@@ -24,9 +25,7 @@ from forklift.fitting.interface import Problem
 from forklift.fitting.problem import Linearised
 
 if TYPE_CHECKING:
-    from forklift.plant.forklift.sensors import Sensor
-
-Floats = NDArray[np.float64]
+    from forklift.recordings.noise import Sensor
 
 
 @dataclass(frozen=True)

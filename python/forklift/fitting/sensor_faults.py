@@ -14,10 +14,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.plant.forklift.tables import outputs
-from forklift.plant.forklift.unknowns import Unknown
+from forklift.plant.parameter import Unknown
 
-Floats = NDArray[np.float64]
 Fault = Literal["gain", "offset", "lag"]
 
 SPREAD: dict[Fault, float] = {"gain": 0.05, "lag": 0.05}

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.fitting.search import Found, Progress, search
 from forklift.plant.forklift.unknowns import move
@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 
     from forklift.fitting.interface import Problem as AnyProblem
     from forklift.plant.forklift.problem import Problem
-    from forklift.plant.forklift.sensors import Sensor
+    from forklift.recordings.noise import Sensor
 
-Floats = NDArray[np.float64]
 
 SCATTER = 0.4
 """Standard deviation of a scattered start, in those of the prior: parameters by 20 %, knots by 14 mA."""

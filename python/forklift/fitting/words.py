@@ -9,7 +9,7 @@ import numpy as np
 
 from forklift.fitting.residuals import Judged
 from forklift.plant.forklift.phases import IN_WORDS, PHASES, phases, shut_current
-from forklift.plant.forklift.tables import Lift, commanded
+from forklift.recordings.channels import Lift, commanded
 
 if TYPE_CHECKING:
     from forklift.fitting.fit import Fit

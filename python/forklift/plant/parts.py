@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.unknowns import SCALES, Unknown
+from forklift.plant.parameter import SCALES, Unknown
 
 Values = Mapping[str, Any]
 """By name: arrays that broadcast over (times, lanes)."""

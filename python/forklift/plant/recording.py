@@ -9,11 +9,11 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 
-Floats = NDArray[np.float64]
 Role = Literal["estimate", "validate"]
 
 

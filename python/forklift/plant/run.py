@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Effect, Plant, State, Values
 from forklift.plant.steady import begun
-
-Floats = NDArray[np.float64]
 
 Push = Callable[[Floats], Mapping[str, Floats]]
 """Of the times (lanes,): further inputs at ports, (lanes,)."""

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.fitting.plant_problem import completed
 from forklift.plant.parts import STEADY, Plant
 from forklift.plant.recording import Recording
 from forklift.plant.run import Machine, run
-
-Floats = NDArray[np.float64]
 
 
 def simulate_plant(

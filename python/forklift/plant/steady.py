@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
     from forklift.plant.parts import State, Values
     from forklift.plant.run import Machine
 
-Floats = NDArray[np.float64]
 Rates = Callable[[Floats], Floats]
 """(states, lanes) of states, (states, lanes)."""
 

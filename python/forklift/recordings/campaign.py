@@ -51,14 +51,16 @@ class Campaign:
         """Read a campaign's folder, or its ``campaign.toml``; every recording is read and checked.
 
         Formats: CSV, Parquet, MAT and MDF4, with a ``[channels]`` table for names and units that are not
-        the channels' own. Signals on clocks of their own are brought onto one, see `forklift.recordings.resample`.
+        the channels' own. Signals on clocks of their own are brought onto one, see
+        `forklift.recordings.resample`.
 
         Raises
         ------
         ForkliftError
             ``"campaign-missing"``, ``"campaign-file-missing"``, and everything that
-            `forklift.recordings.campaign_file.parse` finds in ``campaign.toml`` and `forklift.recordings.reading` in a recording;
-            with ``file``, ``line`` or ``sample``, ``channel``, ``value``, ``lower``, ``upper`` as they apply.
+            `forklift.recordings.campaign_file.parse` finds in ``campaign.toml`` and
+            `forklift.recordings.reading` in a recording; with ``file``, ``line`` or ``sample``, ``channel``,
+            ``value``, ``lower``, ``upper`` as they apply.
         """
         from forklift.recordings import reading
 

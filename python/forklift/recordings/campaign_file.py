@@ -13,8 +13,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.tables import Lifts
-from forklift.recordings.channels import table
+from forklift.recordings.channels import Lifts, table
 from forklift.recordings.formats import format_of
 from forklift.recordings.formats.mapping import ChannelMap, Source
 from forklift.recordings.formats.signals import Place, quoted

@@ -4,14 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forklift.plant.forklift import tables as names
+from forklift import _core
+from forklift.base.arrays import Floats
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    from forklift._core import QuantitySpec
+
+
+Lift = Literal["free", "main"]
+Lifts = Literal["both", "free", "main"]
+LIFTS: tuple[Lift, Lift] = ("free", "main")
+
+
+def commanded(lift: Lifts) -> tuple[Lift, ...]:
+    """The lifts that `lift` stands for: ``"both"`` is both of them."""
+    return LIFTS if lift == "both" else (lift,)
+
 
 TIME = "time_s"
 COMMANDS = ("current_free_a", "current_main_a")
@@ -55,9 +67,15 @@ class Channel:
 
 
 @cache
+def channels() -> dict[str, QuantitySpec]:
+    """What a recording may hold, in its order."""
+    return {spec["name"]: spec for spec in _core.channel_table()}
+
+
+@cache
 def table() -> dict[str, Channel]:
     """Every channel by name, in the core's order."""
-    return {name: _channel(cast("dict[str, Any]", row)) for name, row in names.channels().items()}
+    return {name: _channel(cast("dict[str, Any]", row)) for name, row in channels().items()}
 
 
 def _channel(row: dict[str, Any]) -> Channel:

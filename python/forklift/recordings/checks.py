@@ -7,9 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.tables import LIFTS
-from forklift.recordings.channels import REQUIRED, TIME, Channel, Conversion, Floats, conversions, looks_like
+from forklift.recordings.channels import (
+    LIFTS,
+    REQUIRED,
+    TIME,
+    Channel,
+    Conversion,
+    conversions,
+    looks_like,
+)
 from forklift.recordings.formats.signals import Place
 
 CLOCK_TOLERANCE = 0.01

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.base import output
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.tables import Lifts
 from forklift.recordings.campaign import FILE, Campaign, document_of, places, replaceable
+from forklift.recordings.channels import Lifts
 from forklift.recordings.formats import SUFFIXES, format_of
 from forklift.recordings.formats.signals import Place
 from forklift.recordings.recording import Role
@@ -52,8 +52,8 @@ def convert(
     name
         Of the campaign; the folder's name, or the source's, unless told.
     sample_rate_hz
-        To bring all channels to [Hz], see `forklift.recordings.resample`; a recording that is at this rate stays as it
-        is. Unless told, the campaign's, or that of the commanded current.
+        To bring all channels to [Hz], see `forklift.recordings.resample`; a recording that is at this rate
+        stays as it is. Unless told, the campaign's, or that of the commanded current.
     channels
         As ``[channels]``: ``{"ValveCurrFL": {"channel": "current_free_a", "scale": 0.001}}``; a bare name
         stands for its channel, without scale.

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.tables import Lifts
 from forklift.recordings import checks, formats
-from forklift.recordings.channels import COMMANDS, TIME, Floats, table
+from forklift.recordings.channels import COMMANDS, TIME, Lifts, table
 from forklift.recordings.checks import Sampled
 from forklift.recordings.formats.mapping import ChannelMap, Choice
 from forklift.recordings.formats.signals import Place, Series
@@ -54,7 +54,8 @@ def load(place: Place, channel_map: ChannelMap) -> Raw:
     Raises
     ------
     ForkliftError
-        Everything `forklift.recordings.formats.read`, `Choice` and `forklift.recordings.checks` raise about one channel.
+        Everything `forklift.recordings.formats.read`, `Choice` and `forklift.recordings.checks` raise about
+        one channel.
     """
     known = table()
     choice = Choice(channel_map, tuple(known), formats.format_of(place.file), place)
@@ -87,7 +88,8 @@ def build(
     Raises
     ------
     ForkliftError
-        Everything `forklift.recordings.checks` and `forklift.recordings.resample` raise about the clock and the lift.
+        Everything `forklift.recordings.checks` and `forklift.recordings.resample` raise about the clock and
+        the lift.
     """
     time, channels = _on_the_clock(raw, sample_rate_hz, regrid)
     checks.length(raw.place, len(time))

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.tables import Lifts
-from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, Floats, table
+from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, Lifts, table
 
 if TYPE_CHECKING:
     import polars as pl

@@ -13,7 +13,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from forklift.recordings.channels import COMMANDS, TIME, Floats
+from forklift.base.arrays import Floats
+from forklift.recordings.channels import COMMANDS, TIME
 from forklift.recordings.checks import Sampled
 from forklift.recordings.formats.signals import Place
 

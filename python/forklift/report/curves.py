@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import Shape, shapes
 from forklift.diagnosis.locate import WIDTH_S, Respond, UnknownInput, unknown_inputs
 from forklift.fitting.intervals import QUANTILE
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from forklift.diagnosis.refit import Trial
     from forklift.fitting.observed import Observed
 
-Floats = NDArray[np.float64]
 
 MOST_VARIABLES = 3
 SEED = 1

@@ -18,7 +18,7 @@ from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 if TYPE_CHECKING:
     from forklift.diagnosis.diagnose import Diagnosis
     from forklift.plant.forklift.problem import Observed
-    from forklift.plant.forklift.tables import Lift
+    from forklift.recordings.channels import Lift
 
 NOT_PUT_RIGHT = (
     "The curves are the truck's own: what a sensor reads wrongly, or was entered wrongly, is not put right "

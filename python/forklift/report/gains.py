@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from forklift.fitting.compare import validation_change
-from forklift.plant.forklift.tables import LIFTS, Lift
+from forklift.recordings.channels import LIFTS, Lift
 from forklift.report.blocks import Table
 from forklift.report.tables import change_rows, percent, validation_rows
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from forklift.plant.forklift.tables import LIFTS
+from forklift.recordings.channels import LIFTS
 from forklift.report import words
 from forklift.report.gains import gains, validation
 from forklift.report.page import fragment

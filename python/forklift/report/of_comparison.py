@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from forklift.fitting.compare import command_line, temperature_option
-from forklift.plant.forklift.tables import LIFTS
+from forklift.recordings.channels import LIFTS
 from forklift.report import page
 from forklift.report.blocks import Explorer, Fact, Figure, Page, Panel, Section, Table
 from forklift.report.gains import every_fit, validation
@@ -17,7 +17,7 @@ from forklift.report.words import campaign as named
 
 if TYPE_CHECKING:
     from forklift.fitting.compare import Comparison
-    from forklift.plant.forklift.tables import Lift
+    from forklift.recordings.channels import Lift
 
 
 def comparison_page(comparison: Comparison) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from forklift.fitting import files as fit_files
-from forklift.plant.forklift.unknowns import SCALES
+from forklift.plant.parameter import SCALES
 from forklift.report import charts, heat, page, parameters
 from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, Section, Table
 from forklift.report.gains import every_fit, gains

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from forklift.plant.forklift.tables import LIFTS, Lift, amount, outputs
+from forklift.base.numbers import amount
+from forklift.plant.forklift.tables import outputs
+from forklift.recordings.channels import LIFTS, Lift
 from forklift.report import page
 from forklift.report.blocks import Figure, Page, Panel, Section, Table
 from forklift.report.traces import MOST_POINTS, decimate, numbers

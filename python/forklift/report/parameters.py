@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from forklift.fitting.files import PRIOR_QUANTILE
 from forklift.fitting.intervals import QUANTILE
-from forklift.plant.forklift.tables import LIFTS, Lift
+from forklift.recordings.channels import LIFTS, Lift
 from forklift.report.blocks import Bar, Table
 from forklift.report.tables import HOW_KNOWN, of_lift
 from forklift.report.words import printed

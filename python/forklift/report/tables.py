@@ -14,7 +14,8 @@ from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from forklift.plant.forklift.tables import LIFTS, Lift, of_effect, outputs, parameters
+from forklift.plant.forklift.tables import of_effect, outputs, parameters
+from forklift.recordings.channels import LIFTS, Lift
 
 if TYPE_CHECKING:
     import polars as pl

@@ -6,18 +6,18 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.fitting.intervals import QUANTILE
-from forklift.plant.forklift.tables import channels, commanded, outputs
+from forklift.plant.forklift.tables import outputs
+from forklift.recordings.channels import channels, commanded
 from forklift.report.blocks import Drive, Replay, Signal
 from forklift.report.words import SHOWN, Quantity, capital, lifts, signal
 
 if TYPE_CHECKING:
     from forklift.fitting.compare import Comparison, Prediction
-    from forklift.plant.forklift.sensors import Sensor
+    from forklift.recordings.noise import Sensor
 
-Floats = NDArray[np.float64]
 
 MOST_POINTS = 1000
 """Of a curve: about as many as a figure has pixels."""

@@ -11,7 +11,8 @@ import numpy as np
 from forklift.diagnosis.selection import LAW
 from forklift.plant.forklift.effects import EFFECTS, Equation
 from forklift.plant.forklift.free_curve import ports
-from forklift.plant.forklift.tables import LIFTS, channels, outputs
+from forklift.plant.forklift.tables import outputs
+from forklift.recordings.channels import LIFTS, channels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forklift import _core
+from forklift.base.arrays import Floats
 from forklift.diagnosis.next_recording import Candidate, Proposal
 from forklift.plant.forklift.commands import (
     CUTOFF_HZ,
@@ -26,13 +26,12 @@ from forklift.plant.forklift.commands import (
     steps_to_current,
 )
 from forklift.plant.forklift.problem import Observed, sample
-from forklift.plant.forklift.sensors import Sensor
 from forklift.plant.forklift.simulate import mean_temperature, simulate
-from forklift.plant.forklift.tables import LIFTS, Lift, Lifts, commanded, outputs
+from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lift, Lifts, commanded
+from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
-
-Floats = NDArray[np.float64]
 
 LOADS_KG = (0.0, 1500.0)
 """Least and greatest load: up to the heaviest of the thesis's truck. What was recorded counts too."""

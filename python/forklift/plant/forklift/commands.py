@@ -23,15 +23,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from forklift import _core
 from forklift.base import arguments, output
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.tables import LIFTS, Lifts, commanded
+from forklift.recordings.channels import LIFTS, Lifts, commanded
 from forklift.recordings.formats import csv
 from forklift.recordings.formats.signals import Place
 
 if TYPE_CHECKING:
     import polars as pl
 
-Floats = NDArray[np.float64]
 Steps = NDArray[np.int64]
 
 COLUMNS = ("time_s", "current_free_a", "current_main_a")

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.fitting.residuals import Judged
-from forklift.plant.forklift.sensors import POSITIONS, Sensor
-from forklift.plant.forklift.tables import LIFTS, Lift
+from forklift.plant.forklift.sensors import POSITIONS
+from forklift.recordings.channels import LIFTS, Lift
+from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
-
-Floats = NDArray[np.float64]
 
 LAGS_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8)
 """How much later a residual may answer: up to two of the oscillation's periods."""

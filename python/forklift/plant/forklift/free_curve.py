@@ -12,17 +12,19 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from forklift import _core
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.tables import Lift, amount, parameters
+from forklift.base.numbers import amount
+from forklift.plant.forklift.tables import parameters
+from forklift.recordings.channels import Lift
 
 if TYPE_CHECKING:
     from forklift._core import PortSpec, ShapeVariable
     from forklift.plant.forklift.truck import Truck
 
-Floats = NDArray[np.float64]
 
 COEFFICIENTS = 7
 """Cubic B-splines on four equal intervals."""

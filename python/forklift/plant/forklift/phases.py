@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.plant.forklift.commands import steps_to_current
-from forklift.plant.forklift.tables import commanded
+from forklift.recordings.channels import commanded
 
 if TYPE_CHECKING:
-    from forklift.plant.forklift.tables import Lift
     from forklift.plant.forklift.truck import Truck
+    from forklift.recordings.channels import Lift
     from forklift.recordings.recording import Recording
 
-Floats = NDArray[np.float64]
 
 PHASES = ("start", "step change", "steady", "stop", "hold")
 

@@ -11,19 +11,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forklift import _core
+from forklift.base.arrays import Floats
 from forklift.plant.forklift.commands import steps_to_current
 from forklift.plant.forklift.signals import FORKS_PER_SENSOR
 from forklift.plant.forklift.simulate import predict
-from forklift.plant.forklift.tables import LIFTS, Lift, commanded
+from forklift.recordings.channels import LIFTS, Lift, commanded
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.recording import Recording
 
-Floats = NDArray[np.float64]
 
 FORKS_PER_CYLINDER = 2.0
 """How far the forks move for a metre of either lift's cylinder, (3.38)."""

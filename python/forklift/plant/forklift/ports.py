@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from forklift.base.arrays import Floats
 from forklift.diagnosis.locate import WIDTH_S
 from forklift.plant.forklift.problem import Problem
-from forklift.plant.forklift.tables import LIFTS, Lift
-
-Floats = NDArray[np.float64]
+from forklift.recordings.channels import LIFTS, Lift
 
 EQUATIONS = {
     "current": "valve-dynamics",

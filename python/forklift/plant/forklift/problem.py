@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift import _core
+from forklift.base.arrays import Floats
 from forklift.fitting.observed import Observed as Observed
 from forklift.fitting.problem import LeastSquares as LeastSquares
 from forklift.fitting.problem import Linearised as Linearised
@@ -22,17 +23,18 @@ from forklift.fitting.problem import Products as Products
 from forklift.fitting.sensor_faults import Reading
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.simulate import START_WITHIN_S, mean_temperature, simulate
-from forklift.plant.forklift.tables import LIFTS, Lift, outputs
-from forklift.plant.forklift.unknowns import Unknown, move, rising
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.unknowns import move, rising
+from forklift.plant.parameter import Unknown
+from forklift.recordings.channels import LIFTS, Lift
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem as AnyProblem
-    from forklift.plant.forklift.sensors import Sensor
     from forklift.plant.forklift.simulate import Simulation
     from forklift.plant.forklift.truck import Truck
+    from forklift.recordings.noise import Sensor
     from forklift.recordings.recording import Recording
 
-Floats = NDArray[np.float64]
 
 OWN = ("load", "oil_temperature", "oil_warming", "free.start", "main.start")
 """What a recording has of its own, in the core's order and by its names."""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from forklift.fitting import metrics as fits
-from forklift.plant.forklift.tables import LIFTS, Lift, commanded
+from forklift.base import derivative
+from forklift.recordings.channels import LIFTS, Lift, commanded
 
 if TYPE_CHECKING:
-    from forklift.fitting.metrics import Floats
+    from forklift.base.arrays import Floats
     from forklift.plant.forklift.simulate import Simulation
     from forklift.recordings.recording import Recording
 
@@ -35,9 +35,10 @@ class Signal:
 def signals(recording: Recording, simulation: Simulation) -> Iterator[Signal]:
     """Velocity of each commanded lift, then positions, pressures and fork height, as far as measured.
 
-    The velocity is the derivative (`forklift.fitting.metrics.derivative`) of ``fork_height_m`` where that exists and a
-    single lift is commanded, else of the lift's own encoder. The same signal of the simulation goes through
-    the same filter: the fork height simulated, too, contains what the lift at rest adds by bouncing.
+    The velocity is the derivative (`forklift.base.derivative.derivative`) of ``fork_height_m`` where that
+    exists and a single lift is commanded, else of the lift's own encoder. The same signal of the simulation
+    goes through the same filter: the fork height simulated, too, contains what the lift at rest adds by
+    bouncing.
     """
     moved = commanded(recording.lift)
     measured = recording.channels
@@ -48,9 +49,9 @@ def signals(recording: Recording, simulation: Simulation) -> Iterator[Signal]:
     for lift in moved:
         for source, ratio in _velocity_sources(lift, len(moved)):
             if has(source):
-                velocity = fits.derivative(recording.time_s, measured[source]) / ratio
+                velocity = derivative.derivative(recording.time_s, measured[source]) / ratio
                 if np.isfinite(velocity).any():
-                    simulated = fits.derivative(recording.time_s, simulation[source]) / ratio
+                    simulated = derivative.derivative(recording.time_s, simulation[source]) / ratio
                     yield Signal(lift, f"velocity_{lift}_m_s", True, source, velocity, simulated)
                     break
     for lift in LIFTS:

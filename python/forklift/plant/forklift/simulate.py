@@ -9,21 +9,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from forklift import _core
 from forklift.base import arguments, output
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.commands import COLUMNS, Command
-from forklift.plant.forklift.tables import LIFTS, Lifts, channels, outputs, states
+from forklift.plant.forklift.tables import outputs, states
 from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lifts, channels
 from forklift.recordings.recording import Recording
 
 if TYPE_CHECKING:
     import polars as pl
     import xarray as xr
 
-Floats = NDArray[np.float64]
 Solver = Literal["adaptive", "fixed"]
 
 FORMATS = (".csv", ".parquet")

@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forklift.base import arguments, output
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.commands import steps_to_current
 from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER
-from forklift.plant.forklift.tables import LIFTS, Lift
 from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lift
 
 if TYPE_CHECKING:
     import polars as pl
 
-Floats = NDArray[np.float64]
 Steps = NDArray[np.int64]
 Truths = NDArray[np.bool_]
 

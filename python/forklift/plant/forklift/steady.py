@@ -12,19 +12,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forklift.base import arguments
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER, Plateau, arrays, plateaus
-from forklift.plant.forklift.tables import LIFTS, Lift, parameters
+from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.campaign import Campaign
+from forklift.recordings.channels import LIFTS, Lift
 
 if TYPE_CHECKING:
     import polars as pl
 
-Floats = NDArray[np.float64]
 
 SCALARS = ("valve.f_hs", "valve.Re_cr", "compensator.C_D", "compensator.Re_cr", "compensator.theta")
 """What is estimated beside the table; the column "Source" of Tables 5.1 and 5.2 says "Steady"."""
@@ -178,11 +178,11 @@ class SteadyState:
 def steady_state(campaign: Campaign, truck: Truck, *, lift: Lift | None = None) -> SteadyState:
     """Estimate what acts at steady state from a campaign's plateaus, for one lift or each that has some.
 
-    The velocity of each plateau (`forklift.plant.forklift.plateaus.plateaus`) is compared with the steady state of the
-    core's own equations at the plateau's current, branch of hysteresis, pressure p_A and oil temperature
-    (Fri & Fahlén 2017, section 3.6.1). Estimated are the currents and areas of the table's knots, which stay
-    in order (the first knot, and knots within the dead zone, keep their areas), the half width of the
-    hysteresis, both critical Reynolds numbers, and the compensator's discharge coefficient and jet angle.
+    The velocity of each plateau (`forklift.plant.forklift.plateaus.plateaus`) is compared with the steady
+    state of the core's own equations at the plateau's current, branch of hysteresis, pressure p_A and oil
+    temperature (Fri & Fahlén 2017, section 3.6.1). Estimated are the currents and areas of the table's knots,
+    which stay in order (the first knot, and knots within the dead zone, keep their areas), the half width of
+    the hysteresis, both critical Reynolds numbers, and the compensator's discharge coefficient and jet angle.
     Each has a weak log-normal prior around the truck's value, so that what the plateaus do not tell stays
     there; what that is, is said. Minimised is the sum of Huber's losses over exact derivatives.
 

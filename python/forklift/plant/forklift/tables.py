@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from forklift import _core
+from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:
     from forklift._core import EffectSpec, ParameterSpec, QuantitySpec
-
-Lift = Literal["free", "main"]
-Lifts = Literal["both", "free", "main"]
-
-LIFTS: tuple[Lift, Lift] = ("free", "main")
-
-
-def commanded(lift: Lifts) -> tuple[Lift, ...]:
-    """The lifts that `lift` stands for: ``"both"`` is both of them."""
-    return LIFTS if lift == "both" else (lift,)
 
 
 @cache
@@ -43,21 +34,6 @@ def outputs() -> dict[str, QuantitySpec]:
 
 
 @cache
-def channels() -> dict[str, QuantitySpec]:
-    """What a recording may hold, in its order."""
-    return {spec["name"]: spec for spec in _core.channel_table()}
-
-
-@cache
 def states() -> dict[str, QuantitySpec]:
     """The states of the thesis's model of one lift, without the lift's name."""
     return {spec["name"]: spec for spec in _core.state_table()}
-
-
-def amount(value: float, unit: str) -> str:
-    """A value as a sentence says it: three digits, with the prefix that keeps them short."""
-    value = float(f"{value:.3g}")  # before the prefix is chosen: 999.7 Pa are 1 kPa
-    for scale, prefix in ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m")):
-        if abs(value) >= scale:
-            return f"{value / scale:.3g} {prefix}{unit}"
-    return f"{value:.3g} {unit}"

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from forklift import _core
-from forklift.base import arguments, output
+from forklift.base import arguments, output, present
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift import truck_file
 from forklift.plant.forklift.tables import parameters
@@ -27,8 +27,8 @@ class Truck:
     """The parameters of both lifts of a truck, immutable and checked against the core's tables.
 
     `Truck.read` makes one. Names are full (``"free.viscosity.nu_0"``), values in the SI units of
-    `forklift.plant.forklift.tables.parameters`; the two knots tables ``valve.table_current`` and ``valve.table_area``
-    are tuples. Two trucks are equal if their values are.
+    `forklift.plant.forklift.tables.parameters`; the two knots tables ``valve.table_current`` and
+    ``valve.table_area`` are tuples. Two trucks are equal if their values are.
 
     Raises
     ------
@@ -138,9 +138,7 @@ class Truck:
         return f"Truck({self.name!r}, {len(self.values)} parameters{effects}, sha256={self.sha256[:12]})"
 
     def __str__(self) -> str:
-        from forklift.report.tables import plain, truck_table
-
-        return plain(truck_table(self))
+        return "\n".join(present.tables(self))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Truck) and self.sha256 == other.sha256

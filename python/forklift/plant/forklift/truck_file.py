@@ -1,7 +1,8 @@
 """A truck's TOML file: values with their sources, read with every check and written back.
 
 Layout: ``[free.viscosity]`` then ``nu_0 = { value = 4.45e-5, source = "Table 5.1" }``. Names, units and
-bounds are the core's (`forklift.plant.forklift.tables`); an optional ``unit`` beside a value must be the core's.
+bounds are the core's (`forklift.plant.forklift.tables`); an optional ``unit`` beside a value must be the
+core's.
 """
 
 from __future__ import annotations

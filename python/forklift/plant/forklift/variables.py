@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.fitting.interface import Problem
 from forklift.plant.forklift.free_curve import variables as shape_variables
 from forklift.plant.forklift.problem import Sample
-from forklift.plant.forklift.tables import LIFTS, Lift
-
-Floats = NDArray[np.float64]
+from forklift.recordings.channels import LIFTS, Lift
 
 LONGEST_S = 10.0
 """Times since something are told up to this, as the core's free shapes have them."""
@@ -29,8 +27,9 @@ def of_recordings(problem: Problem, x: Floats, lift: Lift, at: Sequence[Floats])
 def variables(sample: Sample, said: Mapping[str, Floats], lift: Lift, at: Floats) -> dict[str, Floats]:
     """Each variable at the times `at` [s], for what happens on one lift; by the names of `words`.
 
-    Those of `forklift.plant.forklift.free_curve.variables`, as far as they are known, and the accelerations. What the model
-    has `said` of a channel is there where the channel has samples, and is interpolated in between.
+    Those of `forklift.plant.forklift.free_curve.variables`, as far as they are known, and the accelerations.
+    What the model has `said` of a channel is there where the channel has samples, and is interpolated in
+    between.
     """
     recording = sample.recording
     model = {

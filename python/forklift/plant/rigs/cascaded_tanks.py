@@ -21,13 +21,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port, State, Values
 from forklift.plant.recording import Recording
-
-Floats = NDArray[np.float64]
 
 CEILING_V = 10.0
 SMOOTH_V = 0.05

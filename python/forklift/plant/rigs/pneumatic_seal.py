@@ -20,14 +20,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.plant_diagnose import PlantDiagnosis
 from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port, Values
 from forklift.plant.recording import Recording
-
-Floats = NDArray[np.float64]
 
 SEALS = ("O-ring", "O-ring257", "X-ring257")
 PRESSURES_BAR = (1, 3, 5, 7)

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.recordings.formats.signals import Choose, Floats, Place, Series, Signals, quoted
+from forklift.base.arrays import Floats
+from forklift.recordings.formats.signals import Choose, Place, Series, Signals, quoted
 
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 _BOM = b"\xef\xbb\xbf"

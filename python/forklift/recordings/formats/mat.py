@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from forklift.base.arrays import Floats
 from forklift.recordings.formats.optional import require
-from forklift.recordings.formats.signals import Choose, Floats, Place, Series, Signals
+from forklift.recordings.formats.signals import Choose, Place, Series, Signals
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USERBLOCKS = (0, 512, 1024, 2048)  # HDF5 File Format Specification, III.A: where the signature may stand

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.diagnosis.ledger import Untold
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.plant import words
@@ -16,7 +17,6 @@ from forklift.report.words import NOISE, another_law, capital, number
 if TYPE_CHECKING:
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis
 
-Floats = NDArray[np.float64]
 
 FEW = 4
 """Stretches below which a credibility says little."""

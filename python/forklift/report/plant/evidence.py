@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import TELLING
 from forklift.diagnosis.plant_curves import over_variables, respond, variables, width_s
 from forklift.diagnosis.plant_diagnose import widening
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from forklift.diagnosis.plant_predict import Foreseen
     from forklift.fitting.plant_problem import PlantProblem
 
-Floats = NDArray[np.float64]
 
 MOST_PLACES = 3
 """At so many places what the recordings ask for is drawn."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.checks import geometry, motion, scale, stuck, swapped, timing
 from forklift.plant.forklift.checks.finding import Caution, Finding
-from forklift.plant.forklift.tables import LIFTS
+from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck

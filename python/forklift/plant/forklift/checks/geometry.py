@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.finding import Finding, caution, fault
 from forklift.plant.forklift.signals import FORKS_PER_SENSOR
-from forklift.plant.forklift.tables import LIFTS, amount, commanded
+from forklift.recordings.channels import LIFTS, commanded
 
 if TYPE_CHECKING:
     from forklift.recordings.recording import Recording

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift import _core
-from forklift.fitting.metrics import derivative
+from forklift.base.arrays import Floats
+from forklift.base.derivative import derivative
 from forklift.plant.forklift.phases import shut_current
-from forklift.plant.forklift.sensors import white_noise
 from forklift.plant.forklift.signals import FORKS_PER_SENSOR
-from forklift.plant.forklift.tables import LIFTS, Lift, commanded
+from forklift.recordings.channels import LIFTS, Lift, commanded
+from forklift.recordings.noise import white_noise
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.recording import Recording
 
-Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SPAN_S = 0.1

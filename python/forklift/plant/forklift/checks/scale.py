@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from forklift.base.errors import ForkliftError
+from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.finding import Finding, caution, fault
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.phases import shut_current
 from forklift.plant.forklift.simulate import simulate
-from forklift.plant.forklift.tables import LIFTS, Lift, amount, commanded
 from forklift.recordings import checks
-from forklift.recordings.channels import TIME, conversions, table
+from forklift.recordings.channels import LIFTS, TIME, Lift, commanded, conversions, table
 from forklift.recordings.formats.signals import Place
 
 if TYPE_CHECKING:

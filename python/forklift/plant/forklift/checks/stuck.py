@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.finding import Finding, fault, take_out
 from forklift.plant.forklift.signals import FORKS_PER_SENSOR
-from forklift.plant.forklift.tables import LIFTS, Lift, amount, channels, commanded
+from forklift.recordings.channels import LIFTS, Lift, channels, commanded
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck

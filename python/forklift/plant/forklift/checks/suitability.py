@@ -1,7 +1,7 @@
 """Whether a campaign can support a fit: asked before one, so that none is made of nonsense.
 
-What a fit cannot survive is an error, see `forklift.plant.forklift.checks`; what it survives, but whoever reads
-it must know, is a caution.
+What a fit cannot survive is an error, see `forklift.plant.forklift.checks`; what it survives, but whoever
+reads it must know, is a caution.
 """
 
 from __future__ import annotations
@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import Caution, faults, motion
 from forklift.plant.forklift.commands import steps_to_current
 from forklift.plant.forklift.phases import shut_current
-from forklift.plant.forklift.tables import LIFTS, Lift, amount, commanded
+from forklift.recordings.channels import LIFTS, Lift, commanded
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
@@ -71,8 +73,8 @@ def suitability(recordings: Sequence[Recording], truck: Truck) -> Suitability:
         ``"command-unanswered"``; ``"lifts-swapped"``; ``"pressure-implausible"``,
         ``"position-implausible"``, ``"temperature-implausible"``, ``"command-implausible"``,
         ``"clock-implausible"``, ``"height-contradicts-position"``; ``"samples-lost"``, ``"channel-jump"``,
-        ``"command-shifted"``; and those of `forklift.recordings.checks`. The fact ``files`` lists all recordings of
-        which the same is true.
+        ``"command-shifted"``; and those of `forklift.recordings.checks`. The fact ``files`` lists all
+        recordings of which the same is true.
     """
     if not any(found.role == "estimate" for found in recordings):
         raise ForkliftError(
@@ -168,7 +170,7 @@ def _unexcited(told: list[Recording], truck: Truck, lift: Lift) -> tuple[str, di
     return None
 
 
-def _held(told: Sequence[Recording], truck: Truck, lift: Lift) -> motion.Floats:
+def _held(told: Sequence[Recording], truck: Truck, lift: Lift) -> Floats:
     """The currents at which the valve is held open [A]; those passed through on the way do not count."""
     step = float(steps_to_current(np.array([1]))[0])
     found = []

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import motion, timing
 from forklift.plant.forklift.checks.finding import Finding, fault
 from forklift.plant.forklift.checks.scale import Pressures
 from forklift.plant.forklift.signals import FORKS_PER_SENSOR
-from forklift.plant.forklift.tables import LIFTS, Lift, amount, commanded
+from forklift.recordings.channels import LIFTS, Lift, commanded
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck

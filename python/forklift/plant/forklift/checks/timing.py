@@ -11,12 +11,13 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from forklift import _core
+from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.finding import Finding, caution, fault, take_out
-from forklift.plant.forklift.tables import Lift, amount, commanded
+from forklift.recordings.channels import Lift, commanded
 
 if TYPE_CHECKING:
-    from forklift.plant.forklift.checks.motion import Floats
+    from forklift.base.arrays import Floats
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.recording import Recording
 

@@ -1,7 +1,7 @@
 """The effects of the core's catalogue as they show themselves in recordings: one file each, and the list.
 
-The physics of an effect stands in Rust, in ``crates/hydro_core/src/effects``; see `forklift.plant.forklift.tables.parameters`
-for its parameters.
+The physics of an effect stands in Rust, in ``crates/hydro_core/src/effects``; see
+`forklift.plant.forklift.tables.parameters` for its parameters.
 """
 
 from __future__ import annotations

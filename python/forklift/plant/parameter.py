@@ -1,0 +1,79 @@
+"""An unknown number of a machine: its scale, prior and bounds.
+
+Every unknown is carried as a coordinate θ that is 0 at the value the fit starts from and 1 one standard
+deviation of the prior away, so that all are alike to the search:
+
+    f(value) = f(value₀) + s θ      f the identity, ln, ln ln (what stands in a logarithm) or ln cos (angles)
+
+The prior is Student's t with `DEGREES` degrees of freedom: it holds what recordings cannot tell, and its
+heavy tails let go of what they contradict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, log
+from typing import NamedTuple
+
+import numpy as np
+
+from forklift.base.arrays import Floats
+
+DEGREES = 4.0
+"""Degrees of freedom of the priors' Student t."""
+
+
+class Scale(NamedTuple):
+    """A scale on which a parameter is carried: to it, back, and the derivative of the way back."""
+
+    forth: Callable[[float], float]
+    back: Callable[[Floats], Floats]
+    slope: Callable[[Floats], Floats]
+    """Of the parameter along the scale, as a function of the parameter."""
+
+
+SCALES = {
+    "linear": Scale(lambda x: x, lambda s: s, np.ones_like),
+    "log": Scale(log, np.exp, lambda x: x),
+    "loglog": Scale(lambda x: log(log(x)), lambda s: np.exp(np.exp(s)), lambda x: x * np.log(x)),
+    "logcos": Scale(
+        lambda x: log(cos(x)), lambda s: np.arccos(np.exp(np.minimum(s, 0.0))), lambda x: -1.0 / np.tan(x)
+    ),
+}
+"""By the parameter table's word."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number to estimate, which may stand for several parameters of the truck that move together."""
+
+    names: tuple[str, ...]
+    """Full names as the core has them: ``"free.bulk.a_1"``, ``"free.valve.table_area.3"``."""
+    unit: str
+    scale: str
+    """A key of `SCALES`."""
+    start: tuple[float, ...]
+    """Values at θ = 0, one per name."""
+    width: float
+    """s: one standard deviation of the prior, on the scale."""
+    lower: float
+    """Least θ, from the parameter table's bounds."""
+    upper: float
+
+    @property
+    def name(self) -> str:
+        return self.names[0]
+
+    @cached_property
+    def _origin(self) -> Floats:
+        return np.array([SCALES[self.scale].forth(value) for value in self.start])
+
+    def values(self, theta: float) -> Floats:
+        """(names,) what the parameters are at θ."""
+        return SCALES[self.scale].back(self._origin + self.width * theta)
+
+    def slopes(self, theta: float) -> Floats:
+        """(names,) derivatives of `values` along θ."""
+        return self.width * SCALES[self.scale].slope(self.values(theta))
