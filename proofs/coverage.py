@@ -156,7 +156,7 @@ def one(number):
                 "estimate": estimate.value,
                 "lower": estimate.lower,
                 "upper": estimate.upper,
-                "told": estimate.told,
+                "told": estimate.identifiable,
                 "together": estimate.name in together,
                 "covers": bool(estimate.lower <= values[estimate.name] <= estimate.upper),
                 "deviation": estimate.deviation,

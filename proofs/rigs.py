@@ -16,7 +16,7 @@ import numpy as np
 
 import forklift
 from forklift.diagnosis.plant_diagnose import Number, PlantDiagnosis, numbers
-from forklift.diagnosis.refit import Bench
+from forklift.diagnosis.refit import Refitter
 from forklift.fitting.plant_problem import completed, pose
 from forklift.plant import Recording
 from forklift.plant.rigs import cascaded_tanks, pneumatic_seal
@@ -41,9 +41,9 @@ def refitted(found: PlantDiagnosis, recordings: Sequence[Recording]) -> list[Num
     """The parameters of the model that was found, fitted to the recordings held out alone."""
     everyone = pose(found.plant, [completed(found.plant, one) for one in recordings], found.sensors)
     held = everyone.over([one for one in everyone.samples if one.recording.role == "validate"])
-    bench = Bench(held, everyone, found.sensors, strict=True)
-    trial = bench.finish(bench.rough(found.final.suspects))
-    return [one for one in numbers(trial) if not one.name.endswith(".start")]
+    refitter = Refitter(held, everyone, found.sensors, strict=True)
+    refit = refitter.finish(refitter.rough(found.final.hypotheses))
+    return [one for one in numbers(refit) if not one.name.endswith(".start")]
 
 
 def seals(folder: Path) -> None:
@@ -53,14 +53,14 @@ def seals(folder: Path) -> None:
         sigma = float(np.median(list(pneumatic_seal.repeatability(recordings).values())))
         plant = pneumatic_seal.plant(sigma)
         found = forklift.diagnose_plant(plant, recordings, candidates=pneumatic_seal.candidates())
-        gone, left_out = (
+        gone, group_folds = (
             pneumatic_seal.gone(found, recordings),
             pneumatic_seal.gone_left_out(found, recordings, sigma),
         )
         print(f"{seal}: {found}")
         print(
             f"{seal}: of the variance above the repeatability {100 * gone:.0f} % is gone on the last 40 %, "
-            f"{100 * left_out:.0f} % at pressures left out\n"
+            f"{100 * group_folds:.0f} % at pressures left out\n"
         )
 
 

@@ -3,7 +3,7 @@
     python proofs/separability.py [free|main|both ...] [--scratch separability]
 
 Asks of each law at each amplitude: how well do the truck's own parameters imitate it, alone and with one
-other suspect? README.md beside this file says how. Writes `separable.json` beside this file.
+other hypothesis? README.md beside this file says how. Writes `separable.json` beside this file.
 """
 
 import argparse
@@ -115,7 +115,7 @@ def half_seconds(samples):
     return np.arange(samples.shape[1]) < (samples.sum(axis=1) // half * half)[:, None]
 
 
-class Bench:
+class Refitter:
     """The thesis's truck in one campaign: how its channels answer to everything that may be."""
 
     def __init__(self, lift):
@@ -188,40 +188,40 @@ def by_chi(one):
     return one[1]
 
 
-def answers(bench, name, scratch):
+def answers(refitter, name, scratch):
     """How the campaign answers to a law: at the three amplitudes, and at the least with other parameters."""
-    path = scratch / f"{bench.lift}-{name}.npz"
+    path = scratch / f"{refitter.lift}-{name}.npz"
     if path.exists():
         return dict(np.load(path))
     found = {}
-    curve = cost_curve(law_at(name, bench.lift, 1.0), most(name), bench.case, THESIS)
+    curve = cost_curve(law_at(name, refitter.lift, 1.0), most(name), refitter.case, THESIS)
     amplitudes = [at_cost(points, *curve)[0] for points in POINTS]
     for share in SHARES if "__" not in name and len(plausible(name)) > 1 else [0.5]:
-        law = law_at(name, bench.lift, 1.0, share)
+        law = law_at(name, refitter.lift, 1.0, share)
         key, unit = amplitude_of(law)
         asked = amplitudes if share == 0.5 else amplitudes[:1]
         conditions = [
             run.Condition(one.command, one.load_kg, one.temperature_degc, values={key: unit * amplitude})
             for amplitude in asked
-            for one in bench.given
+            for one in refitter.given
         ]
         made = run.simulate(THESIS, (law,), conditions, ROUGH)
-        count = len(bench.given)
+        count = len(refitter.given)
         for k, points in enumerate(POINTS[: len(asked)]):
             part = made[k * count : (k + 1) * count]
-            found[f"{share:g}@{points:g}"] = bench.change(part).astype(np.float32)
-            found[f"kept {share:g}@{points:g}"] = kept(bench.planned, part)
+            found[f"{share:g}@{points:g}"] = refitter.change(part).astype(np.float32)
+            found[f"kept {share:g}@{points:g}"] = kept(refitter.planned, part)
     found["amplitudes"] = np.array(amplitudes)
     np.savez(path, **found)
     return found
 
 
-def dull(bench):
-    """Answers to the dull suspects, by the word for each: lists of alternatives, each several columns."""
-    n = bench.kept.shape[1]
-    zero = np.zeros((len(bench.planned), len(NOISE), n))
+def dull(refitter):
+    """Answers to the dull hypotheses, by the word for each: lists of alternatives, each several columns."""
+    n = refitter.kept.shape[1]
+    zero = np.zeros((len(refitter.planned), len(NOISE), n))
     true = zero.copy()
-    for k, one in enumerate(bench.plain):
+    for k, one in enumerate(refitter.plain):
         true[k, :, : len(one.time_s)] = signals(one)
     slope = np.gradient(true, axis=2) / run.TICK_S * 0.01
     found = {word: [] for word in ("pressure_gain", "pressure_offset", "position_scale", "sensor_lag")}
@@ -238,8 +238,8 @@ def dull(bench):
         else:
             found["position_scale"].append(only(true[:, c] - true[:, c, :1]))
         found["sensor_lag"].append(only(slope[:, c]))
-    found["load_entered"] = [each(bench.loads * LOAD_KG)]
-    found["temperature_offset"] = [each(bench.own * TEMPERATURE_OFF_K)]
+    found["load_entered"] = [each(refitter.loads * LOAD_KG)]
+    found["temperature_offset"] = [each(refitter.own * TEMPERATURE_OFF_K)]
     return found
 
 
@@ -256,19 +256,19 @@ def each(answer):
 class Imitation:
     """What the truck's parameters, and what recordings have of their own, can imitate at these samples."""
 
-    def __init__(self, bench, samples, shared=None):
+    def __init__(self, refitter, samples, shared=None):
         """`shared`: slopes along the truck's parameters, if not those of the thesis's truck."""
-        self.bench, self.kept = bench, samples
-        self.samples = np.broadcast_to(samples[:, None], bench.own.shape)
+        self.refitter, self.kept = refitter, samples
+        self.samples = np.broadcast_to(samples[:, None], refitter.own.shape)
         self.starts = []
         # The forks rise by twice of what the main encoder tells.
         for position, height in ((0, 1.0), (1, 2.0)):
-            start = np.zeros_like(bench.own)
+            start = np.zeros_like(refitter.own)
             start[:, position] = START_M / list(NOISE.values())[position]
             start[:, 4] = START_M * height / HEIGHT_NOISE_M
             self.starts += each(start)
-        shared = bench.shared if shared is None else shared
-        own = [*each(bench.own * TEMPERATURE_K), *each(bench.warming * WARMING_K)]
+        shared = refitter.shared if shared is None else shared
+        own = [*each(refitter.own * TEMPERATURE_K), *each(refitter.warming * WARMING_K)]
         columns = [*shared, *own, *self.starts]
         A = np.array([column[self.samples] for column in columns]).T
         # Each column's prior is one: chi-square counts it like a sample.
@@ -290,13 +290,13 @@ class Imitation:
 
     def conditions(self, theta):
         """The plain recordings with the truck and the oil so moved."""
-        names = list(parameters(self.bench.lift))
+        names = list(parameters(self.refitter.lift))
         truck = moved(zip(names, theta[: len(names)], strict=True))
-        own = theta[len(names) :][: 2 * len(self.bench.given)].reshape(2, -1)
+        own = theta[len(names) :][: 2 * len(self.refitter.given)].reshape(2, -1)
         return [
             replace(one, trucks=truck, temperature_degc=one.temperature_degc + by, warming_k=until)
             for one, by, until in zip(
-                self.bench.given, TEMPERATURE_K * own[0], WARMING_K * own[1], strict=True
+                self.refitter.given, TEMPERATURE_K * own[0], WARMING_K * own[1], strict=True
             )
         ]
 
@@ -326,21 +326,21 @@ class Imitation:
         return float(rest @ rest + coefficients @ ridge @ coefficients)
 
 
-def fitted(bench, name, points, amplitude, scratch):
+def fitted(refitter, name, points, amplitude, scratch):
     """Where a fit of the diagnosis's own model to recordings of this law, read by sensors, ends."""
-    path = scratch / f"{bench.lift}-{name}-{points:g}.json"
+    path = scratch / f"{refitter.lift}-{name}-{points:g}.json"
     if not path.exists():
         with tempfile.TemporaryDirectory() as folder:
-            case = campaign.Case("", bench.lift, 1, (law_at(name, bench.lift, amplitude),))
-            campaign.record(case, Path(folder), bench.planned, THESIS)
+            case = campaign.Case("", refitter.lift, 1, (law_at(name, refitter.lift, amplitude),))
+            campaign.record(case, Path(folder), refitter.planned, THESIS)
             fit = forklift.fit(forklift.Campaign.read(folder), forklift.Truck.read("thesis"), starts=1)
-        write(path, json.dumps(list(found_at(bench.lift, fit.truck))))
+        write(path, json.dumps(list(found_at(refitter.lift, fit.truck))))
     return np.array(json.loads(path.read_text(encoding="utf-8")))
 
 
-def descended(bench, cases, changed, theta):
+def descended(refitter, cases, changed, theta):
     """Levenberg and Marquardt from each case's `theta`: where it ends, what is left, and its chi-square."""
-    count = len(bench.given)
+    count = len(refitter.given)
 
     def left_at(tried):
         tried = {case: np.clip(at, -MOST, MOST) for case, at in tried.items()}
@@ -349,7 +349,7 @@ def descended(bench, cases, changed, theta):
         for first in range(0, len(conditions), TOGETHER * count):
             made += run.simulate(THESIS, (), conditions[first : first + TOGETHER * count], ROUGH)
         for k, (case, at) in enumerate(tried.items()):
-            answer = bench.change(made[k * count : (k + 1) * count]) + cases[case].offsets(at)
+            answer = refitter.change(made[k * count : (k + 1) * count]) + cases[case].offsets(at)
             rest = changed[case] - answer
             yield case, (at, rest, cases[case].cost(rest, at))
 
@@ -365,7 +365,7 @@ def descended(bench, cases, changed, theta):
     return ends
 
 
-def imitated(bench, cases, changed, start):
+def imitated(refitter, cases, changed, start):
     """What each law's change leaves where the truck imitates it: linear, and by simulated trucks.
 
     These go by Levenberg and Marquardt from where `start` says a fit ended, with the slopes of the thesis's
@@ -379,7 +379,7 @@ def imitated(bench, cases, changed, start):
         return min(float(rest @ rest) for rest in left[case])
 
     def go_on(several, theta, fits):
-        ends = descended(bench, fits, changed, {case: theta[case] for case in several})
+        ends = descended(refitter, fits, changed, {case: theta[case] for case in several})
         for case, (at, rest, _) in ends.items():
             left[case].append(fits[case].rows(rest, at))
         return {case: at for case, (at, _, _) in ends.items()}
@@ -388,39 +388,39 @@ def imitated(bench, cases, changed, start):
     begun = {}
     for case in near:
         begun[case] = np.zeros(cases[case].r.shape[1])
-        begun[case][: len(bench.shared)] = start(*case)
+        begun[case][: len(refitter.shared)] = start(*case)
     ended = go_on(near, begun, cases)
     for case in near:
         if LIMIT <= least(case) < NEAR:
-            shared = bench.slopes(ended[case][: len(bench.shared)])
-            there = Imitation(bench, cases[case].kept, shared)
+            shared = refitter.slopes(ended[case][: len(refitter.shared)])
+            there = Imitation(refitter, cases[case].kept, shared)
             go_on([case], ended, {case: there})
     return left
 
 
 def groups(lift, scratch):
-    """Of each law at each amplitude: chi-square left by the truck alone, and with each other suspect."""
-    bench = Bench(lift)
+    """Of each law at each amplitude: chi-square left by the truck alone, and with each other hypothesis."""
+    refitter = Refitter(lift)
     names = [
         name
         for name in (*effects.CATALOGUE, *others.OTHERS)
         if lift != "both" or name.partition("__")[0] in BETWEEN_LIFTS
     ]
-    laws = {name: answers(bench, name, scratch) for name in names}
-    rivals = dull(bench)
+    laws = {name: answers(refitter, name, scratch) for name in names}
+    rivals = dull(refitter)
     cases, known = {}, {}
     for name, answer in laws.items():
         for points in POINTS:
-            samples = half_seconds(bench.kept & answer[f"kept 0.5@{points:g}"])
+            samples = half_seconds(refitter.kept & answer[f"kept 0.5@{points:g}"])
             key = samples.tobytes()
-            known[key] = cases[name, points] = known.get(key) or Imitation(bench, samples)
+            known[key] = cases[name, points] = known.get(key) or Imitation(refitter, samples)
 
     def start(name, points):
         amplitude = laws[name]["amplitudes"][POINTS.index(points)]
-        return fitted(bench, name, points, amplitude, scratch)
+        return fitted(refitter, name, points, amplitude, scratch)
 
     changed = {case: laws[case[0]][f"0.5@{case[1]:g}"] for case in cases}
-    targets = imitated(bench, cases, changed, start)
+    targets = imitated(refitter, cases, changed, start)
     told = {}
     for name, answer in laws.items():
         for points, amplitude in zip(POINTS, answer["amplitudes"], strict=True):

@@ -18,7 +18,7 @@ from unittest.mock import patch
 import forklift
 from forklift import Campaign, ForkliftError, Truck
 from forklift.diagnosis import engine, selection
-from forklift.diagnosis.hypotheses import suspects
+from forklift.diagnosis.hypotheses import hypotheses
 from forklift.diagnosis.locate import unknown_inputs
 
 forklifts = import_module("forklift.diagnose")  # the package's attribute of this name is the function
@@ -35,9 +35,9 @@ def without(step):
 
         if step == "location":
             put(engine, "unknown_inputs", in_any_order)
-            put(forklifts, "FreeSuspects", NoShapes)
+            put(forklifts, "FreeCurves", NoShapes)
         elif step == "rivals":
-            put(forklifts, "suspects", physics)
+            put(forklifts, "hypotheses", physics)
             put(selection, "FIRST", 1)
             put(selection, "FURTHER", 0)
             put(selection, "_rivals", lambda *_: [])
@@ -53,15 +53,15 @@ def seen(step, campaign):
 
 
 class NoShapes:
-    """Offers no suspects without a name."""
+    """Offers no hypotheses without a name."""
 
     def __init__(self, *_):
         pass
 
-    def __call__(self, trial):
+    def __call__(self, refit):
         return []
 
-    def beside(self, trial):
+    def beside(self, refit):
         return []
 
 
@@ -72,7 +72,7 @@ def in_any_order(*given):
 
 def physics(*given):
     """The catalogue alone."""
-    return tuple(one for one in suspects(*given) if one.kind == "physics")
+    return tuple(one for one in hypotheses(*given) if one.kind == "physics")
 
 
 def main():

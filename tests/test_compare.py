@@ -192,8 +192,8 @@ def test_a_prediction_is_the_model_without_noise_or_quantisation(tmp_path, compa
 
 def test_recordings_of_one_name_do_not_overwrite_each_other(tmp_path, campaign, thesis):
     first = campaign.recordings[0]
-    twin = Recording("free_1.mf4", "free", 800.0, "validate", first.time_s, first.channels)
-    out = compare(Campaign("twins", 50.0, (first, twin)), thesis).write(tmp_path / "out")
+    confounded = Recording("free_1.mf4", "free", 800.0, "validate", first.time_s, first.channels)
+    out = compare(Campaign("confounded", 50.0, (first, confounded)), thesis).write(tmp_path / "out")
     names = sorted(path.name for path in (out / "predictions/baseline").iterdir())
     assert names == ["free_1.csv.csv", "free_1.mf4.csv"]
 

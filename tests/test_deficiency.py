@@ -8,8 +8,8 @@ from scipy.stats import chi2, kstest
 
 from forklift.diagnosis.deficiency import autoregression, deficiency, holm, quadratic
 from forklift.diagnosis.misfit import band_names, shares
-from forklift.fitting.residuals import Judged, ljung_box
-from forklift.plant.forklift.covariates import regressors
+from forklift.fitting.residuals import ChannelResidual, ljung_box
+from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.phases import PHASES, of_recording, phases
 from test_diagnosis import diagnosed
 
@@ -20,7 +20,9 @@ FILES = tuple(f"r{k}" for k in range(5))
 def judged(left, channel="pressure", file="r0"):
     rows = np.arange(len(left))
     white = ljung_box(left)
-    return Judged(file, "validate", "free", channel, len(left), float(np.mean(left**2)), white, rows, left)
+    return ChannelResidual(
+        file, "validate", "free", channel, len(left), float(np.mean(left**2)), white, rows, left
+    )
 
 
 def command(random):
@@ -115,10 +117,10 @@ def test_holm_is_monotone_never_below_the_raw_values_and_right_in_a_worked_examp
     assert holm([]) == []
 
 
-def checked(found, trial):
-    sensors = {seen.sensor.channel: seen.sensor for seen in trial.found.problem.samples[0].observed}
-    columns = regressors(found.campaign.recordings, trial.judged, sensors)
-    return deficiency(trial.judged, columns, {name for name, one in sensors.items() if one.count})
+def checked(found, refit):
+    sensors = {seen.sensor.channel: seen.sensor for seen in refit.found.problem.samples[0].observed}
+    columns = covariates(found.campaign.recordings, refit.judged, sensors)
+    return deficiency(refit.judged, columns, {name for name, one in sensors.items() if one.count})
 
 
 def test_a_complete_truck_passes_and_a_truck_with_something_missing_fails():

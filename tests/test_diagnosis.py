@@ -24,7 +24,7 @@ def test_a_complete_truck_raises_no_alarm():
     assert (found.verdict, found.causes, found.location) == ("no-mismatch", (), None)
     assert found.final.worst.mean_square <= AT_NOISE
     assert found.sentence.startswith("No mismatch")
-    promised = [one.gain for one in found.screening.singles if one.suspects[0].kind == "physics"]
+    promised = [one.gain for one in found.screening.singles if one.hypotheses[0].kind == "physics"]
     assert max(promised) < 0.5 * ALARM["physics"]
 
 
@@ -47,7 +47,7 @@ def test_what_is_concealed_is_named_located_and_measured(name):
 
 @pytest.mark.parametrize("name", CONCEALED)
 def test_the_unknown_input_alone_points_to_the_equation(name):
-    """Without any suspect: the place comes first among all ports and sensors."""
+    """Without any hypothesis: the place comes first among all ports and sensors."""
     lift, equation, *_ = CONCEALED[name]
     places = {"friction": ("friction", "viscous_friction"), "cylinder-pressure": ("cylinder_flow",)}[equation]
     assert diagnosed(name).inputs[0].port in [f"{lift}.{place}" for place in places]
@@ -98,7 +98,7 @@ def test_resampled_recordings_decide_and_not_samples():
     from forklift.diagnosis.selection import credibility
 
     class Tried:
-        """A trial as far as credibility goes."""
+        """A refit as far as credibility goes."""
 
         def __init__(self, squares):
             self.squares = squares
@@ -115,9 +115,9 @@ def test_resampled_recordings_decide_and_not_samples():
 def test_where_every_channel_is_explained_only_what_promises_much_by_itself_is_asked_for():
     """A sensor's chance promise is not tried because an effect's is loud."""
     screening = diagnosed("null").screening
-    effect = next(one for one in screening.singles if one.suspects[0].kind == "physics")
-    sensor = next(one for one in screening.singles if one.suspects[0].kind == "sensor")
+    effect = next(one for one in screening.singles if one.hypotheses[0].kind == "physics")
+    sensor = next(one for one in screening.singles if one.hypotheses[0].kind == "sensor")
     assert alarming(screening, 1.0).singles == ()
     loud = replace(screening, singles=(replace(sensor, gain=24.0), replace(effect, gain=20.0)))
-    assert [one.suspects[0] for one in alarming(loud, 1.0).singles] == [effect.suspects[0]]
+    assert [one.hypotheses[0] for one in alarming(loud, 1.0).singles] == [effect.hypotheses[0]]
     assert alarming(loud, 10.0).singles == ()

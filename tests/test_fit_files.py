@@ -131,7 +131,8 @@ def test_the_speed_table_is_the_fitted_trucks(folder):
 def test_the_json_says_what_the_fit_says(null_fit, told):
     assert set(told) == {
         "schema", "forklift", "campaign", "start", "truck", "options", "command", "seconds", "evaluations",
-        "interrupted", "complete", "verdict", "parameters", "known_only_together", "untold", "correlation",
+        "interrupted", "complete", "verdict", "parameters", "known_only_together", "unidentifiable",
+        "correlation",
         "sensors", "judged", "starts", "profiles", "cautions", "validation", "fits", "speed_tables",
     }  # fmt: skip
     assert told == json.loads(json.dumps(null_fit.to_dict(), allow_nan=False))

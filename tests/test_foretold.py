@@ -1,4 +1,5 @@
-"""How well recordings foretell each other with a suspect and without, against dense normal distributions."""
+"""How well recordings foretell each other with a hypothesis and without, against dense normal
+distributions."""
 
 from __future__ import annotations
 
@@ -10,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.screening import _Base, _Column
 from forklift.fitting.interface import Problem
 
 SHARED, OWN = 3, 2
-NOBODY = cast(Suspect, None)
+NOBODY = cast(Hypothesis, None)
 
 
 def linear(seed: int, recordings: int, amplitude: float, *, own: bool):
@@ -74,14 +75,14 @@ def test_it_is_what_normal_distributions_say_of_each_recording_given_the_others(
         )
 
     want = given_others([column]) - given_others([])
-    assert abs(base.foretold([column]) - want) < 1e-6 * max(1.0, abs(want))
+    assert abs(base.loo_log_score([column]) - want) < 1e-6 * max(1.0, abs(want))
 
 
 def test_what_acts_alike_in_all_recordings_is_foretold_and_what_is_not_there_is_not():
     found = {
         amplitude: np.mean(
             [
-                base.foretold([column])
+                base.loo_log_score([column])
                 for base, column, *_ in (linear(seed, 8, amplitude, own=False) for seed in range(40))
             ]
         )
@@ -94,4 +95,4 @@ def test_what_acts_alike_in_all_recordings_is_foretold_and_what_is_not_there_is_
 def test_what_each_recording_has_of_its_own_no_other_foretells():
     # A column of each recording's own costs evidence where nothing is there.
     base, column, *_ = linear(3, 6, 0.0, own=True)
-    assert base.foretold([column]) < 0.0
+    assert base.loo_log_score([column]) < 0.0

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from forklift import ForkliftError, Truck, commands, simulate
-from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeShape, ports, variables
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve, ports, variables
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.unknowns import unknowns
 
 THESIS = Truck.read("thesis")
-WARMTH = FreeShape("free", "viscous_friction", "oil_temperature", -10.0, 80.0)
+WARMTH = FreeCurve("free", "viscous_friction", "oil_temperature", -10.0, 80.0)
 
 
 def lowered(truck, *, temperature=40.0, load_kg=800.0, lift="free"):
@@ -33,7 +33,7 @@ def test_through_a_law_of_the_catalogue_it_imitates_that_effect():
 
 def test_a_force_over_the_position_stands_in_the_pressure():
     at = np.linspace(0.5, 1.0, 30)
-    bump = FreeShape("free", "force", "position", 0.5, 1.0).through(
+    bump = FreeCurve("free", "force", "position", 0.5, 1.0).through(
         at, 800.0 * np.exp(-(((at - 0.75) / 0.1) ** 2))
     )
     plain, other = (lowered(truck) for truck in (THESIS, THESIS.with_values(bump.parameters())))
@@ -44,7 +44,7 @@ def test_a_force_over_the_position_stands_in_the_pressure():
 
 
 def test_a_shape_after_the_command_moved_is_gone_when_its_time_is_over():
-    late = FreeShape("main", "opening", "time_since_command", 0.0, 1.5)
+    late = FreeCurve("main", "opening", "time_since_command", 0.0, 1.5)
     late = late.through(np.linspace(0.0, 1.5, 30), 0.8 + 0.2 * np.linspace(0.0, 1.0, 30))
     plain, other = (lowered(truck, lift="main") for truck in (THESIS, THESIS.with_values(late.parameters())))
     speeds = [run["velocity_main_m_s"] for run in (plain, other)]
@@ -53,8 +53,8 @@ def test_a_shape_after_the_command_moved_is_gone_when_its_time_is_over():
 
 
 def test_a_lag_holds_a_shape_back():
-    force = FreeShape("free", "force", "command", 0.0, 0.7, 0.0, (-0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0))
-    slow = FreeShape("free", "force", "command", 0.0, 0.7, 0.5, force.coefficients)
+    force = FreeCurve("free", "force", "command", 0.0, 0.7, 0.0, (-0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0))
+    slow = FreeCurve("free", "force", "command", 0.0, 0.7, 0.5, force.coefficients)
     runs = [lowered(THESIS.with_values(shape.parameters())) for shape in (force, slow)]
     spots = [run["free.free_shape.spot"] for run in runs]
     opened = np.flatnonzero(spots[0] > 0.5)[0]
@@ -63,10 +63,10 @@ def test_a_lag_holds_a_shape_back():
 
 
 def test_a_truck_tells_the_shape_it_has():
-    shape = FreeShape("main", "force", "velocity", -0.4, 0.0, 0.1, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7))
+    shape = FreeCurve("main", "force", "velocity", -0.4, 0.0, 0.1, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7))
     truck = THESIS.with_values(shape.parameters())
-    assert FreeShape.of(truck, "main") == shape
-    assert FreeShape.of(truck, "free") is None
+    assert FreeCurve.of(truck, "main") == shape
+    assert FreeCurve.of(truck, "free") is None
     at, values = shape.curve()
     assert (at[0], at[-1]) == (-0.4, 0.0)
     # Even coefficients are a straight line: 0.2 to 0.6 of the 2 kN that are typical.
@@ -80,7 +80,7 @@ def test_a_truck_tells_the_shape_it_has():
 
 
 def test_beyond_its_range_a_shape_is_what_it_is_at_the_end():
-    shape = FreeShape("free", "friction", "position", 0.0, 1.0, 0.0, (0.0, 0.3, -0.2, 0.5, 0.1, 0.4, 1.0))
+    shape = FreeCurve("free", "friction", "position", 0.0, 1.0, 0.0, (0.0, 0.3, -0.2, 0.5, 0.1, 0.4, 1.0))
     np.testing.assert_allclose(shape.at([-1.0, 2.0]), shape.at([0.0, 1.0]))
     assert shape.unit == "1"
 
@@ -101,9 +101,9 @@ def test_a_fit_moves_the_curve_and_its_lag_and_leaves_the_choices():
 def test_every_port_and_variable_can_be_chosen():
     for port in ports():
         for variable in variables():
-            shape = FreeShape("free", port, variable, 0.0, 1.0)
+            shape = FreeCurve("free", port, variable, 0.0, 1.0)
             truck = THESIS.with_values(shape.parameters())
-            assert FreeShape.of(truck, "free") == shape
+            assert FreeCurve.of(truck, "free") == shape
     spec = parameters()
     assert spec["free.free_shape.port"]["upper"] == len(ports()) - 1
     assert spec["free.free_shape.variable"]["upper"] == len(variables()) - 1
@@ -121,5 +121,5 @@ def test_every_port_and_variable_can_be_chosen():
 def test_what_is_no_shape_is_refused(changes, message):
     given = {"lift": "free", "port": "force", "variable": "position", "lower": 0.0, "upper": 1.0} | changes
     with pytest.raises(ForkliftError, match=message) as caught:
-        FreeShape(**given)
+        FreeCurve(**given)
     assert caught.value.code == "argument-invalid"

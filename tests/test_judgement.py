@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forklift.fitting.problem import Linearised
-from forklift.fitting.residuals import Judged, settled
+from forklift.fitting.residuals import ChannelResidual, settled
 from forklift.recordings.noise import Sensor
 
 
@@ -41,7 +41,7 @@ class Bent:
     def at(self, theta):
         return np.zeros(len(self.truth))
 
-    def own(self, x, k):
+    def nuisance(self, x, k):
         return x[k : k + 1]
 
     def bounds(self):
@@ -81,7 +81,7 @@ def drawn(correlation, size):
     sensor = Sensor("pressure", 1.0, 0.0, correlation, 0.1 if correlation else 0.0)
     off = size * np.sqrt(1.0 + sensor.unsure * random.standard_normal(4000))
     return [
-        Judged(
+        ChannelResidual(
             "", "validate", "", "pressure", 600, float(np.mean(left**2)), None, np.arange(600), left,
             sensor.independent, sensor.unsure,
         )

@@ -39,7 +39,7 @@ def test_a_linear_problem_with_gaussian_noise_has_exactly_its_covariance():
         )
     assert known.correlation == pytest.approx(exact / np.outer(deviation, deviation) * width**2)
     assert not known.groups
-    assert not known.untold
+    assert not known.unidentifiable
 
 
 def test_the_deviation_alone_is_the_one_if_all_others_were_known():
@@ -74,15 +74,15 @@ def test_two_parameters_that_enter_only_as_a_product_are_known_only_together():
     assert [set(group.names) for group in known.groups] == [{"ln a", "ln b"}]
     assert known.groups[0].by[0] == pytest.approx(-known.groups[0].by[1], rel=1e-2)
     assert abs(known.groups[0].by[0]) > 0.01
-    assert known.estimates[2].told
-    assert not known.estimates[0].told
-    assert not known.untold
+    assert known.estimates[2].identifiable
+    assert not known.estimates[0].identifiable
+    assert not known.unidentifiable
 
 
 def test_what_changes_nothing_is_untold_and_in_no_group():
     matrix = np.column_stack([np.ones(200), np.zeros(200)])
     known = knowledge(analytic.linear(np.zeros(200), matrix, ["told", "never"], SIGMA), np.zeros(2))
-    assert known.untold == ("never",)
+    assert known.unidentifiable == ("never",)
     assert not known.groups
     assert known.estimates[1].deviation == pytest.approx(PRIOR**-0.5)
 

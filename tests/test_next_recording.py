@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 from forklift import Command, Truck, simulate
 from forklift.app.main import app
 from forklift.diagnosis import next_recording as engine
-from forklift.diagnosis.hypotheses import suspects
+from forklift.diagnosis.hypotheses import hypotheses
 from forklift.diagnosis.hypothesis import carry
 from forklift.diagnosis.next_recording import PARTS, part, tell
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.refit import Refit
 from forklift.fitting.intervals import knowledge
 from forklift.plant.forklift.candidates import (
     MARGIN_M,
@@ -30,13 +30,13 @@ from forklift.recordings.channels import commanded
 
 @pytest.fixture(scope="module")
 def complete(null_fit):
-    """The campaign without a mismatch, as a trial."""
-    return Trial((), null_fit.found, null_fit.knowledge, null_fit.judged, (0.0, 0.0), True, null_fit.found)
+    """The campaign without a mismatch, as a refit."""
+    return Refit((), null_fit.found, null_fit.knowledge, null_fit.judged, (0.0, 0.0), True, null_fit.found)
 
 
 @pytest.fixture(scope="module")
 def asked(null_fit):
-    return {one.label: one for one in suspects(["free"], list(null_fit.sensors), {})}
+    return {one.label: one for one in hypotheses(["free"], list(null_fit.sensors), {})}
 
 
 @pytest.fixture(scope="module")
@@ -44,19 +44,19 @@ def possible(complete, null_fit):
     return candidates(null_fit.campaign.recordings, [null_fit.truck], null_fit.sensors)
 
 
-def rival(trial, suspect, amplitude):
-    """The trial with a suspect of some amplitude, in deviations of its prior, and all else as it was."""
-    problem = suspect.add(trial.found.problem)
-    x = carry(trial.found.x, trial.found.problem, problem)
-    x[[unknown.name for unknown in problem.unknowns].index(suspect.amplitude)] = amplitude
-    return Trial(
-        (suspect,),
-        replace(trial.found, x=x, problem=problem),
+def rival(refit, hypothesis, amplitude):
+    """The refit with a hypothesis of some amplitude, in deviations of its prior, and all else as it was."""
+    problem = hypothesis.add(refit.found.problem)
+    x = carry(refit.found.x, refit.found.problem, problem)
+    x[[unknown.name for unknown in problem.unknowns].index(hypothesis.amplitude)] = amplitude
+    return Refit(
+        (hypothesis,),
+        replace(refit.found, x=x, problem=problem),
         knowledge(problem, x),
-        trial.judged,
+        refit.judged,
         (0.0, 0.0),
         True,
-        trial.found,
+        refit.found,
     )
 
 
@@ -124,17 +124,17 @@ def test_recordings_of_cold_oil_only_ask_for_warm_oil(complete, null_fit, asked)
         if np.nanmean(seen.recording["oil_temperature_degc"]) < 25.0
     ]
     x = np.concatenate(
-        [complete.found.x[: len(problem.unknowns)], *(problem.own(complete.found.x, k) for k in cold)]
+        [complete.found.x[: len(problem.unknowns)], *(problem.nuisance(complete.found.x, k) for k in cold)]
     )
     problem = replace(problem, samples=tuple(problem.samples[k] for k in cold))
-    trial = replace(
+    refit = replace(
         complete,
         found=replace(complete.found, x=x, problem=problem),
         knowledge=knowledge(problem, x),
     )
     recordings = [seen.recording for seen in problem.samples]
     possible = candidates(recordings, [null_fit.truck], null_fit.sensors)
-    found = next_recording(tell(trial, asked["free.friction_temperature"], possible))
+    found = next_recording(tell(refit, asked["free.friction_temperature"], possible))
     assert found is not None
     assert found.oil_temperature_degc == 65.0
     again = elsewhere(recordings, "oil_temperature_degc", "free")

@@ -18,7 +18,7 @@ from forklift.report import words
 from forklift.report.of_plant import plant_page
 from forklift.report.plant.words import at
 from pages import FETCHING, ROOMY_BYTES, Text, drawn
-from test_machines import OF_A_MACHINE
+from test_house import OF_A_MACHINE
 
 OF_A_FORKLIFT = re.compile(r"truck|\blift|mast|valve|velocity|forks", re.IGNORECASE)
 SECTIONS = ["Evidence", "Doubts", "Next steps", "Provenance"]
@@ -74,6 +74,7 @@ def folder(bent, tmp_path_factory):
 ROOT = Path(__file__).parents[1] / "python" / "forklift"
 OF_ANY_PLANT = [
     *sorted((ROOT / "plant").glob("*.py")),
+    *sorted((ROOT / "diagnosis").glob("plant_*.py")),
     *sorted((ROOT / "report" / "plant").glob("*.py")),
     *(ROOT / "report" / f"{name}.py" for name in ("curves", "of_plant", "rivals")),
 ]
@@ -122,7 +123,7 @@ def test_the_verdict_comes_first_and_then_the_short_answers(bent, told, said):
         f"bend.c = {value} 1/V (95 % interval {lower} to {upper})",
         "Where? At law, a law",
         "How sure is that?",
-        f"Of {len(told['suspects'])} suspects considered",
+        f"Of {len(told['hypotheses'])} hypotheses considered",
         "How much better does the model get? Error of y",
         "What could it be instead?",
         "What to record next?",
@@ -177,7 +178,7 @@ def test_what_is_asked_for_the_law_and_the_rivals_are_drawn(bent, page, said):
     law = next(block for block in drawn(page) if block["title"] == "The law that was found")
     dots = law["panels"][0]["data"][0]
     np.testing.assert_allclose(dots["y"], bent.numbers[-1].value * np.square(dots["x"]), rtol=1e-3, atol=1e-3)
-    assert words.number(bent.baseline.left_over) in said.of("b")
+    assert words.number(bent.baseline.reduced_chi2) in said.of("b")
     assert any("Source: a book." in item for item in said.of("li"))
 
 

@@ -57,7 +57,7 @@ def uncompressed(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarra
     for k, at in enumerate(problem.linearise(x)):
         for channel in at.residual:
             rows = np.zeros((len(at.residual[channel]), len(x)))
-            rows[:, problem.place(k)] = at.jacobian[channel]
+            rows[:, problem.columns(k)] = at.jacobian[channel]
             residual.append(at.residual[channel])
             jacobian.append(rows)
     return np.concatenate(residual), np.vstack(jacobian)

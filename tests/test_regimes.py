@@ -8,7 +8,7 @@ import pytest
 
 from forklift import Truck, commands, simulate
 from forklift.app.demo import measured
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.regimes import AGREE, Split, regimes
 from forklift.fitting.intervals import knowledge
 from forklift.fitting.residuals import judge
@@ -24,7 +24,7 @@ VOLUME = "free.cylinder.V_0"
 
 
 def fitted(warmer):
-    """A trial on recordings of the thesis's truck, whose values are `warmer` where the oil is warm."""
+    """A refit on recordings of the thesis's truck, whose values are `warmer` where the oil is warm."""
     thesis = Truck.read("thesis")
     recordings = []
     for stream, (load, degc) in enumerate(PLAN):
@@ -45,7 +45,7 @@ def fitted(warmer):
     known = knowledge(found.problem, found.x)
     theta = found.x[: len(problem.unknowns)]
     seen = tuple(judge(found.problem, theta, known.covariance, every))
-    return Trial((), found, known, seen, (0.0, 0.0), True, found)
+    return Refit((), found, known, seen, (0.0, 0.0), True, found)
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +58,8 @@ def two():
     return fitted({VOLUME: 1.1 * Truck.read("thesis").values[VOLUME]})
 
 
-def parted(trial):
-    return splits([seen.recording for seen in trial.found.problem.samples], trial.found.problem.truck)
+def parted(refit):
+    return splits([seen.recording for seen in refit.found.problem.samples], refit.found.problem.truck)
 
 
 def test_a_truck_that_is_one_agrees_with_itself(one):

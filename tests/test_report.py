@@ -64,7 +64,7 @@ def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(told
             for one in told["errors"]
             for name, unit, scale in [words.fine(one["channel"], one["unit"])]
         ),
-        f"{len(told['suspects'])} suspects considered",
+        f"{len(told['hypotheses'])} hypotheses considered",
         words.number(told["left_over"]["worst_before"]),
         words.number(told["left_over"]["worst_after"]),
         "What could it be instead?",
@@ -83,7 +83,7 @@ def test_every_number_of_the_tables_is_the_jsons(told, said):
     for one in told["unknown_inputs"]:
         place = words.place(one["port"])[0]
         assert (place, f"{one['ln_evidence']:.0f}", mean_square(one["left_over"])) in rows
-    for one in told["suspects"]:
+    for one in told["hypotheses"]:
         promised = "—" if one["promised"] is None else words.number(one["promised"])
         name = words.capital(words.at(one["name"], one["where"]))
         fates = [row[3] for row in rows if len(row) == 4 and (row[0], row[2]) == (name, promised)]
@@ -269,13 +269,13 @@ def test_nothing_from_a_file_reaches_the_page_unescaped(leak):
         )
         for when, side in (("before", leak.before), ("after", leak.after))
     }
-    trials = {
+    refits = {
         when: replace(
-            trial, judged=tuple(replace(one, file=files.get(one.file, one.file)) for one in trial.judged)
+            refit, judged=tuple(replace(one, file=files.get(one.file, one.file)) for one in refit.judged)
         )
-        for when, trial in (("baseline", leak.baseline), ("final", leak.final))
+        for when, refit in (("baseline", leak.baseline), ("final", leak.final))
     }
-    other = replace(leak, campaign=campaign, **sides, selection=replace(leak.selection, **trials))
+    other = replace(leak, campaign=campaign, **sides, selection=replace(leak.selection, **refits))
     page = diagnosis_page(other)
     assert "alert(1)" in page
     assert "<script>alert" not in page
@@ -311,14 +311,16 @@ def test_every_equation_and_every_effect_has_words():
     assert set(words.EQUATIONS) == set(get_args(Equation))
     for effect in EFFECTS:
         named = {name for _, name, _, _ in Formatter().parse(effect.sentence) if name} - {"lift"}
-        suspect = replace(diagnosed("leak").causes[0].suspect, id=effect.id, name=effect.name, where="main")
+        hypothesis = replace(
+            diagnosed("leak").causes[0].hypothesis, id=effect.id, name=effect.name, where="main"
+        )
         rows = [{"name": f"main.{effect.id}.{name}", "value": 0.0123, "unit": "1/K"} for name in named]
-        text = words.sentence(suspect, rows)
+        text = words.sentence(hypothesis, rows)
         assert "{" not in text
         assert "degC" not in text
         if named:
             assert "0.0123 1/K" in text
-        assert text == words.sentence(suspect, rows)
+        assert text == words.sentence(hypothesis, rows)
 
 
 @pytest.mark.parametrize(
@@ -366,7 +368,7 @@ def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(l
         next_why="pseudo-random steps: the recording parts them",
     )
     page = diagnosis_page(other)
-    said, name = Text(page), words.suspect(rival)
+    said, name = Text(page), words.hypothesis(rival)
     assert f"Not sure: it cannot be told from “{name}”" in said.of("strong")
     assert f"{words.capital(name)}: these recordings cannot tell." in said.of("strong")
     assert "The main lift, 800 kg, oil at 40 °C" in said.of("strong")
@@ -385,7 +387,7 @@ def test_recordings_in_which_nothing_moves_are_no_good_news(leak):
     said = Text(diagnosis_page(still))
     assert said.of("strong")[:3] == [
         "It cannot be told.",
-        f"Any of {len(still.to_dict()['untestable'])} suspects, or nothing",
+        f"Any of {len(still.to_dict()['untestable'])} hypotheses, or nothing",
         "Lowerings that move a lift.",
     ]
     assert "No valve opens." in said.of("p")
@@ -394,9 +396,9 @@ def test_recordings_in_which_nothing_moves_are_no_good_news(leak):
 def test_a_sensors_fault_is_not_told_as_a_gain_in_the_velocity(leak):
     (cause,) = leak.causes
     sensor = replace(
-        cause.suspect, kind="sensor", id="pressure_gain", where="pressure_main_pa", name="its gain is off"
+        cause.hypothesis, kind="sensor", id="pressure_gain", where="pressure_main_pa", name="its gain is off"
     )
-    other = replace(leak, causes=(replace(cause, suspect=sensor),))
+    other = replace(leak, causes=(replace(cause, hypothesis=sensor),))
     left = other.to_dict()["left_over"]
     said = Text(diagnosis_page(other))
     change = f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}"

@@ -1,4 +1,5 @@
-"""All suspects at once are what each is alone: what is quiet has no say in how a model answers the others."""
+"""All hypotheses at once are what each is alone: what is quiet has no say in how a model answers the
+others."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis.hypotheses import suspects
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.hypotheses import hypotheses
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.screening import Screening, screen
 from forklift.plant.forklift.problem import Problem
 from test_problem import problem, somewhere
@@ -21,9 +22,9 @@ ROUNDED = 1e-6
 
 
 @cache
-def every() -> tuple[Suspect, ...]:
+def every() -> tuple[Hypothesis, ...]:
     measured = [seen.sensor.channel for seen in problem().samples[0].observed]
-    return suspects(["free"], measured, TRAVELLED)
+    return hypotheses(["free"], measured, TRAVELLED)
 
 
 @cache
@@ -31,8 +32,8 @@ def together() -> Screening:
     return screen(problem(), somewhere(0), every())
 
 
-def gains(screening: Screening) -> dict[Suspect, float]:
-    return {one.suspects[0]: one.gain for one in screening.ranked}
+def gains(screening: Screening) -> dict[Hypothesis, float]:
+    return {one.hypotheses[0]: one.gain for one in screening.ranked}
 
 
 @pytest.fixture
@@ -58,11 +59,11 @@ def test_a_suspect_promises_beside_all_others_what_it_promises_alone(k):
 
 def test_what_these_recordings_cannot_tell_is_not_lost():
     tried = {one.label for one in every()}
-    told = {one.suspects[0].label for one in together().singles}
-    untold = {one.label for one in together().untestable}
-    assert told | untold == tried
-    assert not told & untold
-    assert "free.end_cushion" in untold  # the lift stays away from its end
+    told = {one.hypotheses[0].label for one in together().singles}
+    unidentifiable = {one.label for one in together().untestable}
+    assert told | unidentifiable == tried
+    assert not told & unidentifiable
+    assert "free.end_cushion" in unidentifiable  # the lift stays away from its end
 
 
 def test_suspects_share_runs_unless_they_share_unknowns(runs):

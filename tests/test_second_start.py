@@ -7,40 +7,40 @@ from typing import cast
 
 import pytest
 
-from forklift.diagnosis.refit import Bench, Trial
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.selection import NEARLY, _to_the_end
 
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A trial as far as this decision needs it."""
+    """A refit as far as this decision needs it."""
 
     excess: float
     squares: float = 100.0
     complete: bool = False
-    suspects: tuple[str, ...] = ("coupling",)
+    hypotheses: tuple[str, ...] = ("coupling",)
 
 
 @dataclass
 class Starts:
-    """A bench whose trials end where they are said to, from either start."""
+    """A refitter whose refits end where they are said to, from either start."""
 
     warm: Tried
     cold: Tried
     asked: list[str] = field(default_factory=list)
 
-    def finish(self, trial: Trial) -> Trial:
-        return cast(Trial, self.warm)
+    def finish(self, refit: Refit) -> Refit:
+        return cast(Refit, self.warm)
 
-    def afresh(self, trial: Trial) -> Trial:
+    def afresh(self, refit: Refit) -> Refit:
         self.asked.append("start machine")
-        return cast(Trial, self.cold)
+        return cast(Refit, self.cold)
 
 
-def ended(warm: Tried, cold: Tried) -> tuple[Trial, list[str]]:
-    bench, before = Starts(warm, cold), Tried(excess=1e6)
-    found = _to_the_end(cast(Bench, bench), cast(Trial, before), cast(Trial, warm))
-    return found, bench.asked
+def ended(warm: Tried, cold: Tried) -> tuple[Refit, list[str]]:
+    refitter, before = Starts(warm, cold), Tried(excess=1e6)
+    found = _to_the_end(cast(Refitter, refitter), cast(Refit, before), cast(Refit, warm))
+    return found, refitter.asked
 
 
 def test_a_search_that_ended_beside_the_place_is_begun_again():

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from forklift.diagnosis.refit import LESS, TWICE, Bench, Trial
+from forklift.diagnosis.refit import LESS, TWICE, Refit, Refitter
 
 NOISE = 0.5
 WORST = 1.3
@@ -44,26 +44,26 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Judging(Bench):
-    """A bench that notes with how many substeps it judges, and finds nothing better."""
+class Judging(Refitter):
+    """A refitter that notes with how many substeps it judges, and finds nothing better."""
 
     judged_with: list[int] = field(default_factory=list)
 
-    def _judged(self, suspects: Any, found: Any, costs: Any, **how: Any) -> Trial:
+    def _judged(self, hypotheses: Any, found: Any, costs: Any, **how: Any) -> Refit:
         self.judged_with.append(found.problem.substeps)
         return ended(found.problem)
 
 
-def ended(problem: Said) -> Trial:
+def ended(problem: Said) -> Refit:
     worst = SimpleNamespace(mean_square=WORST)
-    parts = dict(suspects=(), found=Found(problem), costs=(0.0, 0.0), early=None, worst=worst)
-    return cast(Trial, SimpleNamespace(**parts))
+    parts = dict(hypotheses=(), found=Found(problem), costs=(0.0, 0.0), early=None, worst=worst)
+    return cast(Refit, SimpleNamespace(**parts))
 
 
 @pytest.mark.parametrize(("moved", "judged"), [(0.99 * ENOUGH, []), (1.01 * ENOUGH, [32])])
 def test_shorter_substeps_are_judged_where_they_could_matter(moved, judged):
     sensors: Any = {"pressure": SimpleNamespace(noise=NOISE)}
-    bench = Judging(cast(Any, None), cast(Any, None), sensors)
-    trial = ended(Said(moved=moved))
-    assert bench._finer(trial) is trial
-    assert bench.judged_with == judged
+    refitter = Judging(cast(Any, None), cast(Any, None), sensors)
+    refit = ended(Said(moved=moved))
+    assert refitter._finer(refit) is refit
+    assert refitter.judged_with == judged

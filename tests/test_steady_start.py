@@ -122,8 +122,8 @@ def test_slopes_follow_the_start(effects):
     start = pose(plant, recordings, sensors(plant, recordings)).weighted({"y": 1.0})
     problem = start
     for effect in effects:
-        (suspect,) = of_effect(plant, effect)
-        problem = suspect.add(problem)
+        (hypothesis,) = of_effect(plant, effect)
+        problem = hypothesis.add(problem)
     x = carry(np.array([0.3, -0.2]), start, problem)
     x[2:] = 0.4
     assert len(x) == 2 + sum(len(effect.params) for effect in effects)

@@ -40,7 +40,7 @@ def test_a_pressure_sensor_whose_gain_is_off_is_named():
     found = diagnosed(spoil)
     assert found.verdict == "sensor-fault"
     (cause,) = found.causes
-    assert cause.suspect.label == "pressure_free_pa.pressure_gain"
+    assert cause.hypothesis.label == "pressure_free_pa.pressure_gain"
     assert cause.form == "complete"
     assert found.location
     assert found.location.signal == "pressure_free_pa"
@@ -48,7 +48,7 @@ def test_a_pressure_sensor_whose_gain_is_off_is_named():
 
 def test_a_load_that_was_entered_too_low_is_named():
     found = diagnosed(lambda recording, _: max(recording.load_kg - 120.0, 0.0))
-    assert (found.verdict, [cause.suspect.id for cause in found.causes]) == (
+    assert (found.verdict, [cause.hypothesis.id for cause in found.causes]) == (
         "parameter-error",
         ["load_entered"],
     )
@@ -62,7 +62,7 @@ def test_two_seconds_of_a_stuck_sensor_are_taken_out_and_named(channel):
 
     found = diagnosed(spoil)
     assert found.verdict == "sensor-fault"
-    assert [cause.suspect.label for cause in found.causes] == [f"{channel}.sensor_stuck"]
+    assert [cause.hypothesis.label for cause in found.causes] == [f"{channel}.sensor_stuck"]
     assert found.location
     assert "free_prms1_800kg_20c.csv" in found.location.region
     assert found.final.complete
@@ -75,7 +75,7 @@ def test_an_encoder_that_loses_counts_is_taken_out_from_there_on_and_named():
 
     found = diagnosed(spoil)
     assert found.verdict == "sensor-fault"
-    assert [cause.suspect.label for cause in found.causes] == ["position_free_m.sensor_slip"]
+    assert [cause.hypothesis.label for cause in found.causes] == ["position_free_m.sensor_slip"]
     assert "slips in free_prms1_800kg_20c.csv at 5.00 s" in found.sentence
     assert found.final.complete
 
@@ -88,7 +88,7 @@ def test_all_signals_late_and_a_dead_time_cannot_be_parted():
 
     found = diagnosed(spoil)
     first = found.causes[0]
-    assert first.suspect.id == "valve_delay"
+    assert first.hypothesis.id == "valve_delay"
     assert first.form == "complete"
     assert "sensor_lag" in [one.id for one in first.not_separable_from]
     (row,) = found.to_dict()["causes"][0]["parameters"]
@@ -114,7 +114,7 @@ def test_recordings_that_excite_nothing_tell_nothing_of_any_effect():
 
     found = diagnosed(spoil, lambda recording: "prms" in recording.file)
     assert (found.verdict, found.causes) == ("no-mismatch", ())
-    untestable = {suspect.id for suspect in found.untestable}
+    untestable = {hypothesis.id for hypothesis in found.untestable}
     assert {"leakage", "friction_temperature", "valve_delay", "entrained_air", "load_entered"} <= untestable
     assert "nothing be told of any effect" in found.sentence
 

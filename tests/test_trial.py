@@ -1,4 +1,4 @@
-"""What a trial hands on to the questions that are asked of all recordings."""
+"""What a refit hands on to the questions that are asked of all recordings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import analytic
-from forklift.diagnosis.refit import OVER_ALL, Bench
+from forklift.diagnosis.refit import OVER_ALL, Refitter
 
 
 @pytest.mark.parametrize("needed", [4, OVER_ALL.substeps, 32])
@@ -16,6 +16,6 @@ def test_all_recordings_are_fitted_with_no_longer_substeps_than_a_trial_needed(n
     unknowns = [analytic.unknown(name) for name in ("p0", "p1")]
     problem = analytic.problem(np.array([0.3, -0.2]), unknowns, lambda p: p, lambda p: np.eye(2), 0.01)
     told = problem.weighted(problem.sigma, needed)
-    trial = SimpleNamespace(suspects=(), found=SimpleNamespace(problem=told, x=np.zeros(told.starts[-1])))
-    found = Bench(problem, problem, analytic.sensors(problem)).everywhere(trial)
+    refit = SimpleNamespace(hypotheses=(), found=SimpleNamespace(problem=told, x=np.zeros(told.starts[-1])))
+    found = Refitter(problem, problem, analytic.sensors(problem)).everywhere(refit)
     assert found.problem.substeps == max(needed, OVER_ALL.substeps)

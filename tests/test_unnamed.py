@@ -1,4 +1,4 @@
-"""For what suspects without a name are asked: never beside names that explain everything together."""
+"""For what hypotheses without a name are asked: never beside names that explain everything together."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import cast
 
 import pytest
 
-from forklift.diagnosis.refit import Bench, Trial
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.selection import General, _unnamed
 
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A trial as far as this decision needs it."""
+    """A refit as far as this decision needs it."""
 
-    suspects: tuple[str, ...]
+    hypotheses: tuple[str, ...]
     complete: bool = False
 
 
@@ -39,11 +39,13 @@ LEAK_IS_ALL, BOTH_ARE_ALL = Tried(("leak",), complete=True), Tried(("leak", "del
 def test_who_is_asked_for_beside_whom(accepted, asked_beside):
     asked = []
 
-    def general(trial):
-        asked.append(trial)
+    def general(refit):
+        asked.append(refit)
         return []
 
-    named = [cast(Trial, trial) for trial in accepted]
-    best = named[-1] if named else cast(Trial, NOTHING)
-    _unnamed(cast(Bench, None), cast(Trial, NOTHING), named, best, lambda said: None, cast(General, general))
+    named = [cast(Refit, refit) for refit in accepted]
+    best = named[-1] if named else cast(Refit, NOTHING)
+    _unnamed(
+        cast(Refitter, None), cast(Refit, NOTHING), named, best, lambda said: None, cast(General, general)
+    )
     assert asked == asked_beside

@@ -183,12 +183,12 @@ def test_an_amplitude_costs_what_is_asked():
 
 
 def test_an_imitation_leaves_what_is_orthogonal_and_pays_for_priors():
-    class Bench:
+    class Refitter:
         own = warming = np.zeros((1, 5, 4))
         shared = np.array([np.eye(20)[0].reshape(1, 5, 4) * 10.0])
 
-    Bench.planned = [None]
-    fit = separability.Imitation(Bench, np.ones((1, 4), bool))
+    Refitter.planned = [None]
+    fit = separability.Imitation(Refitter, np.ones((1, 4), bool))
     along = np.zeros((1, 5, 4))
     along[0, 0, 0] = 10.0
     assert fit.left(fit.rows(along)) == pytest.approx(1.0, rel=0.02)  # one standard deviation
@@ -224,7 +224,7 @@ def found_alone(found, lift, effect, amplitude, concealed):
     """Hardly a channel shows anything, and what is missing is still found."""
     assert found.baseline.slight
     assert found.verdict == "missing-physics"
-    assert [(one.suspect.label, one.form) for one in found.causes] == [(f"{lift}.{effect}", "complete")]
+    assert [(one.hypothesis.label, one.form) for one in found.causes] == [(f"{lift}.{effect}", "complete")]
     told = next(one for one in found.to_dict()["causes"][0]["parameters"] if one["name"].endswith(amplitude))
     assert told["lower"] <= concealed <= told["upper"]
 
@@ -244,9 +244,9 @@ def test_all_recordings_together_show_what_those_that_were_fitted_do_not(slight)
     _, _, found = slight
     assert found.baseline.complete
     (cause,) = found.causes
-    (everywhere,) = (one for one in found.screening.singles if one.suspects == (cause.suspect,))
+    (everywhere,) = (one for one in found.screening.singles if one.hypotheses == (cause.hypothesis,))
     fitted = found.baseline.found
-    (there,) = screen(fitted.problem, fitted.x, [cause.suspect]).singles
+    (there,) = screen(fitted.problem, fitted.x, [cause.hypothesis]).singles
     assert there.gain < ALARM["physics"] < 0.5 * everywhere.gain
 
 
@@ -255,7 +255,7 @@ def test_what_recordings_held_out_are_too_few_to_tell_is_decided_by_all_that_for
     lift, found = diagnosed("effects-valve_current_limit-2", concealed, tmp_path / "campaign")
     found_alone(found, lift, "valve_current_limit", "share", concealed)
     assert found.baseline.squares - found.final.squares < CONFIRMED
-    assert found.final.foretold > CONFIRMED
+    assert found.final.loo_log_score > CONFIRMED
     assert "foretell each other" in found.sentence
 
 
@@ -264,10 +264,10 @@ def test_a_name_with_another_law_is_uncertain_and_a_curve_over_the_right_variabl
     lift, found = diagnosed("others-friction_temperature__kink-2", 0.0123, tmp_path / "campaign")
     assert found.verdict == "missing-physics"
     (first,) = found.causes
-    assert (first.suspect.label, first.form) == (f"{lift}.friction_temperature", "uncertain")
+    assert (first.hypothesis.label, first.form) == (f"{lift}.friction_temperature", "uncertain")
     assert first.curve
     assert "oil temperature" in first.curve.name
     assert "by another law than the catalogue's" in found.sentence
-    named = next(one for one in found.selection.steps[0].trials if one.suspects == (first.suspect,))
+    named = next(one for one in found.selection.steps[0].refits if one.hypotheses == (first.hypothesis,))
     assert named.complete  # so that nothing but the curve showed it
     assert found.final.squares < named.squares - CLEARLY

@@ -16,8 +16,8 @@ from forklift.diagnosis.selection import General
 
 CAMPAIGNS = Path(__file__).parent / "campaigns"
 PLACES = {
-    "location": {("engine", "unknown_inputs"), ("forklifts", "FreeSuspects")},
-    "rivals": {("forklifts", "suspects"), ("selection", "FIRST"), ("selection", "FURTHER")}
+    "location": {("engine", "unknown_inputs"), ("forklifts", "FreeCurves")},
+    "rivals": {("forklifts", "hypotheses"), ("selection", "FIRST"), ("selection", "FURTHER")}
     | {("selection", "_rivals")},
     "held-out": set(),
 }

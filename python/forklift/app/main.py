@@ -369,7 +369,7 @@ def convert(
     from forklift import convert as verb
     from forklift.report import tables
 
-    with busy("Reading and checking"):
+    with busy("SensorUnknown and checking"):
         campaign = verb(
             source if len(source) > 1 else source[0],
             out,

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from forklift.diagnosis.hypothesis import Suspect
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.hypothesis import Hypothesis
+from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.selection import AS_NEAR, Selection, credibility
 
 AS_GOOD = 0.05
@@ -21,103 +21,105 @@ Form = Literal["complete", "uncertain"]
 class Cause:
     """One accepted explanation."""
 
-    suspect: Suspect
+    hypothesis: Hypothesis
     credibility: float
     form: Form
-    not_separable_from: tuple[Suspect, ...]
-    rivals: tuple[tuple[tuple[Suspect, ...], float, float], ...]
-    """What else was tried: suspects, credibility, and the mean square they leave over."""
-    curve: Suspect | None = None
+    not_separable_from: tuple[Hypothesis, ...]
+    rivals: tuple[tuple[tuple[Hypothesis, ...], float, float], ...]
+    """What else was tried: hypotheses, credibility, and the mean square they leave over."""
+    curve: Hypothesis | None = None
     """A free shape that mends its law, as part of the final model."""
     alone: float | None = None
     """Mean square that it leaves over by the catalogue's law alone, where a curve mends it."""
 
 
 def causes(selection: Selection) -> tuple[Cause, ...]:
-    """The suspects of the final model in the order in which they were accepted."""
+    """The hypotheses of the final model in the order in which they were accepted."""
     found: list[Cause] = []
     final = selection.final
     form: Form = "complete" if final.complete and selection.curve is None else "uncertain"
     for step in selection.steps:
         if step.accepted is None:
             continue
-        accepted, known = step.accepted, {cause.suspect.label for cause in found}
+        accepted, known = step.accepted, {cause.hypothesis.label for cause in found}
         own = _labels(accepted)
-        trials = _rivals(step.trials, accepted)
-        shares = dict(zip(trials, credibility(trials), strict=True))
+        refits = _rivals(step.refits, accepted)
+        shares = dict(zip(refits, credibility(refits), strict=True))
         rivals = tuple(
-            (_new(trial, known), shares[trial], trial.left_over) for trial in trials if _labels(trial) != own
+            (_new(refit, known), shares[refit], refit.reduced_chi2)
+            for refit in refits
+            if _labels(refit) != own
         )
         least = sum(accepted.by_recording().values())
         alike = tuple(
             dict.fromkeys(
-                suspect
-                for trial in trials
-                if trial is not accepted
-                and (trial.complete or (trial.finished and not accepted.complete))
-                and (shares[trial] > AS_GOOD or sum(trial.by_recording().values()) - least < AS_NEAR)
-                for suspect in _new(trial, known)
-                if suspect.label not in own
+                hypothesis
+                for refit in refits
+                if refit is not accepted
+                and (refit.complete or (refit.finished and not accepted.complete))
+                and (shares[refit] > AS_GOOD or sum(refit.by_recording().values()) - least < AS_NEAR)
+                for hypothesis in _new(refit, known)
+                if hypothesis.label not in own
             )
         )
         credible = shares[accepted] + sum(
-            shares[trial] for trial in trials if trial is not accepted and own <= _labels(trial)
+            shares[refit] for refit in refits if refit is not accepted and own <= _labels(refit)
         )
-        for suspect in _new(accepted, known):
-            if suspect in final.suspects:
-                cause = Cause(suspect, credible, form, alike, rivals)
-                curve = _curve(suspect, selection)
+        for hypothesis in _new(accepted, known):
+            if hypothesis in final.hypotheses:
+                cause = Cause(hypothesis, credible, form, alike, rivals)
+                curve = _curve(hypothesis, selection)
                 if curve:
-                    cause = replace(cause, form="uncertain", curve=curve, alone=accepted.left_over)
+                    cause = replace(cause, form="uncertain", curve=curve, alone=accepted.reduced_chi2)
                 found.append(cause)
     curves = {cause.curve for cause in found}
     found += [
-        _unnamed(suspect, selection)
-        for suspect in final.suspects
-        if suspect.kind == "unknown" and suspect not in curves
+        _unnamed(hypothesis, selection)
+        for hypothesis in final.hypotheses
+        if hypothesis.kind == "unknown" and hypothesis not in curves
     ]
     return tuple(found)
 
 
-def _curve(named: Suspect, selection: Selection) -> Suspect | None:
+def _curve(named: Hypothesis, selection: Selection) -> Hypothesis | None:
     """The curve of the final model that mends the law of a name: put to its test, or at the same place."""
-    tested = selection.curve.suspects if selection.curve else ()
+    tested = selection.curve.hypotheses if selection.curve else ()
     place = named.where, named.equation
     return next(
         (
             one
-            for one in selection.final.suspects
+            for one in selection.final.hypotheses
             if one in tested or (one.over and (one.where, one.equation) == place)
         ),
         None,
     )
 
 
-def _unnamed(suspect: Suspect, selection: Selection) -> Cause:
+def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
     """What has no name has no form of its own: nobody knows its law."""
     final = selection.final
-    others = [*selection.steps[0].trials, *selection.unnamed]
-    trials = [final, *(one for one in others if not _labels(final) <= _labels(one))]
-    shares = credibility(trials)
+    others = [*selection.steps[0].refits, *selection.unnamed]
+    refits = [final, *(one for one in others if not _labels(final) <= _labels(one))]
+    shares = credibility(refits)
     rivals = tuple(
-        (_new(trial, set()), share, trial.left_over) for trial, share in zip(trials, shares, strict=True)
+        (_new(refit, set()), share, refit.reduced_chi2) for refit, share in zip(refits, shares, strict=True)
     )
-    return Cause(suspect, shares[0], "uncertain", (), rivals[1:])
+    return Cause(hypothesis, shares[0], "uncertain", (), rivals[1:])
 
 
-def _rivals(trials: Sequence[Trial], accepted: Trial) -> list[Trial]:
+def _rivals(refits: Sequence[Refit], accepted: Refit) -> list[Refit]:
     """What contains a complete explanation and more is no rival of it."""
     return [
-        trial
-        for trial in trials
-        if trial is accepted or not (accepted.complete and _labels(accepted) < _labels(trial))
+        refit
+        for refit in refits
+        if refit is accepted or not (accepted.complete and _labels(accepted) < _labels(refit))
     ]
 
 
-def _labels(trial: Trial) -> set[str]:
-    """One suspect may have been tried from several places: they are one by their label."""
-    return {suspect.label for suspect in trial.suspects}
+def _labels(refit: Refit) -> set[str]:
+    """One hypothesis may have been tried from several places: they are one by their label."""
+    return {hypothesis.label for hypothesis in refit.hypotheses}
 
 
-def _new(trial: Trial, known: set[str]) -> tuple[Suspect, ...]:
-    return tuple(suspect for suspect in trial.suspects if suspect.label not in known)
+def _new(refit: Refit, known: set[str]) -> tuple[Hypothesis, ...]:
+    return tuple(hypothesis for hypothesis in refit.hypotheses if hypothesis.label not in known)

@@ -1,9 +1,9 @@
-"""What could stand for an explanation that was accepted: suspects with the same effect on these recordings.
+"""What could stand for an explanation that was accepted: hypotheses with the same effect on these recordings.
 
-Of an accepted suspect the whole effect d on what the model says is taken, of every other the first step c
+Of an accepted hypothesis the whole effect d on what the model says is taken, of every other the first step c
 where the accepted one is absent (where it acts, an input's gain scales it too, and looks like it).
-With J how the model's other unknowns move it, all in units of the weights, a suspect stands for the accepted
-one as far as it takes away what the unknowns alone leave of d:
+With J how the model's other unknowns move it, all in units of the weights, a hypothesis stands for the
+accepted one as far as it takes away what the unknowns alone leave of d:
 
     share = 1 − min |d − J a − c b|² / min |d − J a|²,    b within what is plausible of its amplitude
 
@@ -20,56 +20,58 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-from forklift.diagnosis.hypothesis import Suspect, carry
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.hypothesis import Hypothesis, carry
+from forklift.diagnosis.refit import Refit
 from forklift.fitting.interface import Problem
 
 STANDS = 0.9
-"""Share from which on a suspect stands for another."""
+"""Share from which on a hypothesis stands for another."""
 STEP = 1e-3
 """Of the other's amplitude, in its prior's deviations."""
 ABSORBED = 1e-4
-"""An effect of which the model's own unknowns leave less than this share has no twin but them."""
+"""An effect of which the model's own unknowns leave less than this share has no confounded but them."""
 
 
 @dataclass(frozen=True, eq=False)
-class Twin:
-    """A suspect that these recordings cannot part from an accepted one."""
+class Confounded:
+    """A hypothesis that these recordings cannot part from an accepted one."""
 
-    accepted: Suspect
-    other: Suspect
+    accepted: Hypothesis
+    other: Hypothesis
     share: float
     """Of the accepted one's effect that it takes over."""
 
 
-def twins(trial: Trial, suspects: Sequence[Suspect]) -> tuple[Twin, ...]:
-    """For every suspect of the trial, those that could stand for it."""
-    found: list[Twin] = []
-    accepted = {suspect.label for suspect in trial.suspects}
-    others = [suspect for suspect in suspects if suspect.label not in accepted and suspect.amplitude]
+def confounded(refit: Refit, hypotheses: Sequence[Hypothesis]) -> tuple[Confounded, ...]:
+    """For every hypothesis of the refit, those that could stand for it."""
+    found: list[Confounded] = []
+    accepted = {hypothesis.label for hypothesis in refit.hypotheses}
+    others = [
+        hypothesis for hypothesis in hypotheses if hypothesis.label not in accepted and hypothesis.amplitude
+    ]
     with one_thread():
-        for suspect in trial.suspects:
-            if suspect.amplitude is not None and suspect.kind != "unknown":
-                found += _of(trial, suspect, others)
+        for hypothesis in refit.hypotheses:
+            if hypothesis.amplitude is not None and hypothesis.kind != "unknown":
+                found += _of(refit, hypothesis, others)
     return tuple(found)
 
 
-def _of(trial: Trial, suspect: Suspect, others: Sequence[Suspect]) -> list[Twin]:
-    problem, x = trial.found.problem, trial.found.x
+def _of(refit: Refit, hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> list[Confounded]:
+    problem, x = refit.found.problem, refit.found.x
     names = [unknown.name for unknown in problem.unknowns]
-    place = names.index(str(suspect.amplitude))
+    place = names.index(str(hypothesis.amplitude))
     quiet = x.copy()
     quiet[place] = 0.0
     here = _said(problem, x)
     effect = here - _said(problem, quiet)
-    first = suspect.amplitude.rpartition(".")[0] + "." if suspect.amplitude else ""
+    first = hypothesis.amplitude.rpartition(".")[0] + "." if hypothesis.amplitude else ""
     kept = [k for k in range(len(x)) if k >= len(names) or not (k == place or names[k].startswith(first))]
     basis, _ = np.linalg.qr(_slopes(problem, x)[:, kept])
     rest = effect - basis @ (basis.T @ effect)
     square = float(rest @ rest)
     if square <= ABSORBED * float(effect @ effect):
         return []
-    best: dict[str, Twin] = {}
+    best: dict[str, Confounded] = {}
     for other in others:
         column = _column(problem, quiet, other)
         if column is None:
@@ -82,11 +84,11 @@ def _of(trial: Trial, suspect: Suspect, others: Sequence[Suspect]) -> list[Twin]
         gap = rest - amount * left
         share = 1.0 - float(gap @ gap) / square
         if share >= STANDS and (other.label not in best or share > best[other.label].share):
-            best[other.label] = Twin(suspect, other, share)
-    return sorted(best.values(), key=lambda twin: -twin.share)
+            best[other.label] = Confounded(hypothesis, other, share)
+    return sorted(best.values(), key=lambda confounded: -confounded.share)
 
 
-def _ends(problem: Problem, other: Suspect) -> tuple[float, float]:
+def _ends(problem: Problem, other: Hypothesis) -> tuple[float, float]:
     """How far the other's amplitude may plausibly go, in its prior's deviations."""
     return next(
         (unknown.lower, unknown.upper)
@@ -95,8 +97,8 @@ def _ends(problem: Problem, other: Suspect) -> tuple[float, float]:
     )
 
 
-def _column(problem: Problem, x: Floats, other: Suspect) -> Floats | None:
-    """The first step of another suspect, in the accepted one's place."""
+def _column(problem: Problem, x: Floats, other: Hypothesis) -> Floats | None:
+    """The first step of another hypothesis, in the accepted one's place."""
     more = other.add(problem)
     ahead = carry(x, problem, more)
     start = _said(more, ahead)
@@ -121,6 +123,6 @@ def _slopes(problem: Problem, x: Floats) -> Floats:
     for k, run in enumerate(problem.linearise(x)):
         for name, slope in run.slope.items():
             wide = np.zeros((len(slope), len(x)))
-            wide[:, problem.place(k)] = slope / problem.sigma[name]
+            wide[:, problem.columns(k)] = slope / problem.sigma[name]
             rows.append(wide)
     return np.vstack(rows)

@@ -1,4 +1,4 @@
-"""Suspects without a name: a free shape where the mismatch is, over what it depends on; what rings; a valve
+"""Hypotheses without a name: a free shape where the mismatch is, over what it depends on; what rings; a valve
 that answers late by its own curve."""
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import Shape, shapes, telling
 from forklift.diagnosis.hypotheses import acting, with_truck_unknowns
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.refit import Refit
 from forklift.plant.forklift import variables as operation
 from forklift.plant.forklift.effects import EFFECTS
-from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeShape
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve
 from forklift.plant.forklift.free_curve import variables as shape_variables
 from forklift.plant.forklift.ports import equation, lift_of, ports, respond
 from forklift.plant.forklift.tables import parameters
@@ -34,7 +34,7 @@ STANDS = 1e-6
 
 
 @dataclass(frozen=True)
-class FreeSuspects:
+class FreeCurves:
     """Offers the free shapes for what a fitted model leaves over.
 
     Attributes
@@ -42,52 +42,52 @@ class FreeSuspects:
     lifts
         Those that are fitted.
     known
-        Unknown inputs that were estimated already, by trial.
+        Unknown inputs that were estimated already, by refit.
     """
 
     lifts: tuple[Lift, ...]
-    known: Mapping[Trial, Sequence[UnknownInput]]
+    known: Mapping[Refit, Sequence[UnknownInput]]
 
-    def __call__(self, trial: Trial) -> list[Suspect]:
-        """The most promising shapes beside what the trial has; beside nothing also something that rings, and
+    def __call__(self, refit: Refit) -> list[Hypothesis]:
+        """The most promising shapes beside what the refit has; beside nothing also something that rings, and
         where the valve's dynamics are in doubt its answer."""
-        inputs = self.known.get(trial) or unknown_inputs(
-            trial.early.problem, trial.early.x, ports(self.lifts), respond
+        inputs = self.known.get(refit) or unknown_inputs(
+            refit.early.problem, refit.early.x, ports(self.lifts), respond
         )
-        found = self._shapes(trial, [one for one in inputs if equation(one.port) != "sensor"])
-        if trial.suspects:
+        found = self._shapes(refit, [one for one in inputs if equation(one.port) != "sensor"])
+        if refit.hypotheses:
             return found
         first = inputs[0].port if inputs else ""
         lift = lift_of(first) if first else None
         if not lift:
             return found
-        return [*found, _ringing(lift), *([_answer(trial, lift)] if equation(first) == VALVE else [])]
+        return [*found, _ringing(lift), *([_answer(refit, lift)] if equation(first) == VALVE else [])]
 
-    def beside(self, trial: Trial) -> list[Suspect]:
-        """A curve over every variable of operation, at each port of the equations that the trial changes;
+    def beside(self, refit: Refit) -> list[Hypothesis]:
+        """A curve over every variable of operation, at each port of the equations that the refit changes;
         beside what changes the valve's dynamics its answer too."""
         places = [
             port
             for port in ports(self.lifts)
-            if any((equation(port), lift_of(port)) == (one.equation, one.where) for one in trial.suspects)
+            if any((equation(port), lift_of(port)) == (one.equation, one.where) for one in refit.hypotheses)
         ]
-        ranges = {lift: _ranges(trial, lift) for lift in dict.fromkeys(map(_lift_of, places))}
+        ranges = {lift: _ranges(refit, lift) for lift in dict.fromkeys(map(_lift_of, places))}
         curves = [
             _curve(port.partition(".")[2], lift, variable, *ends)
             for port, lift in zip(places, map(_lift_of, places), strict=True)
             for variable, ends in ranges[lift].items()
         ]
-        answers = {one.where for one in trial.suspects if one.equation == VALVE}
-        return [*curves, *(_answer(trial, lift) for lift in self.lifts if lift in answers)]
+        answers = {one.where for one in refit.hypotheses if one.equation == VALVE}
+        return [*curves, *(_answer(refit, lift) for lift in self.lifts if lift in answers)]
 
-    def _shapes(self, trial: Trial, inputs: Sequence[UnknownInput]) -> list[Suspect]:
+    def _shapes(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[Hypothesis]:
         def over(one: UnknownInput) -> list[Shape]:
-            seen = over_variables(trial, one, _lift_of(one.port))
+            seen = over_variables(refit, one, _lift_of(one.port))
             return [shape for shape in seen if shape.variable in shape_variables()]
 
         return [
             _curve(one.port.partition(".")[2], _lift_of(one.port), shape.variable, *_range(shape))
-            for one, shape in telling(_places(trial, inputs), over)
+            for one, shape in telling(_places(refit, inputs), over)
         ]
 
 
@@ -97,15 +97,15 @@ def _lift_of(port: str) -> Lift:
     return lift
 
 
-def over_variables(trial: Trial, found: UnknownInput, lift: Lift) -> list[Shape]:
+def over_variables(refit: Refit, found: UnknownInput, lift: Lift) -> list[Shape]:
     """An unknown input as a function of each variable of operation, the best first."""
-    early = trial.early
+    early = refit.early
     return shapes(found, operation.of_recordings(early.problem, early.x, lift, found.centres))
 
 
-def _ranges(trial: Trial, lift: Lift) -> dict[str, tuple[float, float]]:
+def _ranges(refit: Refit, lift: Lift) -> dict[str, tuple[float, float]]:
     """Between which values each variable of operation that a shape may have moves in the recordings."""
-    found = trial.told_from
+    found = refit.told_from
     times = [sample.recording.time_s for sample in found.problem.samples]
     seen = operation.of_recordings(found.problem, found.x, lift, times)
     ends = {
@@ -120,18 +120,18 @@ def _ranges(trial: Trial, lift: Lift) -> dict[str, tuple[float, float]]:
     }
 
 
-def _places(trial: Trial, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
-    """Where shapes are tried: at the named suspect's own equation, and where the evidence is greatest."""
+def _places(refit: Refit, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
+    """Where shapes are tried: at the named hypothesis's own equation, and where the evidence is greatest."""
     own = [
         one
         for one in inputs
-        for suspect in trial.suspects
-        if equation(one.port) == suspect.equation and lift_of(one.port) == suspect.where
+        for hypothesis in refit.hypotheses
+        if equation(one.port) == hypothesis.equation and lift_of(one.port) == hypothesis.where
     ]
     return list(dict.fromkeys([*own[:1], *inputs]))
 
 
-def _curve(port: str, lift: Lift, variable: str, lower: float, upper: float) -> Suspect:
+def _curve(port: str, lift: Lift, variable: str, lower: float, upper: float) -> Hypothesis:
     """A free shape at a port over one variable, quiet."""
     meaning = operation.words(variable, lift)[0]
     return _quiet(
@@ -139,16 +139,16 @@ def _curve(port: str, lift: Lift, variable: str, lower: float, upper: float) -> 
         lift,
         equation(f"{lift}.{port}"),
         [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)],
-        FreeShape(lift, port, variable, lower, upper).parameters(),
+        FreeCurve(lift, port, variable, lower, upper).parameters(),
         f"the {meaning}",
     )
 
 
 def _quiet(
     name: str, lift: Lift, place: str, names: Sequence[str], values: Mapping[str, float], over: str
-) -> Suspect:
+) -> Hypothesis:
     """A curve without a name, of these coefficients, where the truck has these values."""
-    return Suspect(
+    return Hypothesis(
         "unknown",
         "unknown",
         name,
@@ -170,20 +170,20 @@ def _range(shape: Shape) -> tuple[float, float]:
     return float(shape.at[first]), float(shape.at[last])
 
 
-def _ringing(lift: Lift) -> Suspect:
+def _ringing(lift: Lift) -> Hypothesis:
     effect = next(effect for effect in EFFECTS if effect.id == RINGS)
-    return Suspect(
+    return Hypothesis(
         "unknown", "unknown", effect.name, lift, effect.equation, f"{lift}.{RINGS}.mass", acting(RINGS, lift)
     )
 
 
-def _answer(trial: Trial, lift: Lift) -> Suspect:
+def _answer(refit: Refit, lift: Lift) -> Hypothesis:
     """The valve's time constant as a curve over what it has still to go, up to the widest step there is."""
     effect = next(effect for effect in EFFECTS if effect.id == ANSWERS)
     names = [f"{lift}.{ANSWERS}.time_{k}" for k in range(COEFFICIENTS)]
     widest = max(
         _step(sample.recording.time_s, sample.recording[f"current_{lift}_a"])
-        for sample in trial.early.problem.samples
+        for sample in refit.early.problem.samples
     )
     known = parameters()[f"{lift}.{ANSWERS}.range"]
     bounded = float(np.clip(widest, known["lower"], known["upper"]))

@@ -31,7 +31,7 @@ from scipy.signal import lfilter
 from scipy.stats import f, ncx2
 
 from forklift.base.arrays import Floats
-from forklift.fitting.residuals import Judged
+from forklift.fitting.residuals import ChannelResidual
 
 LEVEL = 0.01
 """Probability that a complete model fails any test."""
@@ -148,7 +148,7 @@ class _Raw:
 
 
 def deficiency(
-    judged: Sequence[Judged], known: Mapping[str, Columns], encoders: Collection[str] = ()
+    judged: Sequence[ChannelResidual], known: Mapping[str, Columns], encoders: Collection[str] = ()
 ) -> Deficiency:
     """Every test of what is left over.
 
@@ -187,7 +187,7 @@ def holm(values: Sequence[float]) -> list[float]:
     return [float(p) for p in corrected]
 
 
-def _goodness(channel: str, own: Sequence[Judged]) -> Iterator[_Raw]:
+def _goodness(channel: str, own: Sequence[ChannelResidual]) -> Iterator[_Raw]:
     samples = sum(found.samples for found in own)
     known = NOISE_SHARE * samples
     square = sum(found.samples * found.mean_square for found in own) / samples
@@ -198,14 +198,16 @@ def _goodness(channel: str, own: Sequence[Judged]) -> Iterator[_Raw]:
     yield _Raw("goodness of fit", channel, own[worst].file, own[worst].mean_square, p)
 
 
-def _whiteness(channel: str, own: Sequence[Judged]) -> Iterator[_Raw]:
+def _whiteness(channel: str, own: Sequence[ChannelResidual]) -> Iterator[_Raw]:
     tested = [(found.whiteness, found.file) for found in own if found.whiteness is not None]
     if tested:
         p, file = min(tested)
         yield _Raw("whiteness", channel, file, p, min(1.0, len(tested) * p))
 
 
-def _correlations(channel: str, own: Sequence[Judged], known: Mapping[str, Columns]) -> Iterator[_Raw]:
+def _correlations(
+    channel: str, own: Sequence[ChannelResidual], known: Mapping[str, Columns]
+) -> Iterator[_Raw]:
     series = [_series(found, len(next(iter(known[found.file].values())))) for found in own]
     whitening = autoregression(series)
     white = [lfilter(whitening, 1.0, values) for values in series]
@@ -228,7 +230,7 @@ def _correlations(channel: str, own: Sequence[Judged], known: Mapping[str, Colum
             yield _Raw("correlation", channel, variable, q / samples, p)
 
 
-def _series(found: Judged, length: int) -> Floats:
+def _series(found: ChannelResidual, length: int) -> Floats:
     """What is left over at every sample of the recording; 0 where one is missing."""
     values = np.zeros(length)
     values[found.rows] = found.left

@@ -14,18 +14,18 @@ from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis import files as diagnosis_files
 from forklift.diagnosis.causes import Cause
-from forklift.diagnosis.curves import FreeSuspects, over_variables
+from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.deficiency import Deficiency, deficiency
 from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.engine import VERDICTS as VERDICTS
 from forklift.diagnosis.engine import Clock, Site, investigate, loudest, verdict
 from forklift.diagnosis.engine import Verdict as Verdict
-from forklift.diagnosis.hypotheses import spoilt_suspect, suspects
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.hypotheses import hypotheses, invalid_hypothesis
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.proposals import CONDITIONS, propose
-from forklift.diagnosis.refit import Bench, Trial
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
@@ -33,9 +33,9 @@ from forklift.fitting.compare import Comparison, check_temperature, compare
 from forklift.plant.forklift import ports as unknown_ports
 from forklift.plant.forklift import variables as operation
 from forklift.plant.forklift.candidates import NextRecording
-from forklift.plant.forklift.checks.invalid_signals import Spoilt, unspoilt
+from forklift.plant.forklift.checks.invalid_signals import InvalidStretch, without_invalid
 from forklift.plant.forklift.checks.suitability import Caution, suitability
-from forklift.plant.forklift.covariates import regressors
+from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.phases import PHASES, of_recording
 from forklift.plant.forklift.problem import Problem, Sample, sample, truck_of
 from forklift.plant.forklift.sensors import sensors
@@ -75,12 +75,12 @@ class Diagnosis:
     shapes: tuple[Shape, ...]
     """The most credible one as a function of what an operator knows, the best first."""
     selection: Selection
-    untold: tuple[Suspect, ...]
-    """Suspects that were not asked, for want of a second oil temperature."""
+    unidentifiable: tuple[Hypothesis, ...]
+    """Hypotheses that were not asked, for want of a second oil temperature."""
     screening: Screening
-    """All suspects at the fitted truck."""
+    """All hypotheses at the fitted truck."""
     cautions: tuple[Caution, ...]
-    spoilt: tuple[Spoilt, ...]
+    spoilt: tuple[InvalidStretch, ...]
     """Signals that stood still or slipped; these samples were left out."""
     unexcited: str
     """Why the recordings tell nothing of any lift; empty if they do."""
@@ -99,28 +99,28 @@ class Diagnosis:
     """By stage."""
 
     @property
-    def baseline(self) -> Trial:
+    def baseline(self) -> Refit:
         return self.selection.baseline
 
     @property
-    def final(self) -> Trial:
+    def final(self) -> Refit:
         return self.selection.final
 
     @property
-    def untestable(self) -> tuple[Suspect, ...]:
-        """Suspects of which these recordings can tell nothing."""
+    def untestable(self) -> tuple[Hypothesis, ...]:
+        """Hypotheses of which these recordings can tell nothing."""
         if self.unexcited:
             return (
-                *self.untold,
+                *self.unidentifiable,
                 *self.screening.untestable,
-                *(one.suspects[0] for one in self.screening.singles),
+                *(one.hypotheses[0] for one in self.screening.singles),
             )
-        return (*self.untold, *self.screening.untold)
+        return (*self.unidentifiable, *self.screening.unidentifiable)
 
     @property
     def gap_closed(self) -> float:
         """(MS_before − MS_after)/(MS_before − 1), MS the mean square left over on held-out recordings."""
-        before, after = self.baseline.left_over, self.final.left_over
+        before, after = self.baseline.reduced_chi2, self.final.reduced_chi2
         return (before - after) / (before - 1.0) if before > 1.0 else float("nan")
 
     @cached_property
@@ -148,9 +148,8 @@ class Diagnosis:
         return present.summary(self)
 
     def __repr__(self) -> str:
-        return (
-            f"Diagnosis({self.campaign.name!r}, {self.verdict!r}, {[c.suspect.label for c in self.causes]})"
-        )
+        causes = [cause.hypothesis.label for cause in self.causes]
+        return f"Diagnosis({self.campaign.name!r}, {self.verdict!r}, {causes})"
 
     def __str__(self) -> str:
         return diagnosis_files.text(self)
@@ -166,7 +165,7 @@ def diagnose(
     """Fit the truck, find where it and the recordings part, and what would mend that.
 
     The truck is fitted to the ``estimate`` recordings. If it explains the others to the sensors' noise,
-    nothing is amiss. Else an unknown input at every equation in turn tells where it is; every suspect (the
+    nothing is amiss. Else an unknown input at every equation in turn tells where it is; every hypothesis (the
     effects of the catalogue, sensors, entered conditions) is screened at the optimum; and the most promising
     are fitted from the start, jointly with the truck. What recordings held out say decides.
 
@@ -189,7 +188,7 @@ def diagnose(
     arguments.of_kind(Truck, truck=truck)
     check_temperature(oil_temperature_degc)
     clock = Clock(progress)
-    campaign, spoilt = unspoilt(campaign, truck)
+    campaign, spoilt = without_invalid(campaign, truck)
     lifts, cautions, unexcited = _suited(campaign, truck)
     every = sensors(campaign.recordings)
     samples = tuple(
@@ -198,16 +197,16 @@ def diagnose(
     )
     everyone = Problem(truck, unknowns(truck, lifts), samples, substeps=4)
     fitted = tuple(found for found in samples if found.recording.role == "estimate")
-    bench = Bench(replace(everyone, samples=fitted), everyone, every)
-    everybody = suspects(lifts, list(every), _travelled(samples))
+    refitter = Refitter(replace(everyone, samples=fitted), everyone, every)
+    everybody = hypotheses(lifts, list(every), _travelled(samples))
     alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
-    asked = tuple(one for one in everybody if not alike & set(one.told_by))
-    untold = tuple({one.label: one for one in everybody if one not in asked}.values())
-    found = investigate(bench, asked, _site(lifts, every), clock, hopeless=bool(unexcited))
+    asked = tuple(one for one in everybody if not alike & set(one.needs_two_of))
+    unidentifiable = tuple({one.label: one for one in everybody if one not in asked}.values())
+    found = investigate(refitter, asked, _site(lifts, every), clock, hopeless=bool(unexcited))
     selection, inputs, seen = found.selection, found.inputs, found.shapes
     baseline, final = selection.baseline, selection.final
     tested, left, agreement = _evidence(campaign, truck, selection, every, clock)
-    named = (*found.causes, *(Cause(spoilt_suspect(one), 1.0, "complete", (), ()) for one in spoilt))
+    named = (*found.causes, *(Cause(invalid_hypothesis(one), 1.0, "complete", (), ()) for one in spoilt))
     said = verdict(selection, named, hopeless=bool(unexcited))
     with clock.stage("choosing the next recording"):
         proposed, why = propose(campaign, selection, named, cautions, every)
@@ -228,7 +227,7 @@ def diagnose(
         inputs,
         seen,
         selection,
-        untold,
+        unidentifiable,
         found.screening,
         cautions,
         spoilt,
@@ -264,8 +263,8 @@ def _evidence(
     encoders = {channel for channel, sensor in every.items() if sensor.count}
     with clock.stage("testing what is left over"):
         tested = tuple(
-            deficiency(trial.judged, regressors(recordings, trial.judged, every), encoders)
-            for trial in (baseline, final)
+            deficiency(refit.judged, covariates(recordings, refit.judged, every), encoders)
+            for refit in (baseline, final)
         )
         left = shares(
             baseline.judged,
@@ -275,7 +274,7 @@ def _evidence(
         )
     with clock.stage("comparing regimes"):
         parts = splits([one.recording for one in final.found.problem.samples], truck)
-        amplitudes = [one.amplitude for one in final.suspects if one.amplitude and one.kind != "unknown"]
+        amplitudes = [one.amplitude for one in final.hypotheses if one.amplitude and one.kind != "unknown"]
         agreement = tuple(found for name in amplitudes for found in regimes(final, name, parts))
     return (tested[0], tested[1]), left, agreement
 
@@ -300,17 +299,17 @@ def _site(lifts: Sequence[Lift], every: Mapping[str, Sensor]) -> Site:
     return Site(
         [*unknown_ports.ports(lifts), *every],
         unknown_ports.respond,
-        lambda trial, found: over_variables(trial, found, unknown_ports.lift_of(found.port) or "main"),
-        lambda known: FreeSuspects(tuple(lifts), known),
+        lambda refit, found: over_variables(refit, found, unknown_ports.lift_of(found.port) or "main"),
+        lambda known: FreeCurves(tuple(lifts), known),
         "truck",
     )
 
 
 def _location(
-    baseline: Trial, found: Sequence[Cause], inputs: Sequence[UnknownInput], seen: Sequence[Shape]
+    baseline: Refit, found: Sequence[Cause], inputs: Sequence[UnknownInput], seen: Sequence[Shape]
 ) -> Location:
     """By the first cause where one was found, else by the most credible unknown input."""
-    first = found[0].suspect if found else None
+    first = found[0].hypothesis if found else None
     if first and not inputs:  # told before any fit
         lift = unknown_ports.lift_of(first.where)
         return Location(lift or "both", first.equation, first.where, first.name, 1.0)
@@ -325,8 +324,8 @@ def _location(
     return Location(lift or "both", equation, signal, region, float(np.clip(share, 0.0, 1.0)))
 
 
-def _truck(campaign: Campaign, start: Truck, trial: Trial) -> Truck:
-    """The truck of a trial; what moved says where it comes from."""
+def _truck(campaign: Campaign, start: Truck, refit: Refit) -> Truck:
+    """The truck of a refit; what moved says where it comes from."""
     source = f"estimated by diagnosis of campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
-    truck = truck_of(trial.found.problem, trial.found.x, source)
+    truck = truck_of(refit.found.problem, refit.found.x, source)
     return Truck(f"{campaign.name} diagnosed from {start.name}", truck.values, truck.sources)

@@ -1,4 +1,4 @@
-"""The whole of a diagnosis, for any machine: fit, locate, screen and try the suspects, name the causes."""
+"""The whole of a diagnosis, for any machine: fit, locate, screen and try the hypotheses, name the causes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Literal
 
 from forklift.diagnosis.causes import Cause, causes
 from forklift.diagnosis.dependence import Shape
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import WIDTH_S, Respond, UnknownInput, unknown_inputs
-from forklift.diagnosis.refit import Bench, Trial
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screening, screen
 from forklift.diagnosis.selection import General, Selection, alarming, select
 
@@ -26,7 +26,7 @@ VERDICTS: Mapping[str, Verdict] = {
 """By kind of the first cause."""
 
 DOUBTFUL = 1.5
-"""Mean square up to which what no suspect explains is put down to chance, or to the simulation itself."""
+"""Mean square up to which what no hypothesis explains is put down to chance, or to the simulation itself."""
 
 
 @dataclass
@@ -53,7 +53,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Site:
-    """What the engine must be told of a machine, beside its problem and its suspects.
+    """What the engine must be told of a machine, beside its problem and its hypotheses.
 
     Attributes
     ----------
@@ -62,9 +62,9 @@ class Site:
     respond
         How a recording answers an input at a port.
     shapes
-        Given a trial and an input: the input as a function of what is known of each moment, the best first.
+        Given a refit and an input: the input as a function of what is known of each moment, the best first.
     general
-        Given inputs known already, by trial: what offers suspects without a name.
+        Given inputs known already, by refit: what offers hypotheses without a name.
     noun
         What is fitted.
     width_s
@@ -73,8 +73,8 @@ class Site:
 
     places: Sequence[str]
     respond: Respond
-    shapes: Callable[[Trial, UnknownInput], list[Shape]]
-    general: Callable[[Mapping[Trial, Sequence[UnknownInput]]], General]
+    shapes: Callable[[Refit, UnknownInput], list[Shape]]
+    general: Callable[[Mapping[Refit, Sequence[UnknownInput]]], General]
     noun: str
     width_s: float = WIDTH_S
 
@@ -87,26 +87,26 @@ class Investigation:
     shapes: tuple[Shape, ...]
     selection: Selection
     screening: Screening
-    """All suspects at the fitted machine."""
+    """All hypotheses at the fitted machine."""
     causes: tuple[Cause, ...]
 
 
 def investigate(
-    bench: Bench, suspects: Sequence[Suspect], site: Site, clock: Clock, *, hopeless: bool = False
+    refitter: Refitter, hypotheses: Sequence[Hypothesis], site: Site, clock: Clock, *, hopeless: bool = False
 ) -> Investigation:
     """Fit the machine; if it leaves something over, say where, and try what might explain it.
 
     `hopeless` recordings tell nothing: the machine is fitted, and no more.
     """
     with clock.stage(f"fitting the {site.noun}"):
-        baseline = bench.baseline()
-    with clock.stage("screening the suspects"):
+        baseline = refitter.baseline()
+    with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
-        at = bench.everywhere(baseline) if baseline.slight else baseline.told_from
-        screening = screen(at.problem, at.x, suspects)
+        at = refitter.everywhere(baseline) if baseline.slight else baseline.told_from
+        screening = screen(at.problem, at.x, hypotheses)
     asked = screening
     if baseline.complete:
-        asked = alarming(screening, bench.together)
+        asked = alarming(screening, refitter.together)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
     if hopeless or (baseline.complete and not asked.singles):
@@ -116,9 +116,9 @@ def investigate(
             early = baseline.early
             inputs = unknown_inputs(early.problem, early.x, site.places, site.respond, site.width_s)
             seen = site.shapes(baseline, inputs[0])
-        with clock.stage("trying the suspects"):
+        with clock.stage("trying the hypotheses"):
             general = site.general({baseline: inputs})
-            selection = select(bench, baseline, asked, suspects, clock.say, general)
+            selection = select(refitter, baseline, asked, hypotheses, clock.say, general)
     return Investigation(tuple(inputs), tuple(seen), selection, screening, causes(selection))
 
 
@@ -126,14 +126,14 @@ def verdict(selection: Selection, found: Sequence[Cause], *, hopeless: bool = Fa
     """In one word: by the first cause; without one, by whether anything is left over."""
     baseline = selection.baseline
     if found:
-        return VERDICTS[found[0].suspect.kind]
+        return VERDICTS[found[0].hypothesis.kind]
     doubtful = baseline.worst.mean_square <= DOUBTFUL
     return "no-mismatch" if hopeless or baseline.complete or doubtful else "unknown-effect"
 
 
-def loudest(trial: Trial) -> str:
+def loudest(refit: Refit) -> str:
     """The channel in which the mismatch shows most."""
     sums: dict[str, float] = {}
-    for found in trial.held_out:
+    for found in refit.held_out:
         sums[found.channel] = sums.get(found.channel, 0.0) + found.excess
     return max(sums, key=lambda channel: sums[channel])

@@ -22,7 +22,7 @@ from forklift.fitting.compare import (
     temperature_option,
     truck_facts,
 )
-from forklift.fitting.sensor_faults import Reading
+from forklift.fitting.sensor_faults import SensorUnknown
 from forklift.plant.forklift import variables as operation
 from forklift.recordings.channels import LIFTS
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.dependence import Shape
     from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.recordings.channels import Lift
 
 MARK = "diagnosis.json"
@@ -58,7 +58,7 @@ def sentence(found: Diagnosis) -> str:
             f"No mismatch: the fitted truck explains all {len(judged)} recordings held out to the sensors' "
             f"noise (mean square at most {found.final.worst.mean_square:.2f})."
         )
-    if all(cause.suspect.id in SPOILT for cause in found.causes) and found.baseline.complete:
+    if all(cause.hypothesis.id in SPOILT for cause in found.causes) and found.baseline.complete:
         return (
             f"A sensor fails: {' and '.join(_named(cause) for cause in found.causes)}; without these "
             f"samples the fitted truck explains all {len(judged)} recordings held out to the sensors' noise."
@@ -67,7 +67,7 @@ def sentence(found: Diagnosis) -> str:
     if not found.causes:
         assert found.location
         return (
-            f"Something is missing that no suspect explains: it acts on the {found.location.equation} of "
+            f"Something is missing that no hypothesis explains: it acts on the {found.location.equation} of "
             f"{_lifts(found.location.lift)}; {found.location.region}."
         )
     named = " and ".join(_named(cause) for cause in found.causes)
@@ -84,25 +84,25 @@ def sentence(found: Diagnosis) -> str:
 
 def _rise(found: Diagnosis) -> str:
     """What the causes gain: in the velocity, unless they are none of the truck's, whose curves keep them."""
-    if any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes):
+    if any(cause.hypothesis.kind in ("sensor", "parameter") for cause in found.causes):
         return (
             f"; what is left over falls from {found.baseline.worst.mean_square:.3g} to "
             f"{found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
         )
-    if found.final.foretold:
+    if found.final.loo_log_score:
         return (
             "; it shows in no recording alone, but all of them foretell each other better with it, by "
-            f"{found.final.foretold:.0f} in ln probability"
+            f"{found.final.loo_log_score:.0f} in ln probability"
         )
     before, after = _velocity(found)
     return f"; the velocity's fit on recordings held out rises from {before:.1f} to {after:.1f} %"
 
 
 def _named(cause: Cause) -> str:
-    where = cause.suspect.where
+    where = cause.hypothesis.where
     where = f"{where} lift" if where in LIFTS else where
     law = f", by another law than the catalogue's, a curve over {cause.curve.over}" if cause.curve else ""
-    return f"{cause.suspect.name}{f' ({where})' if where else ''}{law}"
+    return f"{cause.hypothesis.name}{f' ({where})' if where else ''}{law}"
 
 
 def region(seen: Sequence[Shape], lift: Lift) -> str:
@@ -152,7 +152,7 @@ def text(found: Diagnosis) -> str:
                 f"  an unknown input at {one.port}: ln evidence {one.evidence:.0f}, leaves {one.noise**2:.2f}"
             )
     for cause in found.causes:
-        for row in [row for one in (cause.suspect, cause.curve) if one for row in _parameters(found, one)]:
+        for row in [row for one in (cause.hypothesis, cause.curve) if one for row in _parameters(found, one)]:
             lines.append(
                 f"  {row['name']} = {row['value']:.5g} {row['unit']} "
                 f"({100 * LEVEL:g} %: {row['lower']:.5g} to {row['upper']:.5g})"
@@ -160,16 +160,17 @@ def text(found: Diagnosis) -> str:
         lines.append(f"  credibility {cause.credibility:.3f}, form {cause.form}")
         if cause.alone is not None:
             lines.append(f"  by the catalogue's law alone: leaves {cause.alone:.3g}")
-        for suspects, share, left in cause.rivals:
-            names = " and ".join(suspect.label for suspect in suspects)
+        for hypotheses, share, left in cause.rivals:
+            names = " and ".join(hypothesis.label for hypothesis in hypotheses)
             lines.append(f"  rival {names}: credibility {share:.3f}, leaves {left:.3g}")
     lines.append(
-        f"Held out: mean square {found.baseline.left_over:.3g} before, {found.final.left_over:.3g} after; "
+        f"Held out: mean square {found.baseline.reduced_chi2:.3g} before, "
+        f"{found.final.reduced_chi2:.3g} after; "
         f"worst channel {found.baseline.worst.mean_square:.3g} before, "
         f"{found.final.worst.mean_square:.3g} after."
     )
     if found.untestable:
-        lines.append(f"Untestable here: {', '.join(suspect.label for suspect in found.untestable)}.")
+        lines.append(f"Untestable here: {', '.join(hypothesis.label for hypothesis in found.untestable)}.")
     lines += [caution.sentence for caution in found.cautions]
     lines.append(found.deficiency[1].sentence)
     lines += [one.sentence for one in found.regimes if one.agree is False]
@@ -203,10 +204,10 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
             "share_of_misfit": found.location.share,
         },
         "causes": [_cause(found, cause) for cause in found.causes],
-        "untestable": [suspect.label for suspect in found.untestable]
+        "untestable": [hypothesis.label for hypothesis in found.untestable]
         + [caution.sentence for caution in found.cautions if caution.code.startswith("one-")],
         "not_separable": [
-            [cause.suspect.label, *(one.label for one in cause.not_separable_from)]
+            [cause.hypothesis.label, *(one.label for one in cause.not_separable_from)]
             for cause in found.causes
             if cause.not_separable_from
         ],
@@ -216,8 +217,8 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
         "fit_summary": _summary(found),
         "errors": _errors(found),
         "left_over": {
-            "before": found.baseline.left_over,
-            "after": found.final.left_over,
+            "before": found.baseline.reduced_chi2,
+            "after": found.final.reduced_chi2,
             "worst_before": found.baseline.worst.mean_square,
             "worst_after": found.final.worst.mean_square,
             "gap_closed": defined(found.gap_closed),
@@ -229,7 +230,7 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
         },
         "misfit": [share.to_dict() for share in found.misfit],
         "regimes": [one.to_dict() for one in found.regimes],
-        "suspects": [one.to_dict() for one in considered(found)],
+        "hypotheses": [one.to_dict() for one in considered(found)],
         "unknown_inputs": [
             {"port": one.port, "ln_evidence": one.evidence, "left_over": one.noise**2} for one in found.inputs
         ],
@@ -243,14 +244,14 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
 
 def _cause(found: Diagnosis, cause: Cause) -> dict[str, Any]:
     return {
-        "id": cause.suspect.id,
-        "kind": cause.suspect.kind,
-        "name": cause.suspect.name,
-        "where": cause.suspect.where,
-        "equation": cause.suspect.equation,
+        "id": cause.hypothesis.id,
+        "kind": cause.hypothesis.kind,
+        "name": cause.hypothesis.name,
+        "where": cause.hypothesis.where,
+        "equation": cause.hypothesis.equation,
         "credibility": cause.credibility,
         "form": cause.form,
-        "parameters": list(_parameters(found, cause.suspect)),
+        "parameters": list(_parameters(found, cause.hypothesis)),
         "curve": cause.curve
         and {
             "over": cause.curve.over,
@@ -259,24 +260,24 @@ def _cause(found: Diagnosis, cause: Cause) -> dict[str, Any]:
         },
         "not_separable_from": [one.label for one in cause.not_separable_from],
         "rivals": [
-            {"id": "+".join(one.id for one in suspects), "credibility": share, "left_over": left}
-            for suspects, share, left in cause.rivals
+            {"id": "+".join(one.id for one in hypotheses), "credibility": share, "left_over": left}
+            for hypotheses, share, left in cause.rivals
         ],
     }
 
 
-def _parameters(found: Diagnosis, suspect: Suspect) -> Iterator[dict[str, Any]]:
-    """The suspect's parameters in the final model, with intervals widened by what is left over."""
-    if suspect.amplitude is None:
+def _parameters(found: Diagnosis, hypothesis: Hypothesis) -> Iterator[dict[str, Any]]:
+    """The hypothesis's parameters in the final model, with intervals widened by what is left over."""
+    if hypothesis.amplitude is None:
         return
     final = found.final
-    half = float(norm.ppf(0.5 + 0.5 * LEVEL)) * float(np.sqrt(max(1.0, final.left_over)))
-    head = suspect.amplitude.rpartition(".")[0]
+    half = float(norm.ppf(0.5 + 0.5 * LEVEL)) * float(np.sqrt(max(1.0, final.reduced_chi2)))
+    head = hypothesis.amplitude.rpartition(".")[0]
     for estimate, theta in zip(final.knowledge.estimates, final.found.x.tolist(), strict=False):
         unknown = estimate.unknown
         own = (
-            unknown.name == suspect.amplitude
-            if isinstance(unknown, Reading)
+            unknown.name == hypothesis.amplitude
+            if isinstance(unknown, SensorUnknown)
             else unknown.name.startswith(f"{head}.")
         )
         if own:
@@ -299,8 +300,8 @@ def _parameters(found: Diagnosis, suspect: Suspect) -> Iterator[dict[str, Any]]:
 def _changes(found: Diagnosis) -> Iterator[dict[str, Any]]:
     """Every parameter that was estimated: by the fitted truck, and with what was found missing."""
     before, after = (
-        {estimate.name: estimate for estimate in trial.knowledge.estimates}
-        for trial in (found.baseline, found.final)
+        {estimate.name: estimate for estimate in refit.knowledge.estimates}
+        for refit in (found.baseline, found.final)
     )
     for name, estimate in {**before, **after}.items():
         row: dict[str, Any] = {
@@ -315,7 +316,7 @@ def _changes(found: Diagnosis) -> Iterator[dict[str, Any]]:
                 "value": known.value,
                 "lower": known.lower,
                 "upper": known.upper,
-                "told": known.told,
+                "told": known.identifiable,
             }
         yield row
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from forklift.base.threads import one_thread
-from forklift.diagnosis.refit import Bench, Trial
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.fitting.interface import Problem
 from forklift.fitting.search import STAGES, Found, search
 
@@ -27,12 +27,12 @@ FAR = 4.0
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class GroupFold:
     """One group, foreseen from the others."""
 
     group: str
     before: float
-    """Mean square of what the model without any suspect leaves over of it, in units of the noise."""
+    """Mean square of what the model without any hypothesis leaves over of it, in units of the noise."""
     after: float
     """The same with what was found."""
     alone: float
@@ -63,72 +63,72 @@ class LeftOut:
         }
 
 
-def left_out(bench: Bench, baseline: Trial, final: Trial) -> tuple[LeftOut, ...]:
+def group_folds(refitter: Refitter, baseline: Refit, final: Refit) -> tuple[GroupFold, ...]:
     """Every group of the recordings, if there are two at least."""
-    groups = list(dict.fromkeys(sample.recording.group for sample in bench.everyone.samples))
-    if len(groups) < FEWEST or not final.suspects:
+    groups = list(dict.fromkeys(sample.recording.group for sample in refitter.everyone.samples))
+    if len(groups) < FEWEST or not final.hypotheses:
         return ()
     # Of all others something must be left to fit to.
-    told = [group for group in groups if _over(final.found.problem, bench, group, inside=False).samples]
-    return tuple(_one(bench, baseline, final, group) for group in told)
+    told = [group for group in groups if _over(final.found.problem, refitter, group, inside=False).samples]
+    return tuple(_one(refitter, baseline, final, group) for group in told)
 
 
-def _one(bench: Bench, baseline: Trial, final: Trial, group: str) -> LeftOut:
-    before, _ = _without(bench, baseline, group)
-    after, fitted = _without(bench, final, group)
-    named = {suspect.amplitude for suspect in final.suspects}
+def _one(refitter: Refitter, baseline: Refit, final: Refit, group: str) -> GroupFold:
+    before, _ = _without(refitter, baseline, group)
+    after, fitted = _without(refitter, final, group)
+    named = {hypothesis.amplitude for hypothesis in final.hypotheses}
     amplitudes = tuple(
         (unknown.name, float(unknown.values(float(at))[0]))
         for unknown, at in zip(fitted.problem.unknowns, fitted.x, strict=False)
         if unknown.name in named
     )
-    return LeftOut(group, before, after, _alone(bench, final, group), amplitudes)
+    return GroupFold(group, before, after, _alone(refitter, final, group), amplitudes)
 
 
-def _without(bench: Bench, trial: Trial, group: str) -> tuple[float, Found]:
+def _without(refitter: Refitter, refit: Refit, group: str) -> tuple[float, Found]:
     """What is left over of the group with all parameters fitted to the others, and that fit."""
-    rest = _over(trial.found.problem, bench, group, inside=False)
-    found = search(rest, rest.at(trial.found.x), bench.sensors, OWN_NOISE)
-    here = _over(found.problem, bench, group, inside=True)
-    return _mean_square(here, here.at(found.x), bench), found
+    rest = _over(refit.found.problem, refitter, group, inside=False)
+    found = search(rest, rest.at(refit.found.x), refitter.sensors, OWN_NOISE)
+    here = _over(found.problem, refitter, group, inside=True)
+    return _mean_square(here, here.at(found.x), refitter), found
 
 
-def lawless(groups: Sequence[LeftOut]) -> tuple[str, ...]:
+def outlying_groups(groups: Sequence[GroupFold]) -> tuple[str, ...]:
     """Groups that fit no law that fits the others: even alone they leave `FAR` times as much over."""
     usual = float(np.median([one.alone for one in groups])) if groups else 0.0
     return tuple(one.group for one in groups if one.alone > FAR * max(usual, 1.0))
 
 
-def _alone(bench: Bench, final: Trial, group: str) -> float:
+def _alone(refitter: Refitter, final: Refit, group: str) -> float:
     """What is left over of the group's held-out recordings with all parameters fitted to its others."""
-    here = _over(final.found.problem, bench, group, inside=True)
+    here = _over(final.found.problem, refitter, group, inside=True)
     fitted = [one for one in here.samples if one.recording.role == "estimate"] or list(here.samples)
     judged = [one for one in here.samples if one.recording.role == "validate"] or list(here.samples)
     own = here.over(fitted)
-    found = search(own, own.at(final.found.x), bench.sensors, OWN_NOISE)
+    found = search(own, own.at(final.found.x), refitter.sensors, OWN_NOISE)
     seen = found.problem.over(judged)
-    return _mean_square(seen, seen.at(found.x), bench)
+    return _mean_square(seen, seen.at(found.x), refitter)
 
 
-def _over(problem: Problem, bench: Bench, group: str, *, inside: bool) -> Problem:
+def _over(problem: Problem, refitter: Refitter, group: str, *, inside: bool) -> Problem:
     """The problem over the group, or over what may be fitted of all others."""
     own = {sample.recording.file: sample for sample in problem.samples}
     samples = [
         own.get(sample.recording.file, sample)
-        for sample in bench.everyone.samples
+        for sample in refitter.everyone.samples
         if (sample.recording.group == group) == inside and (inside or sample.recording.role == "estimate")
     ]
     return problem.over(samples)
 
 
-def _mean_square(problem: Problem, x: Any, bench: Bench) -> float:
+def _mean_square(problem: Problem, x: Any, refitter: Refitter) -> float:
     """Of what is left over in units of noise, with nothing of the group adjusted."""
     total, count = 0.0, 0
     with one_thread():
         said = problem.values(x)
     for sample, model in zip(problem.samples, said, strict=True):
         for seen in sample.observed:
-            left = seen.left(model[seen.sensor.channel]) / bench.sensors[seen.sensor.channel].noise
+            left = seen.left(model[seen.sensor.channel]) / refitter.sensors[seen.sensor.channel].noise
             total += float(left @ left)
             count += len(left)
     return total / max(count, 1)

@@ -9,8 +9,8 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from forklift import _core
-from forklift.diagnosis.hypothesis import Suspect
-from forklift.fitting.sensor_faults import Fault, Reading, reading
+from forklift.diagnosis.hypothesis import Hypothesis
+from forklift.fitting.sensor_faults import SensorFault, SensorUnknown, reading
 from forklift.plant.forklift.effects import EFFECTS
 from forklift.plant.forklift.problem import OWN, Problem, Sample
 from forklift.plant.forklift.sensors import POSITIONS
@@ -20,7 +20,7 @@ from forklift.recordings.channels import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec
-    from forklift.plant.forklift.checks.invalid_signals import Spoilt
+    from forklift.plant.forklift.checks.invalid_signals import InvalidStretch
     from forklift.plant.forklift.truck import Truck
 
 LOAD_WIDTH_KG = 100.0
@@ -37,7 +37,7 @@ WIDE = 2.0
 SHARES = ((1 / 6, 1 / 2, 5 / 6), (0.3, 0.7))
 """Shares of what is plausible at which the first and the second wide open parameter start."""
 
-FAULTS: dict[str, tuple[tuple[Fault, str, str], ...]] = {
+FAULTS: dict[str, tuple[tuple[SensorFault, str, str], ...]] = {
     "Pa": (
         ("gain", "pressure_gain", "the pressure sensor's gain is off"),
         ("offset", "pressure_offset", "the pressure sensor's zero is off"),
@@ -52,25 +52,25 @@ FAULTS: dict[str, tuple[tuple[Fault, str, str], ...]] = {
 """By a channel's unit: how its sensor may read wrongly, the word for it, and the sentence."""
 
 
-def suspects(
+def hypotheses(
     lifts: Collection[Lift], measured: Collection[str], travelled: Mapping[Lift, tuple[float, float]]
-) -> tuple[Suspect, ...]:
+) -> tuple[Hypothesis, ...]:
     """All of them, for a campaign that commands `lifts` and has these channels.
 
     Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
-    values of its further parameters is a suspect for some of them, all under one label.
+    values of its further parameters is a hypothesis for some of them, all under one label.
     """
     return (*_physics(lifts, travelled), *_sensors(measured), *_conditions())
 
 
-def spoilt_suspect(spoilt: Spoilt) -> Suspect:
+def invalid_hypothesis(spoilt: InvalidStretch) -> Hypothesis:
     """A signal that stood still or slipped, whose samples were left out: nothing is left to try."""
-    return Suspect(
+    return Hypothesis(
         f"sensor_{spoilt.how}", "sensor", spoilt.said, spoilt.channel, "sensor", None, lambda problem: problem
     )
 
 
-def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]) -> Iterator[Suspect]:
+def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]) -> Iterator[Hypothesis]:
     specs = effect_specs()
     for effect in EFFECTS:
         if effect.general:
@@ -78,7 +78,7 @@ def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, floa
         scope = [lift for lift in LIFTS if lift in lifts] if specs[effect.id]["scope"] == "lift" else [""]
         for lift in scope:
             for starts in _starts(effect.id, travelled.get(lift)):  # type: ignore[call-overload]
-                yield Suspect(
+                yield Hypothesis(
                     effect.id,
                     "physics",
                     effect.name,
@@ -87,7 +87,7 @@ def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, floa
                     _names(effect.id, lift)[0],
                     acting(effect.id, lift, starts),
                     effect.confused_with,
-                    effect.told_by,
+                    effect.needs_two_of,
                 )
 
 
@@ -137,12 +137,12 @@ def with_truck_unknowns(
 ) -> Problem:
     """The problem with further parameters of the truck at `values`, some of them unknown."""
     truck = problem.truck.with_values(values, source="suspected")
-    own = [known for known in problem.unknowns if not isinstance(known, Reading)]
-    readings = [known for known in problem.unknowns if isinstance(known, Reading)]
+    own = [known for known in problem.unknowns if not isinstance(known, SensorUnknown)]
+    readings = [known for known in problem.unknowns if isinstance(known, SensorUnknown)]
     return replace(problem, truck=truck, unknowns=(*own, *more(truck), *readings))
 
 
-def with_unknown(problem: Problem, reading: Reading) -> Problem:
+def with_unknown(problem: Problem, reading: SensorUnknown) -> Problem:
     """The problem with one more number of a sensor."""
     return replace(problem, unknowns=(*problem.unknowns, reading))
 
@@ -167,20 +167,20 @@ def _at(parameter: EffectParameterSpec, share: float) -> float:
     return lower + share * (upper - lower)
 
 
-def _sensors(measured: Collection[str]) -> Iterator[Suspect]:
+def _sensors(measured: Collection[str]) -> Iterator[Hypothesis]:
     for channel in measured:
         unit = channels()[channel]["unit"]
         for fault, id, name in FAULTS[unit]:
             number = reading([channel], fault, unit)
-            yield Suspect(id, "sensor", name, channel, "sensor", number.name, _misread(number))
+            yield Hypothesis(id, "sensor", name, channel, "sensor", number.name, _misread(number))
     late = reading(list(measured), "lag", "s")
-    yield Suspect(
+    yield Hypothesis(
         "sensor_lag", "sensor", "all signals arrive late", "", "sensor", late.name, _misread(late),
         ("valve_delay",), unlikely=True,
     )  # fmt: skip
 
 
-def _misread(number: Reading) -> Callable[[Problem], Problem]:
+def _misread(number: SensorUnknown) -> Callable[[Problem], Problem]:
     def add(problem: Problem) -> Problem:
         for channel in number.channels:
             if channel in POSITIONS and number.fault != "lag":
@@ -190,12 +190,12 @@ def _misread(number: Reading) -> Callable[[Problem], Problem]:
     return add
 
 
-def _conditions() -> Iterator[Suspect]:
-    yield Suspect(
+def _conditions() -> Iterator[Hypothesis]:
+    yield Hypothesis(
         "load_entered", "parameter", "the entered load is wrong", "", "operating-point", None,
         lambda problem: widened(problem, "load", LOAD_WIDTH_KG), ("pressure_gain", "pressure_offset"),
     )  # fmt: skip
-    yield Suspect(
+    yield Hypothesis(
         "temperature_offset", "parameter", "the oil's temperature is off", "", "operating-point", None,
         lambda problem: widened(problem, "oil_temperature", TEMPERATURE_WIDTH_K),
         ("oil_temperature_at_valve",), ("oil_temperature_degc",),

@@ -15,7 +15,7 @@ Kind = Literal["physics", "parameter", "sensor", "unknown"]
 
 
 @dataclass(frozen=True, eq=False)
-class Suspect:
+class Hypothesis:
     """One explanation, ready to be tried.
 
     Attributes
@@ -29,10 +29,10 @@ class Suspect:
     equation
         The equation of the model that it changes.
     amplitude
-        The unknown that is zero where the suspect is absent; None for conditions.
+        The unknown that is zero where the hypothesis is absent; None for conditions.
     add
-        A problem of the same kind with the suspect's unknowns at their quiet values: it leaves the model as
-        it is.
+        A problem of the same kind with the hypothesis's unknowns at their quiet values: it leaves the model
+        as it is.
     """
 
     id: str
@@ -43,7 +43,7 @@ class Suspect:
     amplitude: str | None
     add: Callable[[Any], Any]
     confused_with: tuple[str, ...] = ()
-    told_by: tuple[str, ...] = ()
+    needs_two_of: tuple[str, ...] = ()
     """Conditions of which there must be two values at least."""
     unlikely: bool = False
     """Whether it yields to what explains the same as well."""
@@ -63,7 +63,7 @@ class Suspect:
         return f"{self.where}.{self.id}" if self.where else self.id
 
     def __repr__(self) -> str:
-        return f"Suspect({self.label!r})"
+        return f"Hypothesis({self.label!r})"
 
 
 def carry(x: Floats, before: Problem, after: Problem) -> Floats:
@@ -73,6 +73,6 @@ def carry(x: Floats, before: Problem, after: Problem) -> Floats:
     own = []
     for k, (was, now) in enumerate(zip(before.samples, after.samples, strict=True)):
         offsets = np.zeros(len(was.width))
-        offsets[was.free] = was.width[was.free] * before.own(x, k)
+        offsets[was.free] = was.width[was.free] * before.nuisance(x, k)
         own.append(offsets[now.free] / now.width[now.free])
     return np.concatenate([shared, *own])

@@ -133,7 +133,7 @@ def _known(
         residual.append(rounded(seen.sensor, off / noise[name]))
     time = sample.recording.time_s
     centres = np.arange(time[0], time[-1] + 0.5 * width_s, width_s)
-    place = problem.place(k)
+    place = problem.columns(k)
     rows, rest = np.vstack(jacobian), np.concatenate(residual)
     return _Known(place, rows, rest, rows.T @ rows, rows.T @ rest, centres)
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.fitting.residuals import Judged
+from forklift.fitting.residuals import ChannelResidual
 
 EDGES_HZ = (0.5, 2.0, 5.0)
 """Between the bands: drift, the steps of a command, the oscillation of a load on its oil, what is faster."""
@@ -53,7 +53,7 @@ class Share:
 
 
 def shares(
-    judged: Sequence[Judged],
+    judged: Sequence[ChannelResidual],
     rates_hz: Mapping[str, float],
     phases: Mapping[str, Mapping[str, NDArray[np.intp]]],
     names: Sequence[str],
@@ -97,7 +97,7 @@ def band_names() -> tuple[str, ...]:
     return (f"below {EDGES_HZ[0]:g} Hz", *inner, f"above {EDGES_HZ[-1]:g} Hz")
 
 
-def _bands(found: Judged, rate_hz: float) -> Iterator[tuple[str, float, float]]:
+def _bands(found: ChannelResidual, rate_hz: float) -> Iterator[tuple[str, float, float]]:
     """Name, samples and sum of squares of each band; a missing sample counts as explained."""
     series = np.zeros(int(found.rows[-1] - found.rows[0]) + 1 if len(found.rows) else 0)
     if not len(series):

@@ -24,8 +24,8 @@ from scipy.linalg import block_diag
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-from forklift.diagnosis.hypothesis import Suspect, carry
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.hypothesis import Hypothesis, carry
+from forklift.diagnosis.refit import Refit
 from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.intervals import knowledge
 from forklift.fitting.observed import Observed
@@ -79,25 +79,25 @@ class _Rival:
     """One explanation: a problem at its optimum, and what is known of its shared unknowns."""
 
     label: str
-    trial: Trial
+    refit: Refit
     root: Floats
     """Σ = root rootᵀ, widened by what the explanation leaves over."""
 
     def fitted(self) -> tuple[Problem, Floats]:
         """The rival's problem over the recordings it was fitted to, at its optimum."""
-        problem = self.trial.found.problem
-        return problem.weighted(problem.sigma, COARSE), self.trial.found.x
+        problem = self.refit.found.problem
+        return problem.weighted(problem.sigma, COARSE), self.refit.found.x
 
     def foreseen(self, samples: Sequence[Sample]) -> tuple[Problem, Floats]:
         """The rival's problem over candidates, their conditions as doubtful as it holds them."""
-        fitted = self.trial.found.problem
+        fitted = self.refit.found.problem
         problem = fitted.over(samples).weighted(fitted.sigma, COARSE)
-        for suspect in self.trial.suspects:
-            problem = problem.over(suspect.add(problem).samples)
-        return problem, problem.at(self.trial.found.x)
+        for hypothesis in self.refit.hypotheses:
+            problem = problem.over(hypothesis.add(problem).samples)
+        return problem, problem.at(self.refit.found.x)
 
 
-def part(rivals: Sequence[Trial], candidates: Sequence[Candidate]) -> Proposal:
+def part(rivals: Sequence[Refit], candidates: Sequence[Candidate]) -> Proposal:
     """The candidate that would part most pairs of these rivals, and of such the one that parts them best.
 
     Raises
@@ -108,7 +108,7 @@ def part(rivals: Sequence[Trial], candidates: Sequence[Candidate]) -> Proposal:
     if len(rivals) < 2:
         raise ValueError("to part rivals, give two at least")
     with one_thread():
-        known = [_rival(trial) for trial in rivals]
+        known = [_rival(refit) for refit in rivals]
         noise = _noise(rivals)
         recorded = _scores(known, [_linearised(*one.fitted()) for one in known], noise)
         values = [_values(one, candidates) for one in known]
@@ -151,8 +151,8 @@ def part(rivals: Sequence[Trial], candidates: Sequence[Candidate]) -> Proposal:
     return Proposal(chosen, f"{chosen.name}: {words}{besides}", partings)
 
 
-def tell(trial: Trial, what: Suspect | str, candidates: Sequence[Candidate]) -> Proposal:
-    """The candidate that most narrows one shared unknown of a trial, or the amplitude of another suspect.
+def tell(refit: Refit, what: Hypothesis | str, candidates: Sequence[Candidate]) -> Proposal:
+    """The candidate that most narrows one shared unknown of a refit, or the amplitude of another hypothesis.
 
     With the recording added, the information on θ grows by JᵀS⁻¹J with the recording's own unknowns taken
     off, and Σ becomes (Σ⁻¹ + JᵀS⁻¹J)⁻¹ (Bayesian c-optimality; Chaloner & Verdinelli 1995).
@@ -160,24 +160,24 @@ def tell(trial: Trial, what: Suspect | str, candidates: Sequence[Candidate]) -> 
     Raises
     ------
     ValueError
-        If the trial has no such unknown, or the suspect no amplitude.
+        If the refit has no such unknown, or the hypothesis no amplitude.
     """
-    problem, x = trial.found.problem, trial.found.x
+    problem, x = refit.found.problem, refit.found.x
     name = what if isinstance(what, str) else what.amplitude
-    suspects = trial.suspects
+    hypotheses = refit.hypotheses
     with one_thread():
         if isinstance(what, str):
-            covariance = trial.knowledge.covariance
+            covariance = refit.knowledge.covariance
         else:
             problem = what.add(problem.weighted(problem.sigma, COARSE))
-            x = carry(x, trial.found.problem, problem)
+            x = carry(x, refit.found.problem, problem)
             covariance = knowledge(problem, x).covariance
-            suspects = (*suspects, what)
+            hypotheses = (*hypotheses, what)
         names = [unknown.name for unknown in problem.unknowns]
         if name not in names:
-            raise ValueError(f"the trial has no unknown {name}")
-        asked = replace(trial, suspects=suspects, found=replace(trial.found, problem=problem, x=x))
-        rival = _Rival(_label(trial), asked, _root(covariance))
+            raise ValueError(f"the refit has no unknown {name}")
+        asked = replace(refit, hypotheses=hypotheses, found=replace(refit.found, problem=problem, x=x))
+        rival = _Rival(_label(refit), asked, _root(covariance))
         noise = _noise([asked])
         possible = [k for k, said in enumerate(_values(rival, candidates)) if said is not None]
         foreseen, at = rival.foreseen([candidates[k].sample for k in possible])
@@ -200,12 +200,12 @@ def tell(trial: Trial, what: Suspect | str, candidates: Sequence[Candidate]) -> 
     return Proposal(chosen, f"{chosen.name}: the recording narrows {told}")
 
 
-def _rival(trial: Trial) -> _Rival:
-    return _Rival(_label(trial), trial, _root(max(1.0, trial.left_over) * trial.knowledge.covariance))
+def _rival(refit: Refit) -> _Rival:
+    return _Rival(_label(refit), refit, _root(max(1.0, refit.reduced_chi2) * refit.knowledge.covariance))
 
 
-def _label(trial: Trial) -> str:
-    return " and ".join(suspect.label for suspect in trial.suspects) or "nothing missing"
+def _label(refit: Refit) -> str:
+    return " and ".join(hypothesis.label for hypothesis in refit.hypotheses) or "nothing missing"
 
 
 def _root(covariance: Floats) -> Floats:
@@ -213,12 +213,12 @@ def _root(covariance: Floats) -> Floats:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def _noise(trials: Sequence[Trial]) -> dict[str, float]:
-    """The largest that any of the trials shows in each channel, widened where it is not white."""
+def _noise(refits: Sequence[Refit]) -> dict[str, float]:
+    """The largest that any of the refits shows in each channel, widened where it is not white."""
     found: dict[str, float] = {}
-    for trial in trials:
-        for name, sigma in trial.found.problem.sigma.items():
-            wide = sigma * trial.knowledge.widening.get(name, 1.0)
+    for refit in refits:
+        for name, sigma in refit.found.problem.sigma.items():
+            wide = sigma * refit.knowledge.widening.get(name, 1.0)
             found[name] = max(found.get(name, 0.0), wide)
     return found
 

@@ -1,4 +1,4 @@
-"""An unknown input of a plant as a function of what is known of each moment; free shapes as suspects."""
+"""An unknown input of a plant as a function of what is known of each moment; free shapes as hypotheses."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import KNOTS, Shape, shapes, telling
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.plant_hypotheses import acting
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.refit import Refit
 from forklift.fitting.plant_problem import PlantProblem
 from forklift.plant.parts import Effect, Param, Port, Values
 
@@ -36,11 +36,11 @@ def respond(problem: PlantProblem, x: Floats, k: int, port: str, centres: Floats
     return problem.respond(x, k, port, centres, width_s(problem))
 
 
-def over_variables(trial: Trial, found: UnknownInput) -> list[Shape]:
+def over_variables(refit: Refit, found: UnknownInput) -> list[Shape]:
     """An unknown input as a function of every state, input and quantity of the bus, the best first."""
-    problem = trial.early.problem
+    problem = refit.early.problem
     assert isinstance(problem, PlantProblem)
-    return shapes(found, variables(problem, trial.early.x, found))
+    return shapes(found, variables(problem, refit.early.x, found))
 
 
 def variables(problem: PlantProblem, x: Floats, found: UnknownInput) -> list[dict[str, Floats]]:
@@ -52,7 +52,7 @@ def variables(problem: PlantProblem, x: Floats, found: UnknownInput) -> list[dic
 
 
 @dataclass(frozen=True)
-class FreeShapes:
+class FreeCurves:
     """Offers free shapes for what a fitted plant leaves over.
 
     Attributes
@@ -60,19 +60,19 @@ class FreeShapes:
     places
         Every port, input and output.
     known
-        Unknown inputs that were estimated already, by trial.
+        Unknown inputs that were estimated already, by refit.
     """
 
     places: Sequence[str]
-    known: Mapping[Trial, Sequence[UnknownInput]]
+    known: Mapping[Refit, Sequence[UnknownInput]]
 
-    def __call__(self, trial: Trial) -> list[Suspect]:
-        """The most promising, beside what the trial has."""
-        problem = trial.early.problem
+    def __call__(self, refit: Refit) -> list[Hypothesis]:
+        """The most promising, beside what the refit has."""
+        problem = refit.early.problem
         assert isinstance(problem, PlantProblem)
         ports = {port.name: port for port in problem.machine.plant.ports}
-        inputs = self.known.get(trial) or unknown_inputs(
-            problem, trial.early.x, self.places, respond, width_s(problem)
+        inputs = self.known.get(refit) or unknown_inputs(
+            problem, refit.early.x, self.places, respond, width_s(problem)
         )
         inputs = [one for one in inputs if one.port in ports]
         return [
@@ -82,16 +82,16 @@ class FreeShapes:
                 shape.at,
                 float(np.sqrt(np.mean(np.concatenate(one.values) ** 2))),
             )
-            for one, shape in telling(inputs, partial(over_variables, trial))
+            for one, shape in telling(inputs, partial(over_variables, refit))
         ]
 
-    def beside(self, trial: Trial) -> list[Suspect]:
-        """A curve over every state, input and quantity of the bus, at each port that the trial's effects
+    def beside(self, refit: Refit) -> list[Hypothesis]:
+        """A curve over every state, input and quantity of the bus, at each port that the refit's effects
         act on."""
-        problem = trial.told_from.problem
+        problem = refit.told_from.problem
         assert isinstance(problem, PlantProblem)
         acted_on = {port for effect in problem.machine.effects for port in effect.ports}
-        seen = [variables for _, _, variables in problem.simulated(trial.told_from.x)]
+        seen = [variables for _, _, variables in problem.simulated(refit.told_from.x)]
         ends = {
             name: (min(one[name].min() for one in seen), max(one[name].max() for one in seen))
             for name in seen[0]
@@ -105,7 +105,7 @@ class FreeShapes:
         ]
 
 
-def _curve(port: Port, variable: str, at: Floats, size: float) -> Suspect:
+def _curve(port: Port, variable: str, at: Floats, size: float) -> Hypothesis:
     """A curve over one variable at a port, quiet: hats at the knots."""
     names = [f"knot_{k}" for k in range(len(at))]
     most = 10.0 * max(size, 1e-12)
@@ -124,7 +124,7 @@ def _curve(port: Port, variable: str, at: Floats, size: float) -> Suspect:
     name = f"something acts on the {port.name} as a function of {variable}"
     law = Effect(f"{port.name}.over.{variable}", name, tuple(number), (port.name,), term)
     further = tuple(law.full(one) for one in number[1:])
-    return Suspect(
+    return Hypothesis(
         "unknown",
         "unknown",
         name,

@@ -13,17 +13,17 @@ from forklift.base import present
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis import plant_files as files
 from forklift.diagnosis.causes import Cause
-from forklift.diagnosis.confounding import Twin, twins
+from forklift.diagnosis.confounding import Confounded, confounded
 from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.engine import Clock, Site, Verdict, investigate, verdict
-from forklift.diagnosis.group_validation import LeftOut, lawless, left_out
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.group_validation import GroupFold, group_folds, outlying_groups
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.next_recording import Candidate, Proposal, part
-from forklift.diagnosis.plant_curves import FreeShapes, over_variables, respond, width_s
-from forklift.diagnosis.plant_hypotheses import suspects
+from forklift.diagnosis.plant_curves import FreeCurves, over_variables, respond, width_s
+from forklift.diagnosis.plant_hypotheses import hypotheses
 from forklift.diagnosis.plant_predict import Foreseen, Score, foreseen, scores
-from forklift.diagnosis.refit import Bench, Trial
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.fitting.intervals import QUANTILE
@@ -40,7 +40,7 @@ LATER = 0.2
 reaches the sensors' noise, several effects are the rule, and a second one seldom halves what is left."""
 
 NEAREST = 2
-"""How many of the trials that came nearest a recording is asked to part from what was found."""
+"""How many of the refits that came nearest a recording is asked to part from what was found."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class PlantDiagnosis:
     selection: Selection
     screening: Screening
     scores: tuple[Score, ...]
-    groups: tuple[LeftOut, ...]
-    twins: tuple[Twin, ...]
+    groups: tuple[GroupFold, ...]
+    confounded: tuple[Confounded, ...]
     """What could stand for a cause on these recordings, to first order."""
     numbers: tuple[Number, ...]
     numbers_before: tuple[Number, ...]
@@ -87,22 +87,22 @@ class PlantDiagnosis:
     seconds: Mapping[str, float]
 
     @property
-    def baseline(self) -> Trial:
+    def baseline(self) -> Refit:
         return self.selection.baseline
 
     @property
-    def final(self) -> Trial:
+    def final(self) -> Refit:
         return self.selection.final
 
     @property
-    def lawless(self) -> tuple[str, ...]:
+    def outlying_groups(self) -> tuple[str, ...]:
         """Groups that fit no law that fits the others."""
-        return lawless(self.groups)
+        return outlying_groups(self.groups)
 
     @property
-    def untestable(self) -> tuple[Suspect, ...]:
-        """Suspects of which these recordings can tell nothing."""
-        return self.screening.untold
+    def untestable(self) -> tuple[Hypothesis, ...]:
+        """Hypotheses of which these recordings can tell nothing."""
+        return self.screening.unidentifiable
 
     def rmse(self, role: str = "validate") -> tuple[float, float]:
         """Root mean square error before and after, over all samples of recordings with this role.
@@ -148,9 +148,8 @@ class PlantDiagnosis:
         return present.summary(self)
 
     def __repr__(self) -> str:
-        return (
-            f"PlantDiagnosis({self.plant.name!r}, {self.verdict!r}, {[c.suspect.label for c in self.causes]})"
-        )
+        causes = [cause.hypothesis.label for cause in self.causes]
+        return f"PlantDiagnosis({self.plant.name!r}, {self.verdict!r}, {causes})"
 
     def __str__(self) -> str:
         return files.text(self)
@@ -191,28 +190,28 @@ def diagnose_plant(
     fitted = [one for one in everyone.samples if one.recording.role == "estimate"]
     if not fitted:
         raise ForkliftError("estimate-missing", f"no recording of {plant.name} may be fitted on")
-    bench = Bench(everyone.over(fitted), everyone, known, strict=True, later=LATER)
+    refitter = Refitter(everyone.over(fitted), everyone, known, strict=True, later=LATER)
     places = [*(port.name for port in plant.ports), *(one.name for one in plant.inputs), *known]
     site = Site(
         places,
         respond,
         over_variables,
-        lambda already: FreeShapes(places, already),
+        lambda already: FreeCurves(places, already),
         "plant",
         width_s(everyone),
     )
-    everybody = suspects(plant, recordings)
-    found = investigate(bench, everybody, site, clock)
+    everybody = hypotheses(plant, recordings)
+    found = investigate(refitter, everybody, site, clock)
     selection = found.selection
     with clock.stage("leaving groups out"):
-        groups = left_out(bench, selection.baseline, selection.final)
+        groups = group_folds(refitter, selection.baseline, selection.final)
     with clock.stage("asking what could stand for it"):
-        alike = twins(selection.final, everybody)
+        alike = confounded(selection.final, everybody)
     with clock.stage("choosing the next recording"):
-        proposal = _proposal(plant, selection, alike, candidates, bench)
+        proposal = _proposal(plant, selection, alike, candidates, refitter)
     with clock.stage("foreseeing every recording"):
         before, after = (
-            foreseen(plant, recordings, bench, trial) for trial in (selection.baseline, selection.final)
+            foreseen(plant, recordings, refitter, refit) for refit in (selection.baseline, selection.final)
         )
     return PlantDiagnosis(
         plant,
@@ -242,19 +241,19 @@ def _blocked(recordings: Sequence[Recording]) -> list[Recording]:
     return [replace(one, blocks=each) if one in held else one for one in recordings]
 
 
-def widening(trial: Trial) -> float:
+def widening(refit: Refit) -> float:
     """Of intervals: by how much more is left over on recordings held out than on those fitted."""
-    fitted = [one for one in trial.judged if one.role == "estimate"]
+    fitted = [one for one in refit.judged if one.role == "estimate"]
     inside = sum(one.samples * one.mean_square for one in fitted) / sum(one.samples for one in fitted)
-    return float(np.sqrt(max(1.0, trial.left_over / inside))) if inside > 0.0 else 1.0
+    return float(np.sqrt(max(1.0, refit.reduced_chi2 / inside))) if inside > 0.0 else 1.0
 
 
-def numbers(trial: Trial) -> tuple[Number, ...]:
-    """Every parameter of a trial with its interval."""
-    wide = widening(trial)
+def numbers(refit: Refit) -> tuple[Number, ...]:
+    """Every parameter of a refit with its interval."""
+    wide = widening(refit)
     rows = []
-    for place, one in enumerate(trial.knowledge.estimates):
-        theta = float(trial.found.x[place])
+    for place, one in enumerate(refit.knowledge.estimates):
+        theta = float(refit.found.x[place])
         reach = QUANTILE * wide * one.deviation
         ends = [
             float(
@@ -271,21 +270,23 @@ def numbers(trial: Trial) -> tuple[Number, ...]:
 def _proposal(
     plant: Plant,
     selection: Selection,
-    alike: Sequence[Twin],
+    alike: Sequence[Confounded],
     candidates: Sequence[Recording],
-    bench: Bench,
+    refitter: Refitter,
 ) -> Proposal | None:
     """Of the candidates the one that best parts the final model from its rivals.
 
     These are what came nearest to it, and itself with a cause exchanged for what could stand for it.
     """
     final = selection.final
-    if not candidates or not final.suspects:
+    if not candidates or not final.hypotheses:
         return None
     last = [step for step in selection.steps if step.accepted][-1:]
-    near = [one for step in last for one in step.trials if one.finished and one.suspects != final.suspects]
-    first = {twin.accepted: twin for twin in reversed(alike)}.values()
-    exchanged = [_exchanged(bench, final, twin) for twin in first]
+    near = [
+        one for step in last for one in step.refits if one.finished and one.hypotheses != final.hypotheses
+    ]
+    first = {confounded.accepted: confounded for confounded in reversed(alike)}.values()
+    exchanged = [_exchanged(refitter, final, confounded) for confounded in first]
     rivals = [final, *near[:NEAREST], *exchanged]
     if len(rivals) < 2:
         return None
@@ -293,12 +294,12 @@ def _proposal(
         replace(completed(plant, one), y={out.name: np.zeros(len(one)) for out in plant.outputs})
         for one in candidates
     ]
-    problem = pose(plant, shown, bench.sensors)
+    problem = pose(plant, shown, refitter.sensors)
     pieces = [Candidate(one.recording.file, one) for one in problem.samples]
     return part(rivals, pieces)
 
 
-def _exchanged(bench: Bench, final: Trial, twin: Twin) -> Trial:
-    """The final model with a twin in a cause's place."""
-    others = tuple(twin.other if one is twin.accepted else one for one in final.suspects)
-    return bench.finish(bench.rough(others, final))
+def _exchanged(refitter: Refitter, final: Refit, confounded: Confounded) -> Refit:
+    """The final model with a confounded hypothesis in a cause's place."""
+    others = tuple(confounded.other if one is confounded.accepted else one for one in final.hypotheses)
+    return refitter.finish(refitter.rough(others, final))

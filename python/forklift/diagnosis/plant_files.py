@@ -31,7 +31,8 @@ def sentence(found: PlantDiagnosis) -> str:
             f"catalogue explains it ({_before(found)})."
         )
     said = "; ".join(
-        f"{'' if cause.credibility >= LIKELY else 'perhaps '}{cause.suspect.name} ({cause.suspect.label})"
+        f"{'' if cause.credibility >= LIKELY else 'perhaps '}{cause.hypothesis.name} "
+        f"({cause.hypothesis.label})"
         f"{f', by another law, a curve over {cause.curve.over}' if cause.curve else ''}"
         for cause in found.causes
     )
@@ -49,7 +50,7 @@ def _units(found: PlantDiagnosis) -> set[str]:
 
 def _before(found: PlantDiagnosis) -> str:
     if len(_units(found)) > 1:
-        return f"{found.baseline.left_over:.3g} times the noise power is left of {_where(found)}"
+        return f"{found.baseline.reduced_chi2:.3g} times the noise power is left of {_where(found)}"
     (unit,) = _units(found)
     error = f"{found.rmse(found.judged_on)[0]:.3g}{'' if unit == '1' else f' {unit}'}"
     return f"root mean square error on {_where(found)}: {error}"
@@ -59,8 +60,8 @@ def _falls(found: PlantDiagnosis) -> str:
     """By how much the model gains; outputs of several units only compare in units of their noise."""
     if len(_units(found)) > 1:
         return (
-            f"What is left over of {_where(found)} falls from {found.baseline.left_over:.3g} to "
-            f"{found.final.left_over:.3g} times the sensors' noise power"
+            f"What is left over of {_where(found)} falls from {found.baseline.reduced_chi2:.3g} to "
+            f"{found.final.reduced_chi2:.3g} times the sensors' noise power"
         )
     (unit,) = _units(found)
     before, after = found.rmse(found.judged_on)
@@ -80,17 +81,17 @@ def to_dict(found: PlantDiagnosis) -> dict[str, Any]:
         "sentence": found.sentence,
         "causes": [
             {
-                "id": cause.suspect.id,
-                "label": cause.suspect.label,
-                "name": cause.suspect.name,
-                "kind": cause.suspect.kind,
+                "id": cause.hypothesis.id,
+                "label": cause.hypothesis.label,
+                "name": cause.hypothesis.name,
+                "kind": cause.hypothesis.kind,
                 "credibility": cause.credibility,
                 "form": cause.form,
                 "curve_over": cause.curve and cause.curve.over,
                 "not_separable_from": [one.label for one in cause.not_separable_from],
                 "rivals": [
                     {
-                        "suspects": [one.label for one in rival],
+                        "hypotheses": [one.label for one in rival],
                         "credibility": share,
                         "mean_square": square,
                     }
@@ -105,16 +106,17 @@ def to_dict(found: PlantDiagnosis) -> dict[str, Any]:
             for one in found.shapes
         ],
         "scores": [vars(one) for one in found.scores],
-        "twins": [
-            {"cause": one.accepted.label, "other": one.other.label, "share": one.share} for one in found.twins
+        "confounded": [
+            {"cause": one.accepted.label, "other": one.other.label, "share": one.share}
+            for one in found.confounded
         ],
-        "lawless": list(found.lawless),
+        "outlying_groups": list(found.outlying_groups),
         "groups": [one.to_dict() for one in found.groups],
         "parameters": _parameters(found),
         "untestable": [one.label for one in found.untestable],
         "next_recording": None if found.next_recording is None else found.next_recording.why,
-        "mean_square": {"before": found.baseline.left_over, "after": found.final.left_over},
-        "suspects": [one.to_dict() for one in collected(found.selection, found.screening, found.causes)],
+        "mean_square": {"before": found.baseline.reduced_chi2, "after": found.final.reduced_chi2},
+        "hypotheses": [one.to_dict() for one in collected(found.selection, found.screening, found.causes)],
         "recordings": [
             {
                 "file": one.recording.file,
@@ -176,12 +178,13 @@ def _lines(found: PlantDiagnosis) -> list[str]:
         )
     for cause in found.causes:
         lines.append(
-            f"Cause: {cause.suspect.label} — {cause.suspect.name}; credibility {cause.credibility:.2f}, "
+            f"Cause: {cause.hypothesis.label} — {cause.hypothesis.name}; credibility "
+            f"{cause.credibility:.2f}, "
             f"form {cause.form}."
         )
         if cause.not_separable_from:
             lines.append(f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}.")
-        stand = [one for one in found.twins if one.accepted is cause.suspect]
+        stand = [one for one in found.confounded if one.accepted is cause.hypothesis]
         if stand:
             named = ", ".join(f"{one.other.label} ({100.0 * one.share:.0f} %)" for one in stand)
             lines.append(f"  These recordings cannot tell it from {named}.")
@@ -204,8 +207,8 @@ def _lines(found: PlantDiagnosis) -> list[str]:
             f"  left out {group.group}: {verb}, mean square {group.before:.3g} -> {group.after:.3g}, fitted "
             f"alone {group.alone:.3g}; without it {amplitudes}"
         )
-    if found.lawless:
-        lines.append(f"Fits no law that fits the others: {', '.join(found.lawless)}.")
+    if found.outlying_groups:
+        lines.append(f"Fits no law that fits the others: {', '.join(found.outlying_groups)}.")
     if found.next_recording:
         lines.append(f"Next recording: {found.next_recording.why}")
     return lines

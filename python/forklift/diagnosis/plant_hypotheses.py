@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from forklift.diagnosis.hypothesis import Suspect
+from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.fitting.plant_problem import PlantProblem
 from forklift.plant.parts import Effect, Input, Output, Param, Plant
 from forklift.plant.recording import Recording
@@ -23,7 +23,7 @@ MOST = 4.0
 """A fault is looked for up to this many of its standard deviations."""
 
 
-def suspects(plant: Plant, recordings: Sequence[Recording]) -> tuple[Suspect, ...]:
+def hypotheses(plant: Plant, recordings: Sequence[Recording]) -> tuple[Hypothesis, ...]:
     """All of them."""
     return (
         *(found for effect in plant.effects for found in of_effect(plant, effect)),
@@ -33,13 +33,13 @@ def suspects(plant: Plant, recordings: Sequence[Recording]) -> tuple[Suspect, ..
     )
 
 
-def of_effect(plant: Plant, effect: Effect) -> Iterator[Suspect]:
+def of_effect(plant: Plant, effect: Effect) -> Iterator[Hypothesis]:
     """An effect from every place where its search may start, all under one label."""
     kinds = {port.name: port.kind for port in plant.ports}
     values = [one.starts or (one.value,) for one in effect.params[1:]]
     for starts in product(*values):
         further = [replace(one, value=at) for one, at in zip(effect.params[1:], starts, strict=True)]
-        yield Suspect(
+        yield Hypothesis(
             effect.id,
             "physics",
             effect.name,
@@ -63,7 +63,7 @@ def acting(effect: Effect) -> Callable[[PlantProblem], PlantProblem]:
     return add
 
 
-def _outputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]:
+def _outputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Hypothesis]:
     for one in plant.outputs:
         columns = [found.y[one.name] for found in recordings if one.name in found.y]
         if one.gain_range:
@@ -76,7 +76,7 @@ def _outputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]
             yield _fault(one, "lag", "the signal arrives late", Param("lag", "s", 0.0, 0.0, MOST * lag))
 
 
-def _inputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Suspect]:
+def _inputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Hypothesis]:
     for one in plant.inputs:
         if one.derived:
             continue
@@ -97,10 +97,10 @@ def _offset(one: Input | Output, columns: Sequence[np.ndarray]) -> Param | None:
     return Param("offset", one.unit, 0.0, -MOST * size, MOST * size) if size else None
 
 
-def _fault(one: Input | Output, fault: str, name: str, number: Param) -> Suspect:
+def _fault(one: Input | Output, fault: str, name: str, number: Param) -> Hypothesis:
     full = f"{one.name}.{fault}"
     straight = replace(number, name=full)
-    return Suspect(
+    return Hypothesis(
         f"{'input' if isinstance(one, Input) else 'sensor'}_{fault}",
         "sensor",
         name,
@@ -111,7 +111,7 @@ def _fault(one: Input | Output, fault: str, name: str, number: Param) -> Suspect
     )
 
 
-def _parameters(plant: Plant) -> Iterator[Suspect]:
+def _parameters(plant: Plant) -> Iterator[Hypothesis]:
     for one in plant.params:
         if (
             one.known
@@ -119,7 +119,7 @@ def _parameters(plant: Plant) -> Iterator[Suspect]:
             and np.isfinite([one.lower, one.upper]).all()
             and one.upper > one.lower
         ):
-            yield Suspect(
+            yield Hypothesis(
                 "parameter",
                 "parameter",
                 f"{one.name} is known within a range only",

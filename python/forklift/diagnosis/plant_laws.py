@@ -11,7 +11,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import shapes
 from forklift.diagnosis.locate import UnknownInput
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.refit import Refit
 from forklift.fitting.plant_problem import PlantProblem
 from forklift.plant.parts import Effect
 
@@ -32,10 +32,10 @@ class Law:
     """(moments,) what the effect adds, in the port's unit."""
 
 
-def laws(trial: Trial) -> list[Law]:
-    """Every effect of a trial at every port that it acts on, over the recordings that were fitted."""
-    problem = cast(PlantProblem, trial.found.problem)
-    moments = [*_moments(problem, trial.found.x)]
+def laws(refit: Refit) -> list[Law]:
+    """Every effect of a refit at every port that it acts on, over the recordings that were fitted."""
+    problem = cast(PlantProblem, refit.found.problem)
+    moments = [*_moments(problem, refit.found.x)]
     found = []
     for effect, at in zip(
         problem.machine.effects, zip(*(said for _, said in moments), strict=True), strict=True

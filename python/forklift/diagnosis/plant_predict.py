@@ -10,7 +10,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
-from forklift.diagnosis.refit import MOVES, NEAR, Bench, Trial
+from forklift.diagnosis.refit import MOVES, NEAR, Refit, Refitter
 from forklift.fitting.plant_problem import PlantProblem, pieces
 from forklift.fitting.residuals import settled
 from forklift.plant.parts import Plant
@@ -51,12 +51,12 @@ class Score:
 
 
 def foreseen(
-    plant: Plant, recordings: Sequence[Recording], bench: Bench, trial: Trial
+    plant: Plant, recordings: Sequence[Recording], refitter: Refitter, refit: Refit
 ) -> tuple[Foreseen, ...]:
     """Every recording, with what was fitted on ``estimate``; only what it has of its own is adjusted."""
-    problem = cast(PlantProblem, trial.found.problem).over(bench.everyone.samples)
+    problem = cast(PlantProblem, refit.found.problem).over(refitter.everyone.samples)
     with one_thread():
-        x = settled(problem, trial.found.x[: len(problem.unknowns)], far=NEAR, moves=MOVES)
+        x = settled(problem, refit.found.x[: len(problem.unknowns)], far=NEAR, moves=MOVES)
         runs = iter(problem.simulated(x))
     samples = iter(problem.samples)
     found = []

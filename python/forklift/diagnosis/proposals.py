@@ -1,4 +1,5 @@
-"""Which recording would help most after a diagnosis: one that parts its rivals, or tells what is untold."""
+"""Which recording would help most after a diagnosis: one that parts its rivals, or tells what is
+unidentifiable."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.next_recording import part, tell
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.selection import Selection
 from forklift.plant.forklift.candidates import NextRecording, candidates, elsewhere, next_recording
 from forklift.plant.forklift.checks.suitability import Caution
@@ -54,39 +55,43 @@ def propose(
     )
 
 
-def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Trial]:
+def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Refit]:
     """What these recordings cannot part: as good explanations, another law of the same, or what comes nearest
     to an uncertain one."""
-    alike = {suspect for cause in found for suspect in cause.not_separable_from}
-    trials = [trial for step in selection.steps for trial in step.trials]
+    alike = {hypothesis for cause in found for hypothesis in cause.not_separable_from}
+    refits = [refit for step in selection.steps for refit in step.refits]
     best = [
-        trial
-        for trial in trials
-        if trial.complete and trial is not selection.final and set(trial.suspects) & alike
+        refit
+        for refit in refits
+        if refit.complete and refit is not selection.final and set(refit.hypotheses) & alike
     ]
     if not best and selection.curve:  # the same with the catalogue's law alone, or with the curve
-        curve = set(selection.curve.suspects)
+        curve = set(selection.curve.hypotheses)
         best = [
-            trial
-            for trial in (*trials, *selection.unnamed)
-            if trial.finished and set(trial.suspects) ^ set(selection.final.suspects) == curve
+            refit
+            for refit in (*refits, *selection.unnamed)
+            if refit.finished and set(refit.hypotheses) ^ set(selection.final.hypotheses) == curve
         ]
     if not best and found and not selection.final.complete:
-        others = [trial for trial in (*trials, *selection.unnamed) if trial.finished]
-        others = [trial for trial in others if trial is not selection.final]
-        best = sorted(others, key=lambda trial: trial.excess)[:1]
+        others = [refit for refit in (*refits, *selection.unnamed) if refit.finished]
+        others = [refit for refit in others if refit is not selection.final]
+        best = sorted(others, key=lambda refit: refit.excess)[:1]
     return [selection.final, *best][:MOST_RIVALS]
 
 
-def _vague(trial: Trial) -> str:
+def _vague(refit: Refit) -> str:
     """The accepted amplitude that is known worst, if that is not well."""
     known = dict(
-        zip((one.name for one in trial.found.problem.unknowns), trial.found.x.tolist(), strict=False)
+        zip((one.name for one in refit.found.problem.unknowns), refit.found.x.tolist(), strict=False)
     )
     worst, at = "", KNOWN
-    for estimate in trial.knowledge.estimates:
-        for suspect in trial.suspects:
-            if suspect.kind != "unknown" and estimate.name == suspect.amplitude and known[estimate.name]:
+    for estimate in refit.knowledge.estimates:
+        for hypothesis in refit.hypotheses:
+            if (
+                hypothesis.kind != "unknown"
+                and estimate.name == hypothesis.amplitude
+                and known[estimate.name]
+            ):
                 share = abs(estimate.deviation / known[estimate.name])
                 worst, at = (estimate.name, share) if share > at else (worst, at)
     return worst

@@ -1,4 +1,4 @@
-"""A set of suspects tried: the whole problem fitted anew with them, and judged on recordings held out."""
+"""A set of hypotheses tried: the whole problem fitted anew with them, and judged on recordings held out."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
-from forklift.diagnosis.hypothesis import Suspect, carry
-from forklift.diagnosis.screening import foretold
+from forklift.diagnosis.hypothesis import Hypothesis, carry
+from forklift.diagnosis.screening import loo_log_score
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
-from forklift.fitting.residuals import Judged, judge
+from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Progress, Stage, search
 from forklift.recordings.noise import Sensor
 
@@ -51,13 +51,13 @@ CLEAR = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
-    """One set of suspects, fitted with everything else and judged."""
+class Refit:
+    """One set of hypotheses, fitted with everything else and judged."""
 
-    suspects: tuple[Suspect, ...]
+    hypotheses: tuple[Hypothesis, ...]
     found: Found
     knowledge: Knowledge
-    judged: tuple[Judged, ...]
+    judged: tuple[ChannelResidual, ...]
     """On every recording if it is finished, else on those held out."""
     costs: tuple[float, float]
     """−ln posterior after each of the tempered stages, with their weights."""
@@ -69,17 +69,17 @@ class Trial:
 
     left_at_weights: float | None = None
     """Mean square left over in units of the weights that deviations were told with; None: of the noise."""
-    foretold: float | None = None
-    """How much better all recordings foretell each other than without its suspects, in ln probability; asked
-    where nothing shows without them."""
+    loo_log_score: float | None = None
+    """How much better all recordings foretell each other than without its hypotheses, in ln probability;
+    asked where nothing shows without them."""
 
     @property
     def rough(self) -> float:
-        """−ln posterior after the tempered stages: trials compare by it."""
+        """−ln posterior after the tempered stages: refits compare by it."""
         return self.costs[-1]
 
     @property
-    def held_out(self) -> tuple[Judged, ...]:
+    def held_out(self) -> tuple[ChannelResidual, ...]:
         held = tuple(found for found in self.judged if found.role == "validate")
         return held or self.judged
 
@@ -90,12 +90,12 @@ class Trial:
         return self.found if self.complete or self.slight else self.early
 
     @cached_property
-    def left_over(self) -> float:
+    def reduced_chi2(self) -> float:
         """Mean square over all held-out samples, in units of the sensors' noise."""
         return self.squares / sum(found.samples for found in self.held_out)
 
     @cached_property
-    def worst(self) -> Judged:
+    def worst(self) -> ChannelResidual:
         return max(self.held_out, key=lambda found: found.mean_square)
 
     @property
@@ -119,16 +119,17 @@ class Trial:
         return sum(found.excess for found in self.held_out)
 
     @property
-    def told(self) -> bool:
+    def identifiable(self) -> bool:
         """Whether all its amplitudes are told from none."""
-        return all(self.clear(suspect) for suspect in self.suspects)
+        return all(self.clear(hypothesis) for hypothesis in self.hypotheses)
 
-    def clear(self, suspect: Suspect) -> bool:
-        """Whether the suspect's amplitude is told from none, its deviation widened by what is left over."""
-        if suspect.amplitude is None or suspect.kind == "unknown":
+    def clear(self, hypothesis: Hypothesis) -> bool:
+        """Whether the hypothesis's amplitude is told from none, its deviation widened by what is left
+        over."""
+        if hypothesis.amplitude is None or hypothesis.kind == "unknown":
             return True
-        place = [unknown.name for unknown in self.found.problem.unknowns].index(suspect.amplitude)
-        left = self.left_over if self.left_at_weights is None else self.left_at_weights
+        place = [unknown.name for unknown in self.found.problem.unknowns].index(hypothesis.amplitude)
+        left = self.reduced_chi2 if self.left_at_weights is None else self.left_at_weights
         deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, left))
         return bool(abs(self.found.x[place]) >= CLEAR * deviation)
 
@@ -148,14 +149,14 @@ class Trial:
 class First(NamedTuple):
     """Where the first tempered stage ended."""
 
-    suspects: Sequence[Suspect]
+    hypotheses: Sequence[Hypothesis]
     found: Found
     cost: float
 
 
 @dataclass(frozen=True)
-class Bench:
-    """All that trials have in common."""
+class Refitter:
+    """All that refits have in common."""
 
     start: Problem
     """Over the recordings to be fitted, at the start truck."""
@@ -176,68 +177,68 @@ class Bench:
         """How many times as much as white noise the slowest of the sensors' noise promises by chance."""
         return max(sensor.together for sensor in self.sensors.values())
 
-    def rough(self, suspects: Sequence[Suspect], after: Trial | None = None) -> Trial:
-        """The tempered stages, cold from the start machine or from where another trial left them."""
-        return self._led_on(self._first(suspects, after))
+    def rough(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> Refit:
+        """The tempered stages, cold from the start machine or from where another refit left them."""
+        return self._led_on(self._first(hypotheses, after))
 
-    def quick(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
-        """A few evaluations from where another trial left them; fewer where the first ones gain little."""
-        found, first = self._searched(*self._from(suspects, after), QUICK[:1])
+    def quick(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
+        """A few evaluations from where another refit left them; fewer where the first ones gain little."""
+        found, first = self._searched(*self._from(hypotheses, after), QUICK[:1])
         if first > ALIKE * after.costs[0]:
-            return self._stopped(suspects, found, (first, np.inf))
-        return self._led_on(First(suspects, found, first), QUICK[1:])
+            return self._stopped(hypotheses, found, (first, np.inf))
+        return self._led_on(First(hypotheses, found, first), QUICK[1:])
 
-    def ahead(self, several: Sequence[tuple[Suspect, ...]], after: Trial) -> Trial:
-        """Who comes furthest in the tempered stages: the first of several sets of suspects from where another
-        trial left them; and if that leaves much over, all of them from the start machine too.
+    def ahead(self, several: Sequence[tuple[Hypothesis, ...]], after: Refit) -> Refit:
+        """Who comes furthest in the tempered stages: the first of several sets of hypotheses from where
+        another refit left them; and if that leaves much over, all of them from the start machine too.
 
         Either start can end astray where the other does not.
         """
         warm = self._first(several[0], after)
         if warm.cost > MUCH * after.costs[0]:
             return self._furthest([warm, *self._cold(several)])
-        trial = self._led_on(warm)
-        if trial.excess <= MUCH * after.excess:
-            return trial
-        return min(trial, self._furthest(self._cold(several)), key=lambda one: one.rough)
+        refit = self._led_on(warm)
+        if refit.excess <= MUCH * after.excess:
+            return refit
+        return min(refit, self._furthest(self._cold(several)), key=lambda one: one.rough)
 
-    def afresh(self, trial: Trial) -> Trial:
-        """The same suspects from the start machine, to the end; the trial itself if it came from there."""
-        first = self._first(trial.suspects)
-        return trial if first.cost == trial.costs[0] else self.finish(self._led_on(first))
+    def afresh(self, refit: Refit) -> Refit:
+        """The same hypotheses from the start machine, to the end; the refit itself if it came from there."""
+        first = self._first(refit.hypotheses)
+        return refit if first.cost == refit.costs[0] else self.finish(self._led_on(first))
 
-    def slightly(self, suspects: Sequence[Suspect], after: Trial) -> Trial:
-        """From where a trial ended that leaves little over, at the sensors' own noise: what hardly shows in
+    def slightly(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
+        """From where a refit ended that leaves little over, at the sensors' own noise: what hardly shows in
         any channel is nothing to the tempered stages. If it left nothing, all recordings are asked how well
         the others foretell them."""
-        problem = _with(self.start, suspects)
+        problem = _with(self.start, hypotheses)
         x = carry(after.found.x, after.found.problem, problem)
         found = search(problem, x, self.sensors, FINE[-1:], self.progress)
-        trial = self._judged(suspects, found, after.costs, early=after.early, finished=True)
+        refit = self._judged(hypotheses, found, after.costs, early=after.early, finished=True)
         if not after.complete:
-            return trial
+            return refit
         everywhere = self.everywhere(after)
-        new = [suspect for suspect in suspects if suspect not in after.suspects]
-        return replace(trial, foretold=foretold(everywhere.problem, everywhere.x, new))
+        new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
+        return replace(refit, loo_log_score=loo_log_score(everywhere.problem, everywhere.x, new))
 
-    def _cold(self, several: Sequence[tuple[Suspect, ...]]) -> list[First]:
-        return [self._first(suspects) for suspects in several]
+    def _cold(self, several: Sequence[tuple[Hypothesis, ...]]) -> list[First]:
+        return [self._first(hypotheses) for hypotheses in several]
 
-    def _first(self, suspects: Sequence[Suspect], after: Trial | None = None) -> First:
-        return First(suspects, *self._searched(*self._from(suspects, after), ROUGH[:1]))
+    def _first(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> First:
+        return First(hypotheses, *self._searched(*self._from(hypotheses, after), ROUGH[:1]))
 
-    def _furthest(self, firsts: Sequence[First]) -> Trial:
+    def _furthest(self, firsts: Sequence[First]) -> Refit:
         """Led on by the second stage, without those that are clearly behind after the first."""
         least = min(first.cost for first in firsts)
         near = [first for first in firsts if first.cost <= max(BEHIND * least, least + BEHIND)]
         return min((self._led_on(first) for first in near), key=lambda one: one.rough)
 
-    def _led_on(self, first: First, stages: tuple[Stage, ...] = ROUGH[1:]) -> Trial:
+    def _led_on(self, first: First, stages: tuple[Stage, ...] = ROUGH[1:]) -> Refit:
         found, cost = self._searched(first.found.problem, first.found.x, stages)
-        return self._stopped(first.suspects, _after(first.found, found), (first.cost, cost))
+        return self._stopped(first.hypotheses, _after(first.found, found), (first.cost, cost))
 
-    def _from(self, suspects: Sequence[Suspect], after: Trial | None = None) -> tuple[Problem, Floats]:
-        problem = _with(self.start, suspects)
+    def _from(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> tuple[Problem, Floats]:
+        problem = _with(self.start, hypotheses)
         x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
         return problem, x
 
@@ -246,49 +247,49 @@ class Bench:
         found = search(problem, x, self.sensors, stages, self.progress)
         return found, _cost(found.problem, found.x)
 
-    def baseline(self) -> Trial:
-        """The machine without any suspect."""
+    def baseline(self) -> Refit:
+        """The machine without any hypothesis."""
         return self.finish(self.rough(()))
 
-    def everywhere(self, trial: Trial) -> Found:
+    def everywhere(self, refit: Refit) -> Found:
         """The same machine fitted to all recordings, those held out too, with substeps no longer than it had:
         else the simulation's own error would show."""
-        told = trial.found
-        problem = _with(self.everyone, trial.suspects).weighted(told.problem.sigma, told.problem.substeps)
+        told = refit.found
+        problem = _with(self.everyone, refit.hypotheses).weighted(told.problem.sigma, told.problem.substeps)
         x = np.zeros(problem.starts[-1])
         x[: len(problem.unknowns)] = told.x[: len(problem.unknowns)]
         for k, sample in enumerate(problem.samples):
             for j, fitted in enumerate(told.problem.samples):
                 if fitted.recording is sample.recording:
-                    x[problem.place(k)] = told.x[told.problem.place(j)]
+                    x[problem.columns(k)] = told.x[told.problem.columns(j)]
         stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
         return search(problem, x, self.sensors, (stage,), self.progress)
 
-    def finish(self, trial: Trial) -> Trial:
+    def finish(self, refit: Refit) -> Refit:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
-        early, clearly = trial.early, trial.worst.mean_square >= MISFIT
+        early, clearly = refit.early, refit.worst.mean_square >= MISFIT
         fine = search(early.problem, early.x, self.sensors, SETTLING if clearly else FINE, self.progress)
-        done = self._judged(trial.suspects, _after(early, fine), trial.costs, early=early, finished=True)
+        done = self._judged(refit.hypotheses, _after(early, fine), refit.costs, early=early, finished=True)
         return done if clearly or done.complete else self._finer(done)
 
-    def _finer(self, trial: Trial) -> Trial:
+    def _finer(self, refit: Refit) -> Refit:
         """The same with shorter substeps, if what is left over is the simulation's own error."""
-        problem = trial.found.problem.weighted(trial.found.problem.sigma, FINEST.substeps)
-        worth = (1.0 - np.sqrt(LESS)) * np.sqrt(trial.worst.mean_square)
-        if TWICE * self._apart(trial.found, problem) <= worth:
-            return trial
+        problem = refit.found.problem.weighted(refit.found.problem.sigma, FINEST.substeps)
+        worth = (1.0 - np.sqrt(LESS)) * np.sqrt(refit.worst.mean_square)
+        if TWICE * self._apart(refit.found, problem) <= worth:
+            return refit
         exact = self._judged(
-            trial.suspects,
-            replace(trial.found, problem=problem),
-            trial.costs,
-            early=trial.early,
+            refit.hypotheses,
+            replace(refit.found, problem=problem),
+            refit.costs,
+            early=refit.early,
             finished=True,
         )
-        if exact.worst.mean_square > LESS * trial.worst.mean_square:
-            return trial
-        found = search(problem, trial.found.x, self.sensors, (FINEST,), self.progress)
+        if exact.worst.mean_square > LESS * refit.worst.mean_square:
+            return refit
+        found = search(problem, refit.found.x, self.sensors, (FINEST,), self.progress)
         return self._judged(
-            trial.suspects, _after(trial.found, found), trial.costs, early=trial.early, finished=True
+            refit.hypotheses, _after(refit.found, found), refit.costs, early=refit.early, finished=True
         )
 
     def _apart(self, found: Found, finer: Problem) -> float:
@@ -303,28 +304,28 @@ class Bench:
         ]
         return max(moved, default=0.0)
 
-    def without(self, suspect: Suspect, trial: Trial) -> Trial:
-        """The same trial without one of its suspects, from where it ended."""
-        rest = tuple(one for one in trial.suspects if one is not suspect)
+    def without(self, hypothesis: Hypothesis, refit: Refit) -> Refit:
+        """The same refit without one of its hypotheses, from where it ended."""
+        rest = tuple(one for one in refit.hypotheses if one is not hypothesis)
         problem = _with(self.start, rest)
-        x = carry(trial.found.x, trial.found.problem, problem)
+        x = carry(refit.found.x, refit.found.problem, problem)
         found, cost = self._searched(problem, x, AGAIN)
         return self.finish(self._stopped(rest, found, (np.inf, cost)))
 
-    def _stopped(self, suspects: Sequence[Suspect], found: Found, costs: tuple[float, float]) -> Trial:
+    def _stopped(self, hypotheses: Sequence[Hypothesis], found: Found, costs: tuple[float, float]) -> Refit:
         """Judged as it stands after the tempered stages."""
-        return self._judged(suspects, found, costs, early=found, finished=False)
+        return self._judged(hypotheses, found, costs, early=found, finished=False)
 
     def _judged(
         self,
-        suspects: Sequence[Suspect],
+        hypotheses: Sequence[Hypothesis],
         found: Found,
         costs: tuple[float, float],
         *,
         early: Found,
         finished: bool,
-    ) -> Trial:
-        everyone = _with(self.everyone, suspects).weighted(found.problem.sigma, found.problem.substeps)
+    ) -> Refit:
+        everyone = _with(self.everyone, hypotheses).weighted(found.problem.sigma, found.problem.substeps)
         if not finished:  # where it stands, only those held out tell
             held = tuple(one for one in everyone.samples if one.recording.role == "validate")
             everyone = everyone.over(held or everyone.samples)
@@ -337,10 +338,12 @@ class Bench:
             else:
                 judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
         left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
-        return Trial(tuple(suspects), found, known, judged, costs, finished, early, left)
+        return Refit(tuple(hypotheses), found, known, judged, costs, finished, early, left)
 
 
-def _left_at(weights: Mapping[str, float], judged: Sequence[Judged], sensors: Mapping[str, Sensor]) -> float:
+def _left_at(
+    weights: Mapping[str, float], judged: Sequence[ChannelResidual], sensors: Mapping[str, Sensor]
+) -> float:
     """Mean square left over on what is held out, in units of these weights."""
     held = [found for found in judged if found.role == "validate"] or judged
     scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
@@ -358,7 +361,7 @@ def _after(before: Found, found: Found) -> Found:
     return replace(found, evaluations=before.evaluations + found.evaluations)
 
 
-def _with(problem: Problem, suspects: Sequence[Suspect]) -> Problem:
-    for suspect in suspects:
-        problem = suspect.add(problem)
+def _with(problem: Problem, hypotheses: Sequence[Hypothesis]) -> Problem:
+    for hypothesis in hypotheses:
+        problem = hypothesis.add(problem)
     return problem

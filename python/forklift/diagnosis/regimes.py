@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-from forklift.diagnosis.refit import Trial
+from forklift.diagnosis.refit import Refit
 from forklift.fitting import likelihood
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import QUANTILE, TOLD
@@ -114,30 +114,30 @@ class Regimes:
         }
 
 
-def regimes(trial: Trial, parameter: str, splits: Sequence[Split]) -> tuple[Regimes, ...]:
-    """The parameter (a name among the trial's unknowns) from both sides of every split.
+def regimes(refit: Refit, parameter: str, splits: Sequence[Split]) -> tuple[Regimes, ...]:
+    """The parameter (a name among the refit's unknowns) from both sides of every split.
 
     A split that leaves one side empty is left out.
 
     Raises
     ------
     ValueError
-        If the trial has no such unknown.
+        If the refit has no such unknown.
     """
-    names = [unknown.name for unknown in trial.found.problem.unknowns]
+    names = [unknown.name for unknown in refit.found.problem.unknowns]
     if parameter not in names:
-        raise ValueError(f"the trial has no unknown {parameter}")
+        raise ValueError(f"the refit has no unknown {parameter}")
     place = names.index(parameter)
-    wide = sqrt(max(1.0, trial.left_over))
-    problem = trial.found.problem
+    wide = sqrt(max(1.0, refit.reduced_chi2))
+    problem = refit.found.problem
     sigma = {
-        name: noise * wide * trial.knowledge.widening.get(name, 1.0) for name, noise in problem.sigma.items()
+        name: noise * wide * refit.knowledge.widening.get(name, 1.0) for name, noise in problem.sigma.items()
     }
     problem = problem.weighted(sigma)
     with one_thread():
-        here = problem.linearise(trial.found.x)
+        here = problem.linearise(refit.found.x)
         return tuple(
-            _split(problem, trial.found.x, here, place, split)
+            _split(problem, refit.found.x, here, place, split)
             for split in splits
             if any(rows.any() for rows in split.rows) and not all(rows.all() for rows in split.rows)
         )
@@ -184,7 +184,7 @@ def _runs(problem: Problem, at: Floats, place: int, split: Split, side: int) -> 
     x[place] = at[-1] if side else at[place]
     seen = [k for k, rows in enumerate(split.rows) if (rows != bool(side)).any()]
     part = problem.over([problem.samples[k] for k in seen])
-    own = np.concatenate([x[: len(problem.unknowns)], *(problem.own(x, k) for k in seen)])
+    own = np.concatenate([x[: len(problem.unknowns)], *(problem.nuisance(x, k) for k in seen)])
     return dict(zip(seen, part.linearise(own), strict=True))
 
 
@@ -200,7 +200,7 @@ def _normal(
         column = np.arange(len(at) - 1)
         column[place] = len(at) - 1 if side else place
         for k, run in seen.items():
-            here = column[problem.place(k)]
+            here = column[problem.columns(k)]
             wanted = split.rows[k] != bool(side)
             for observed in problem.samples[k].observed:
                 rows = wanted[observed.rows]

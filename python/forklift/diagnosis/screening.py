@@ -1,7 +1,7 @@
-"""Which suspects could explain what is left over: all of them at once, without a refit.
+"""Which hypotheses could explain what is left over: all of them at once, without a refit.
 
-At an early optimum every suspect is differentiated once, at its quiet value, several in one run. How far the
-cost would fall if the suspect's amplitude and all other unknowns took the best linear step together is
+At an early optimum every hypothesis is differentiated once, at its quiet value, several in one run. How far
+the cost would fall if the hypothesis's amplitude and all other unknowns took the best linear step together is
 ½ gᵀN⁻¹g: a score test (Rao 1948) with all parameters of the machine projected off. Any pair costs no more
 than solving once again.
 """
@@ -17,7 +17,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis.hypothesis import Suspect, carry
+from forklift.diagnosis.hypothesis import Hypothesis, carry
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem
 
@@ -34,9 +34,9 @@ Stack = Callable[[Sequence[Mapping[str, Floats]]], list[Floats]]
 
 @dataclass(frozen=True)
 class Screened:
-    """What one suspect, or several together, promise."""
+    """What one hypothesis, or several together, promise."""
 
-    suspects: tuple[Suspect, ...]
+    hypotheses: tuple[Hypothesis, ...]
     gain: float
     """How far −ln posterior would fall."""
     amplitudes: tuple[float, ...]
@@ -53,73 +53,77 @@ class Screened:
 
 @dataclass(frozen=True)
 class Screening:
-    """All suspects at one optimum."""
+    """All hypotheses at one optimum."""
 
     cost: float
     """−ln posterior there."""
     singles: tuple[Screened, ...]
     """The most promising first."""
     pairs: tuple[Screened, ...]
-    untestable: tuple[Suspect, ...]
-    """Suspects whose first step moves nothing that is measured."""
+    untestable: tuple[Hypothesis, ...]
+    """Hypotheses whose first step moves nothing that is measured."""
     ranked: tuple[Screened, ...] = ()
     """Each alone, with all that share a label."""
 
     @property
-    def untold(self) -> tuple[Suspect, ...]:
-        """Suspects that may have any size, or none, as far as these recordings tell."""
-        loose = [found.suspects[0] for found in self.singles if not found.testable]
+    def unidentifiable(self) -> tuple[Hypothesis, ...]:
+        """Hypotheses that may have any size, or none, as far as these recordings tell."""
+        loose = [found.hypotheses[0] for found in self.singles if not found.testable]
         return (*self.untestable, *loose)
 
-    def variants(self, suspect: Suspect) -> tuple[Suspect, ...]:
-        """All under the suspect's label, the most promising first."""
-        return tuple(found.suspects[0] for found in self.ranked if found.suspects[0].label == suspect.label)
+    def variants(self, hypothesis: Hypothesis) -> tuple[Hypothesis, ...]:
+        """All under the hypothesis's label, the most promising first."""
+        return tuple(
+            found.hypotheses[0] for found in self.ranked if found.hypotheses[0].label == hypothesis.label
+        )
 
 
 @dataclass
 class _Column:
-    """What one suspect adds to the linear problem."""
+    """What one hypothesis adds to the linear problem."""
 
-    suspect: Suspect
+    hypothesis: Hypothesis
     blocks: list[Floats]
     """Per recording (samples, columns)."""
     own: bool
     """Each recording has columns of its own."""
 
 
-def screen(problem: Problem, x: Floats, suspects: Sequence[Suspect], most: int = 8) -> Screening:
-    """Every suspect at x, and the pairs of the `most` most promising."""
-    base, columns = _linear(problem, x, suspects)
-    known = {column.suspect for column in columns}
-    untestable = [suspect for suspect in suspects if suspect not in known]
+def screen(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], most: int = 8) -> Screening:
+    """Every hypothesis at x, and the pairs of the `most` most promising."""
+    base, columns = _linear(problem, x, hypotheses)
+    known = {column.hypothesis for column in columns}
+    untestable = [hypothesis for hypothesis in hypotheses if hypothesis not in known]
     ranked = sorted((base.gain([column]) for column in columns), key=lambda found: -found.gain)
-    first = {found.suspects[0].label: found for found in reversed(ranked)}  # the best under each label
+    first = {found.hypotheses[0].label: found for found in reversed(ranked)}  # the best under each label
     singles = sorted(first.values(), key=lambda found: -found.gain)
-    best = {found.suspects[0] for found in singles[:most]}
+    best = {found.hypotheses[0] for found in singles[:most]}
     pairs = [
         base.gain(list(pair))
-        for pair in combinations([column for column in columns if column.suspect in best], 2)
+        for pair in combinations([column for column in columns if column.hypothesis in best], 2)
     ]
     pairs.sort(key=lambda found: -found.gain)
-    told = {found.suspects[0].label for found in singles}
-    untold = {suspect.label: suspect for suspect in untestable if suspect.label not in told}
-    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(untold.values()), tuple(ranked))
+    told = {found.hypotheses[0].label for found in singles}
+    unidentifiable = {
+        hypothesis.label: hypothesis for hypothesis in untestable if hypothesis.label not in told
+    }
+    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(unidentifiable.values()), tuple(ranked))
 
 
-def foretold(problem: Problem, x: Floats, suspects: Sequence[Suspect]) -> float:
-    """How much better all other recordings foretell each one with these suspects than without.
+def loo_log_score(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]) -> float:
+    """How much better all other recordings foretell each one with these hypotheses than without.
 
-    The sum over recordings of ln p(recording | the others, suspects) - ln p(recording | the others), each
+    The sum over recordings of ln p(recording | the others, hypotheses) - ln p(recording | the others), each
     the difference of two evidences of the problem linear about x (leave-one-out logarithmic score; Gneiting &
     Raftery 2007, section 7.1): every recording counts, and none speaks for itself. Without number, where a
-    suspect moves nothing that is measured.
+    hypothesis moves nothing that is measured.
     """
-    base, columns = _linear(problem, x, suspects)
-    return base.foretold(columns) if len(columns) == len(suspects) else float("nan")
+    base, columns = _linear(problem, x, hypotheses)
+    return base.loo_log_score(columns) if len(columns) == len(hypotheses) else float("nan")
 
 
-def _linear(problem: Problem, x: Floats, suspects: Sequence[Suspect]) -> tuple[_Base, list[_Column]]:
-    """The problem linear about x, and what those suspects add to it that move anything."""
+def _linear(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]) -> tuple[_Base, list[_Column]]:
+    """The problem linear about x, and what those hypotheses add to it that move anything."""
     problem = _weighted(problem)
     runs = problem.linearise(x)
 
@@ -129,9 +133,9 @@ def _linear(problem: Problem, x: Floats, suspects: Sequence[Suspect]) -> tuple[_
             for sample, part in zip(problem.samples, parts, strict=True)
         ]
 
-    columns = {column.suspect: column for column in _probed(problem, x, suspects, stack)}
+    columns = {column.hypothesis: column for column in _probed(problem, x, hypotheses, stack)}
     base = _Base(problem, x, stack([run.residual for run in runs]), stack([run.jacobian for run in runs]))
-    return base, [columns[suspect] for suspect in suspects if suspect in columns]
+    return base, [columns[hypothesis] for hypothesis in hypotheses if hypothesis in columns]
 
 
 def _weighted(problem: Problem) -> Problem:
@@ -140,13 +144,13 @@ def _weighted(problem: Problem) -> Problem:
     return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})
 
 
-def _probed(problem: Problem, x: Floats, suspects: Sequence[Suspect], stack: Stack) -> Iterator[_Column]:
-    """How the residuals answer each suspect, at its quiet value, with all else held at x; only of those that
-    move anything.
+def _probed(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stack: Stack) -> Iterator[_Column]:
+    """How the residuals answer each hypothesis, at its quiet value, with all else held at x; only of those
+    that move anything.
 
     What is quiet changes no bit of the model, nor of how it answers the others: several share a run.
     """
-    for group in _groups(problem, suspects):
+    for group in _groups(problem, hypotheses):
         try:
             columns = _probe(problem, x, group, stack)
         except ForkliftError:
@@ -154,73 +158,75 @@ def _probed(problem: Problem, x: Floats, suspects: Sequence[Suspect], stack: Sta
         if columns is not None:
             yield from columns
         elif len(group) > 1:
-            for suspect in group:
-                yield from _probed(problem, x, [suspect], stack)
+            for hypothesis in group:
+                yield from _probed(problem, x, [hypothesis], stack)
 
 
-def _groups(problem: Problem, suspects: Sequence[Suspect]) -> list[list[Suspect]]:
+def _groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
     """In each those that have no unknown in common, with `TOGETHER` amplitudes at most.
 
     Physics of the whole machine joins its parts, which without it run one by one, and stands apart.
     """
     before = {unknown.name for unknown in problem.unknowns}
-    added = [{unknown.name for unknown in suspect.add(problem).unknowns} - before for suspect in suspects]
-    joins = [suspect.kind == "physics" and not suspect.where for suspect in suspects]
+    added = [
+        {unknown.name for unknown in hypothesis.add(problem).unknowns} - before for hypothesis in hypotheses
+    ]
+    joins = [hypothesis.kind == "physics" and not hypothesis.where for hypothesis in hypotheses]
     groups: list[list[int]] = []
 
     def fits(k: int, group: list[int]) -> bool:
-        amplitudes = sum(len(suspects[j].amplitudes) for j in (*group, k))
+        amplitudes = sum(len(hypotheses[j].amplitudes) for j in (*group, k))
         alike = all(joins[j] == joins[k] for j in group)
         return alike and amplitudes <= TOGETHER and all(added[j].isdisjoint(added[k]) for j in group)
 
-    for k in range(len(suspects)):
+    for k in range(len(hypotheses)):
         group = next((group for group in groups if fits(k, group)), [])
         if not group:
             groups.append(group)
         group.append(k)
-    return [[suspects[k] for k in group] for group in groups]
+    return [[hypotheses[k] for k in group] for group in groups]
 
 
-def _probe(problem: Problem, x: Floats, group: Sequence[Suspect], stack: Stack) -> list[_Column] | None:
-    """All suspects of a group from one run; None if it has no answer."""
-    trial: Problem = reduce(lambda built, suspect: suspect.add(built), group, problem)
-    amplitudes = [name for suspect in group for name in suspect.amplitudes]
-    conditions = any(not suspect.amplitudes for suspect in group)
-    held, at = trial.held(carry(x, problem, trial), amplitudes, conditions=conditions)
+def _probe(problem: Problem, x: Floats, group: Sequence[Hypothesis], stack: Stack) -> list[_Column] | None:
+    """All hypotheses of a group from one run; None if it has no answer."""
+    refit: Problem = reduce(lambda built, hypothesis: hypothesis.add(built), group, problem)
+    amplitudes = [name for hypothesis in group for name in hypothesis.amplitudes]
+    conditions = any(not hypothesis.amplitudes for hypothesis in group)
+    held, at = refit.with_fixed(carry(x, problem, refit), amplitudes, conditions=conditions)
     jacobians = stack([run.jacobian for run in held.linearise(at)])
     if not all(np.isfinite(jacobian).all() for jacobian in jacobians):
         return None
     names = [unknown.name for unknown in held.unknowns]
     columns = []
-    for suspect in group:
-        if suspect.amplitudes:
-            places = [names.index(name) for name in suspect.amplitudes]
+    for hypothesis in group:
+        if hypothesis.amplitudes:
+            places = [names.index(name) for name in hypothesis.amplitudes]
             blocks = [jacobian[:, places] for jacobian in jacobians]
         else:
-            alone = suspect.add(problem)
+            alone = hypothesis.add(problem)
             blocks = []
             for k, jacobian in enumerate(jacobians):
                 place = _wider(problem, alone, k)
-                column = len(names) + int(np.flatnonzero(trial.samples[k].free == place)[0])
+                column = len(names) + int(np.flatnonzero(refit.samples[k].free == place)[0])
                 blocks.append(jacobian[:, column][:, None])
         if any(block.any() for block in blocks):
-            columns.append(_Column(suspect, blocks, suspect.amplitude is None))
+            columns.append(_Column(hypothesis, blocks, hypothesis.amplitude is None))
     return columns
 
 
-def _wider(problem: Problem, trial: Problem, k: int) -> int:
-    """Which of a recording's own conditions the suspect widens."""
-    was, now = problem.samples[k].width, trial.samples[k].width
+def _wider(problem: Problem, refit: Problem, k: int) -> int:
+    """Which of a recording's own conditions the hypothesis widens."""
+    was, now = problem.samples[k].width, refit.samples[k].width
     return int(np.flatnonzero(now > was)[0])
 
 
 class _Base:
-    """The normal equations without suspects, and what suspects add to them."""
+    """The normal equations without hypotheses, and what hypotheses add to them."""
 
     def __init__(self, problem: Problem, x: Floats, residual: list[Floats], jacobian: list[Floats]) -> None:
         rho, slope = problem.prior(x)
         self.residual, self.jacobian = residual, jacobian
-        self.places = [problem.place(k) for k in range(len(residual))]
+        self.places = [problem.columns(k) for k in range(len(residual))]
         self.normal, self.gradient = np.diag(slope**2), slope * rho
         square = float(rho @ rho)
         for place, own, rest in zip(self.places, jacobian, residual, strict=True):
@@ -231,7 +237,7 @@ class _Base:
         self.alone = self._drop(self.normal, self.gradient)
 
     def gain(self, columns: Sequence[_Column]) -> Screened:
-        """What these suspects together take off the cost, beyond what a step without them would."""
+        """What these hypotheses together take off the cost, beyond what a step without them would."""
         normal, gradient, _ = self._beside(columns)
         first, amplitudes, deviations = len(self.gradient), [], []
         step = -np.linalg.solve(normal, gradient)
@@ -241,13 +247,13 @@ class _Base:
             deviations.append(float("nan") if column.own else float(deviation[first]))
             first += wide
         return Screened(
-            tuple(column.suspect for column in columns),
+            tuple(column.hypothesis for column in columns),
             self._drop(normal, gradient) - self.alone,
             tuple(amplitudes),
             tuple(deviations),
         )
 
-    def foretold(self, columns: Sequence[_Column]) -> float:
+    def loo_log_score(self, columns: Sequence[_Column]) -> float:
         """The logarithmic score of the function of this name."""
         normal, gradient, blocks = self._beside(columns)
         plain, total = slice(len(self.gradient)), 0.0
@@ -270,7 +276,7 @@ class _Base:
         return [len(self.residual) if column.own else column.blocks[0].shape[1] for column in columns]
 
     def _beside(self, columns: Sequence[_Column]) -> tuple[Floats, Floats, list[Floats]]:
-        """Normal equations and gradient with these suspects, and of each recording their own columns."""
+        """Normal equations and gradient with these hypotheses, and of each recording their own columns."""
         width = self._widths(columns)
         total, size = len(self.gradient), sum(width)
         cross, corner, gradient = np.zeros((total, size)), np.eye(size), np.zeros(size)

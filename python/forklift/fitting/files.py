@@ -30,7 +30,7 @@ from forklift.recordings.channels import LIFTS
 if TYPE_CHECKING:
     from forklift.base.arrays import Floats
     from forklift.fitting.fit import Fit
-    from forklift.fitting.residuals import Judged
+    from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.parameter import Unknown
     from forklift.recordings.channels import Lift
 
@@ -73,7 +73,7 @@ def _parameter_rows(fit: Fit) -> Iterator[tuple[Any, ...]]:
     together = {name for group in fit.knowledge.groups for name in group.names}
     for estimate, theta in zip(fit.knowledge.estimates, fit.found.x, strict=False):
         unknown = estimate.unknown
-        told = "yes" if estimate.told else "together" if estimate.name in together else "no"
+        told = "yes" if estimate.identifiable else "together" if estimate.name in together else "no"
         values = unknown.values(float(theta))
         before = interval(unknown, 0.0, PRIOR_QUANTILE)
         after = interval(unknown, float(theta), QUANTILE * estimate.deviation)
@@ -170,7 +170,7 @@ def to_dict(fit: Fit, tables: dict[Lift, SpeedTable] | None = None) -> dict[str,
             {"names": list(group.names), "by": list(group.by), "units": list(group.units)}
             for group in fit.knowledge.groups
         ],
-        "untold": list(fit.knowledge.untold),
+        "unidentifiable": list(fit.knowledge.unidentifiable),
         "correlation": {
             "names": names,
             "matrix": [[defined(value) for value in row] for row in fit.knowledge.correlation.tolist()],
@@ -220,7 +220,7 @@ def to_dict(fit: Fit, tables: dict[Lift, SpeedTable] | None = None) -> dict[str,
     }
 
 
-def _judged(found: Judged) -> dict[str, Any]:
+def _judged(found: ChannelResidual) -> dict[str, Any]:
     return {
         "file": found.file,
         "role": found.role,

@@ -21,7 +21,7 @@ from forklift.fitting.compare import Comparison, check_temperature, compare
 from forklift.fitting.interface import Problem as AnyProblem
 from forklift.fitting.intervals import QUANTILE, Knowledge, knowledge
 from forklift.fitting.profile import Profile, profile
-from forklift.fitting.residuals import Judged, judge
+from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import End, Ends, compare_ends, from_starts
 from forklift.plant.forklift.checks.suitability import Caution, suitability
@@ -79,7 +79,7 @@ class Fit:
     noise: dict[str, float]
     """What each channel was weighted by, in its unit; of an encoder the softness of its edges."""
     knowledge: Knowledge
-    judged: tuple[Judged, ...]
+    judged: tuple[ChannelResidual, ...]
     """Every channel of every recording, against the sensors' noise."""
     ends: tuple[End, ...]
     profiles: tuple[Profile, ...]
@@ -92,7 +92,7 @@ class Fit:
     """What `fit` was called with beside campaign and truck."""
 
     @property
-    def held_out(self) -> tuple[Judged, ...]:
+    def held_out(self) -> tuple[ChannelResidual, ...]:
         """What is judged on: `validate` recordings, or without any, all."""
         judged = tuple(found for found in self.judged if found.role == "validate")
         return judged or self.judged
@@ -443,7 +443,7 @@ def _search(
 
 def _judge(
     problem: Problem, found: Found, every: Mapping[str, Sensor]
-) -> tuple[Knowledge, tuple[Judged, ...]]:
+) -> tuple[Knowledge, tuple[ChannelResidual, ...]]:
     with one_thread():
         known = knowledge(found.problem, found.x)
         theta = found.x[: len(problem.unknowns)]
@@ -468,7 +468,7 @@ def _fitted_truck(
                 continue  # a knot: its table is one value in the file, and its interval stands in fit.json
             sources[name] = (
                 f"{from_campaign}, 95 % interval {lower:.6g} to {upper:.6g}"
-                if estimate.told
+                if estimate.identifiable
                 else f"not told by campaign {campaign.name!r} alone; near truck {start.name!r} by its prior"
             )
     return Truck(f"{campaign.name} fitted from {start.name}", truck.values, sources)

@@ -120,7 +120,7 @@ class Problem(Protocol):
 
     def over(self, samples: Sequence[Any]) -> Self: ...
 
-    def held(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Self, Floats]:
+    def with_fixed(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Self, Floats]:
         """All held at x but these unknowns, and unless `conditions` what recordings have of their own; and
         the same place in that problem.
         """
@@ -132,9 +132,9 @@ class Problem(Protocol):
     def at(self, theta: Floats) -> Floats:
         """The vector that begins like `theta`, every recording's own at its most likely."""
 
-    def own(self, x: Floats, k: int) -> Floats: ...
+    def nuisance(self, x: Floats, k: int) -> Floats: ...
 
-    def place(self, k: int) -> NDArray[np.intp]: ...
+    def columns(self, k: int) -> NDArray[np.intp]: ...
 
     def linearise(self, x: Floats) -> list[Linearised]: ...
 

@@ -59,7 +59,7 @@ class Estimate:
         return self.unknown.name
 
     @property
-    def told(self) -> bool:
+    def identifiable(self) -> bool:
         """Whether the recordings tell it, and not the prior."""
         return self.deviation < TOLD
 
@@ -82,7 +82,7 @@ class Knowledge:
     """Of θ."""
     estimates: tuple[Estimate, ...]
     groups: tuple[Group, ...]
-    untold: tuple[str, ...]
+    unidentifiable: tuple[str, ...]
     """Parameters about which the recordings say nothing, together or alone."""
     widening: Mapping[str, float]
     """Factor on each channel's noise for residuals that are not white; 1 where they are."""
@@ -108,8 +108,8 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     estimates = tuple(
         _estimate(*row) for row in zip(problem.unknowns, x[:shared], deviation, alone, strict=True)
     )
-    groups, untold = _untold(problem.unknowns, covariance, x[:shared], alone)
-    return Knowledge(covariance, estimates, groups, untold, wide)
+    groups, unidentifiable = _untold(problem.unknowns, covariance, x[:shared], alone)
+    return Knowledge(covariance, estimates, groups, unidentifiable, wide)
 
 
 def covariance_at_noise(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Floats:
@@ -183,11 +183,11 @@ def _untold(
     deviation = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviation, deviation)
     left = [int(k) for k in np.argsort(-deviation) if deviation[k] >= TOLD]
-    groups, untold = [], []
+    groups, unidentifiable = [], []
     while left:
         first = left[0]
         if alone[first] >= TOLD:
-            untold.append(unknowns[first].name)
+            unidentifiable.append(unknowns[first].name)
             left.remove(first)
             continue
         members = [first] + [
@@ -198,7 +198,7 @@ def _untold(
         partners = members if len(members) > 1 else [first, _closest(correlation, first)]
         groups.append(_group(unknowns, covariance, theta, partners))
         left = [k for k in left if k not in partners]
-    return tuple(groups), tuple(untold)
+    return tuple(groups), tuple(unidentifiable)
 
 
 def _closest(correlation: Floats, first: int) -> int:

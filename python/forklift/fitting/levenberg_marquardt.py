@@ -98,7 +98,7 @@ def _point(problem: Problem, x: Floats) -> Point:
     normal, gradient, square = np.diag(slope**2), slope * rho, float(rho @ rho)
     runs = problem.products(x)
     for k, run in enumerate(runs):
-        place = problem.place(k)
+        place = problem.columns(k)
         normal[np.ix_(place, place)] += run.normal
         gradient[place] += run.gradient
         square += run.square
@@ -149,7 +149,7 @@ def _curvature(problem: Problem, here: Point, step: Floats) -> Floats:
     there, _ = problem.prior(ahead)
     out: Floats = slope * (2.0 / PROBE) * ((there - rho) / PROBE - slope * step)
     for k, (run, residuals) in enumerate(zip(here.runs, problem.residuals(ahead), strict=True)):
-        place = problem.place(k)
+        place = problem.columns(k)
         for channel, residual in residuals.items():
             jacobian = run.jacobian[channel]
             bend = (2.0 / PROBE) * ((residual - run.residual[channel]) / PROBE - jacobian @ step[place])

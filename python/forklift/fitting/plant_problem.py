@@ -74,7 +74,7 @@ class PlantProblem(LeastSquares):
             values_at={**self.values_at, **values},
         )
 
-    def held(
+    def with_fixed(
         self, x: Floats, amplitudes: Collection[str], *, conditions: bool
     ) -> tuple[PlantProblem, Floats]:
         """All parameters held at x but the amplitudes, and unless `conditions` what recordings have of

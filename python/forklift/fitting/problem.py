@@ -123,7 +123,7 @@ class LeastSquares(ABC):
         shared = len(self.unknowns)
         return np.concatenate([theta[:shared], np.zeros(self.starts[-1] - shared)])
 
-    def own(self, x: Floats, k: int) -> Floats:
+    def nuisance(self, x: Floats, k: int) -> Floats:
         """φ of recording k."""
         return x[self.starts[k] : self.starts[k + 1]]
 
@@ -131,7 +131,7 @@ class LeastSquares(ABC):
         """(own,) what recording k has of its own, in its units."""
         sample = self.samples[k]
         here: Floats = sample.centre.copy()
-        here[sample.free] += sample.width[sample.free] * self.own(x, k)
+        here[sample.free] += sample.width[sample.free] * self.nuisance(x, k)
         return here
 
     def conditions_held(self, x: Floats) -> tuple[Any, ...]:
@@ -159,7 +159,7 @@ class LeastSquares(ABC):
         """Which of what recordings have of their own are unknown in any of them."""
         return np.flatnonzero(np.any([sample.width for sample in self.samples], axis=0))
 
-    def place(self, k: int) -> NDArray[np.intp]:
+    def columns(self, k: int) -> NDArray[np.intp]:
         """Where θ and the φ of recording k stand in the unknown vector."""
         own = np.arange(self.starts[k], self.starts[k + 1])
         return np.concatenate([np.arange(len(self.unknowns)), own])

@@ -46,7 +46,7 @@ WHITE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class ChannelResidual:
     """One channel of one recording, judged."""
 
     file: str
@@ -102,7 +102,7 @@ def judge(
     *,
     far: float = FAR,
     moves: int = MOST_MOVES,
-) -> list[Judged]:
+) -> list[ChannelResidual]:
     """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`.
 
     The channels pull with the problem's weights, so that one the model cannot follow does not bend the
@@ -130,7 +130,7 @@ def _settled(
     for _ in range(moves):
         runs = problem.linearise(x)
         steps = [
-            _step(sample, at, covariance, problem.own(x, k))
+            _step(sample, at, covariance, problem.nuisance(x, k))
             for k, (sample, at) in enumerate(zip(problem.samples, runs, strict=True))
         ]
         own = np.concatenate([step[len(theta) :] for step in steps])
@@ -166,7 +166,7 @@ def _squares(problem: Problem, x: Floats) -> Floats:
     """(recordings,) what each leaves over, with what its own unknowns cost."""
     return np.array(
         [
-            sum(float(rho @ rho) for rho in run.values()) + float(np.sum(problem.own(x, k) ** 2))
+            sum(float(rho @ rho) for rho in run.values()) + float(np.sum(problem.nuisance(x, k) ** 2))
             for k, run in enumerate(problem.residuals(x))
         ]
     )
@@ -183,7 +183,9 @@ def _step(sample: Sample, at: Linearised, covariance: Floats, own: Floats) -> Fl
     return -np.linalg.solve(np.eye(len(prior)) + prior @ normal, prior @ (jacobian.T @ residual) + here)
 
 
-def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, Sensor]) -> list[Judged]:
+def _judge(
+    sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, Sensor]
+) -> list[ChannelResidual]:
     judged = []
     for seen in sample.observed:
         name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]
@@ -195,7 +197,7 @@ def _judge(sample: Sample, at: Linearised, step: Floats, sensors: Mapping[str, S
         even = len(left) == len(sample.recording)
         whiteness = ljung_box(left) if even and not sensor.count else None
         judged.append(
-            Judged(
+            ChannelResidual(
                 sample.recording.file,
                 sample.recording.role,
                 sample.recording.group,

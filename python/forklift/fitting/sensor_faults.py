@@ -18,23 +18,23 @@ from forklift.base.arrays import Floats
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.parameter import Unknown
 
-Fault = Literal["gain", "offset", "lag"]
+SensorFault = Literal["gain", "offset", "lag"]
 
-SPREAD: dict[Fault, float] = {"gain": 0.05, "lag": 0.05}
+SPREAD: dict[SensorFault, float] = {"gain": 0.05, "lag": 0.05}
 """Prior standard deviations; a lag in seconds."""
 OFFSETS = {"Pa": 1e5, "m": 0.01}
 """Prior standard deviation of an offset, by the channel's unit."""
-MOST: dict[Fault, float] = {"gain": 10.0, "offset": 20.0, "lag": 10.0}
+MOST: dict[SensorFault, float] = {"gain": 10.0, "offset": 20.0, "lag": 10.0}
 """The farthest of the prior's deviations."""
 
 
 @dataclass(frozen=True)
-class Reading(Unknown):
+class SensorUnknown(Unknown):
     """One number of a sensor, unknown."""
 
     channels: tuple[str, ...] = ()
     """Which read wrongly, all by the same number."""
-    fault: Fault = "gain"
+    fault: SensorFault = "gain"
 
     def read(self, time: Floats, values: Floats, slopes: Floats, theta: float) -> tuple[Floats, Floats]:
         """Outputs (times, outputs) and slopes (times, outputs, directions) as the sensor gives them.
@@ -63,14 +63,16 @@ class Reading(Unknown):
         return values, np.concatenate([slopes, own], axis=2)
 
 
-def reading(channels: Sequence[str], fault: Fault, unit: str) -> Reading:
+def reading(channels: Sequence[str], fault: SensorFault, unit: str) -> SensorUnknown:
     """The unknown gain, offset or lag of one channel's sensor, or of several alike."""
     right = 1.0 if fault == "gain" else 0.0
     width = OFFSETS[unit] if fault == "offset" else SPREAD[fault]
     own_unit = {"gain": "1", "offset": unit, "lag": "s"}[fault]
     lower = 0.0 if fault == "lag" else -MOST[fault]
     names = (f"{'+'.join(channels)}.{fault}",)
-    return Reading(names, own_unit, "linear", (right,), width, lower, MOST[fault], tuple(channels), fault)
+    return SensorUnknown(
+        names, own_unit, "linear", (right,), width, lower, MOST[fault], tuple(channels), fault
+    )
 
 
 def _before(time: Floats, lag: float) -> tuple[NDArray[np.intp], Floats]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from forklift.fitting.residuals import Judged
+from forklift.fitting.residuals import ChannelResidual
 from forklift.plant.forklift.phases import IN_WORDS, PHASES, phases, shut_current
 from forklift.recordings.channels import Lift, commanded
 
@@ -27,8 +27,8 @@ def verdict(fit: Fit) -> tuple[str, ...]:
     said += [caution.sentence for caution in fit.cautions]
     said += _starts(fit)
     said += [_together(group) for group in fit.knowledge.groups]
-    if fit.knowledge.untold:
-        names = ", ".join(fit.knowledge.untold)
+    if fit.knowledge.unidentifiable:
+        names = ", ".join(fit.knowledge.unidentifiable)
         said.append(f"Not told by these recordings at all, and held near the start's values: {names}.")
     return tuple(said)
 
@@ -98,7 +98,7 @@ def _left_over(fit: Fit) -> Iterator[str]:
         yield "; ".join(filter(None, [*said, points])) + "."
 
 
-def _shares(bad: Sequence[Judged], excess, key) -> dict[str, float]:  # type: ignore[no-untyped-def]
+def _shares(bad: Sequence[ChannelResidual], excess, key) -> dict[str, float]:  # type: ignore[no-untyped-def]
     sums: dict[str, float] = {}
     for found in bad:
         sums[key(found)] = sums.get(key(found), 0.0) + excess[found]
@@ -110,7 +110,7 @@ def _listed(shares: dict[str, float], total: float, most: int = 3) -> str:
     return ", ".join(f"{100.0 * share / total:.0f} % {name}" for name, share in shown)
 
 
-def _phase(fit: Fit, bad: Sequence[Judged], channel: str) -> str:
+def _phase(fit: Fit, bad: Sequence[ChannelResidual], channel: str) -> str:
     """In which phase of the motion the squared residuals of the worst signal lie."""
     recordings = {found.file: found for found in fit.campaign.recordings}
     square, seconds = np.zeros(len(PHASES)), np.zeros(len(PHASES))
@@ -132,7 +132,7 @@ def _phase(fit: Fit, bad: Sequence[Judged], channel: str) -> str:
     )
 
 
-def _operating_points(fit: Fit, bad: Sequence[Judged], excess, total: float) -> str:  # type: ignore[no-untyped-def]
+def _operating_points(fit: Fit, bad: Sequence[ChannelResidual], excess, total: float) -> str:  # type: ignore[no-untyped-def]
     """Whether warm or heavy recordings have more than their share."""
     recordings = {found.recording.file: found for found in fit.after.predictions}
     temperature = {file: found.oil_temperature_degc for file, found in recordings.items()}

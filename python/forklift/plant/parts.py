@@ -78,7 +78,7 @@ class Param:
     lower, upper
         What is plausible; never left. The prior has a quarter of it as its standard deviation.
     known
-        Whether it is left alone, as known: then only a suspect, if it is known within a range.
+        Whether it is left alone, as known: then only a hypothesis, if it is known within a range.
     per
         ``"plant"``: the same in all recordings; ``"recording"``: each has its own, about `value`.
     starts
@@ -138,11 +138,11 @@ class Input:
     hold
         Between samples: ``"zero"`` keeps a sample until the next, ``"linear"`` goes straight to it.
     gain_range, offset_range
-        Standard deviation of its gain about 1 and of its offset about 0, should they be off: suspects.
-        Offset None: a tenth of its range in the recordings. 0: no such suspect.
+        Standard deviation of its gain about 1 and of its offset about 0, should they be off: hypotheses.
+        Offset None: a tenth of its range in the recordings. 0: no such hypothesis.
     derived
         ``derived(time_s, u)``: computed from inputs that were recorded (a rate, a time at rest); such an
-        input is not looked for in recordings, and is no suspect of its own.
+        input is not looked for in recordings, and is no hypothesis of its own.
     """
 
     name: str
@@ -167,7 +167,7 @@ class Output:
     lower, upper
         Ends of what the sensor reads. A sample at one of them tells that the truth lies there or beyond.
     gain_range, offset_range, lag_range
-        As an input's; the lag [s]: None a sample interval, 0 no such suspect.
+        As an input's; the lag [s]: None a sample interval, 0 no such hypothesis.
     """
 
     name: str

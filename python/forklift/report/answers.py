@@ -42,7 +42,7 @@ def _unexcited(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
         Fact("What is wrong?", "It cannot be told.", [words.prose(found.unexcited)]),
         Fact(
             "What could it be?",
-            f"Any of {len(told['untestable'])} suspects, or nothing",
+            f"Any of {len(told['untestable'])} hypotheses, or nothing",
             ["These recordings tell nothing of any of them: see Doubts."],
         ),
         Fact(
@@ -100,7 +100,7 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
         sizes.append(
             f"{value} {unit} ({100 * one['level']:g} % interval {lower} to {upper})".replace("  ", " ")
         )
-    name = words.suspect(cause.suspect)
+    name = words.hypothesis(cause.hypothesis)
     if cause.curve:
         return Fact(
             "What is wrong?",
@@ -115,9 +115,13 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
         f"What is wrong{', and how much' if sizes else ''}?",
         words.capital(name),
         [
-            *([words.sentence(cause.suspect, row["parameters"])] if sizes else []),
+            *([words.sentence(cause.hypothesis, row["parameters"])] if sizes else []),
             *(f"Size: {size}." for size in sizes),
-            *([said] if sizes and (said := physical(found, cause.suspect.id, cause.suspect.where)) else []),
+            *(
+                [said]
+                if sizes and (said := physical(found, cause.hypothesis.id, cause.hypothesis.where))
+                else []
+            ),
             *([f"It has no name in the catalogue{_curve(found, cause)}"] if row["kind"] == "unknown" else []),
         ],
     )
@@ -125,17 +129,19 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
 
 def _curve(found: Diagnosis, cause: Cause) -> str:
     """Where the curve of what has no name is told: in words, by the effect that holds it, or in a picture."""
-    effect = (cause.suspect.amplitude or "").split(".")[1:2]
-    told = [said for one in effect if (said := physical(found, one, cause.suspect.where))]
+    effect = (cause.hypothesis.amplitude or "").split(".")[1:2]
+    told = [said for one in effect if (said := physical(found, one, cause.hypothesis.where))]
     if told:
         return f". {told[0]}"
-    return "; its curve is drawn below." if cause.suspect.over else "."
+    return "; its curve is drawn below." if cause.hypothesis.over else "."
 
 
 def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     location = told["location"]
     where = words.EQUATIONS[location["equation"]]
-    velocity = bool(told["causes"]) and told["causes"][0]["kind"] not in ENTERED and not found.final.foretold
+    velocity = (
+        bool(told["causes"]) and told["causes"][0]["kind"] not in ENTERED and not found.final.loo_log_score
+    )
     details = [_most(location["signal"], velocity)]
     telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
     details += [
@@ -149,8 +155,8 @@ def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 
 
 def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[str, Any]) -> Fact:
-    question = f"How sure is “{cause.suspect.name}”?"
-    if not cause.suspect.amplitude and row["kind"] == "sensor":
+    question = f"How sure is “{cause.hypothesis.name}”?"
+    if not cause.hypothesis.amplitude and row["kind"] == "sensor":
         return Fact(
             question,
             "It is seen in the samples themselves",
@@ -161,7 +167,7 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
         )
     law = _law(found, cause, row)
     count, held = counts(told), len({one.file for one in found.final.held_out})
-    tried = f"Of {count['considered']} suspects considered (list below), {count['fitted']} were fitted"
+    tried = f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted"
     if cause.rivals:
         share = 100.0 * row["credibility"]
         draws = (
@@ -174,7 +180,7 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that it had no rival to beat on the {held} "
             "recordings held out."
         )
-    alike = [words.suspect(one) for one in cause.not_separable_from]
+    alike = [words.hypothesis(one) for one in cause.not_separable_from]
     if alike:
         return Fact(
             question,
@@ -194,7 +200,7 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
         return f"Its law is uncertain: {_doubt(found, cause)}."
     if row["kind"] in ENTERED:
         return "With it nothing but the sensors' noise is left over."
-    if found.final.foretold:
+    if found.final.loo_log_score:
         return "Nothing but noise is left over, as without it: these recordings tell little of its law."
     return (
         "Nothing but the sensors' noise is left over: its law is right as far as these recordings tell"
@@ -206,12 +212,12 @@ def _doubt(found: Diagnosis, cause: Cause) -> str:
     if found.selection.curve:
         return (
             "the catalogue's leaves no more than the noise in any signal, but a curve over "
-            f"{found.selection.curve.suspects[0].over} beside it explains all recordings better"
+            f"{found.selection.curve.hypotheses[0].over} beside it explains all recordings better"
             f"{'' if cause.curve else '; those held out alone do not decide'}"
         )
     if not found.final.complete:
         return "the place is right, but something is left over"
-    if cause.suspect.kind == "unknown":
+    if cause.hypothesis.kind == "unknown":
         return "it has no name, but with it nothing but the sensors' noise is left over"
     return (
         "the catalogue's alone leaves something over; with a curve beside it nothing but the sensors' noise "
@@ -221,7 +227,7 @@ def _doubt(found: Diagnosis, cause: Cause) -> str:
 
 def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     left, gain = told["left_over"], told["fit_summary"].get("validate")
-    if not found.final.suspects:
+    if not found.final.hypotheses:
         answer = "There is nothing to gain." if told["verdict"] == "no-mismatch" else "Nothing was added."
         fit = (
             f"The velocity fits to {gain['nrmse_before']:.1f} % ({NRMSE}) on recordings held out."
@@ -233,12 +239,14 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"What is left over falls in the worst signal from {words.number(left['worst_before'])} to "
         f"{words.number(left['worst_after'])} {words.NOISE}."
     ]
-    if found.final.foretold:
+    if found.final.loo_log_score:
         details.append(
-            "It shows in no recording alone. But each recording is foretold better by all the others with "
-            f"it, altogether by {words.number(found.final.foretold)} in ln probability, which decides here."
+            "It shows in no recording alone. But each recording is loo_log_score better by all the "
+            "others with "
+            f"it, altogether by {words.number(found.final.loo_log_score)} in ln probability, which "
+            f"decides here."
         )
-    if not gain or any(cause.suspect.kind in ENTERED for cause in found.causes):
+    if not gain or any(cause.hypothesis.kind in ENTERED for cause in found.causes):
         return Fact(
             "How much better does the model get?",
             f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}",
@@ -262,7 +270,7 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 
 def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     question = "What could it be instead?"
-    alike = dict.fromkeys(words.suspect(one) for cause in found.causes for one in cause.not_separable_from)
+    alike = dict.fromkeys(words.hypothesis(one) for cause in found.causes for one in cause.not_separable_from)
     if alike:
         return Fact(
             question,
@@ -274,11 +282,11 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             (left, share, names)
             for cause in found.causes
             for names, share, left in cause.rivals
-            if words.suspect(cause.suspect) not in map(words.suspect, names)  # the cause and more
+            if words.hypothesis(cause.hypothesis) not in map(words.hypothesis, names)  # the cause and more
         ),
         key=lambda one: one[0],
     )
-    untestable = counts(told)["untold"]
+    untestable = counts(told)["unidentifiable"]
     open_ = (
         [f"{_others(untestable)} could not be tested with these recordings: see Doubts."]
         if untestable
@@ -300,7 +308,7 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         *open_,
     ]
     left, share, names = rivals[0]
-    nearest = " and ".join(words.suspect(one) for one in names)
+    nearest = " and ".join(words.hypothesis(one) for one in names)
     return Fact(
         question,
         "Nothing that was tried explains it as well.",
@@ -314,7 +322,7 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 
 def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     question, proposed = "What to record next?", told["next_recording"]
-    alike = [words.suspect(one) for cause in found.causes for one in cause.not_separable_from]
+    alike = [words.hypothesis(one) for cause in found.causes for one in cause.not_separable_from]
     uncertain = any(cause.form == "uncertain" for cause in found.causes)
     if proposed is None:
         if alike or uncertain:
@@ -323,8 +331,8 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 "No recording would settle it.",
                 ["None that this machine can make would tell the explanations apart: see Next steps."],
             )
-        untold = counts(told)["untold"]
-        left = [f"{_others(untold)} could not be tested: see Doubts."] if untold else []
+        unidentifiable = counts(told)["unidentifiable"]
+        left = [f"{_others(unidentifiable)} could not be tested: see Doubts."] if unidentifiable else []
         return Fact(
             question,
             "Nothing more is needed for this cause." if found.causes else "Nothing more is needed.",
@@ -365,7 +373,7 @@ def _covered(found: Diagnosis, cause: Cause) -> str:
     """Over which values of the conditions that tell it, where these leave gaps."""
     said = []
     runs = found.after.predictions
-    for name in cause.suspect.told_by:
+    for name in cause.hypothesis.needs_two_of:
         values = [
             one.oil_temperature_degc if name == "oil_temperature_degc" else one.recording.load_kg
             for one in runs
@@ -391,8 +399,8 @@ def _errors(told: Mapping[str, Any]) -> list[str]:
 
 def _runner_up(told: Mapping[str, Any]) -> list[str]:
     """What promised most of what was neither named nor fitted."""
-    named = max((one["promised"] or 0.0 for one in told["suspects"] if one["named"]), default=0.0)
-    other = next((one for one in told["suspects"] if not (one["named"] or one["untold"])), None)
+    named = max((one["promised"] or 0.0 for one in told["hypotheses"] if one["named"]), default=0.0)
+    other = next((one for one in told["hypotheses"] if not (one["named"] or one["unidentifiable"])), None)
     if not other or not named:
         return []
     return [
@@ -402,7 +410,7 @@ def _runner_up(told: Mapping[str, Any]) -> list[str]:
 
 
 def _others(count: int) -> str:
-    return f"{count} other suspect{'s' if count > 1 else ''}"
+    return f"{count} other hypothesis{'s' if count > 1 else ''}"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -120,7 +120,7 @@ def _line(name: str, x: Sequence[Any], y: Sequence[Any], colour: str, dash: str)
     }  # fmt: skip
 
 
-def left_over(title: str, rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
+def reduced_chi2(title: str, rows: Sequence[tuple[str, float, str]], note: str) -> Bars:
     """What explanations leave over: name, mean square, and ``before``, ``after`` or ``rival``."""
     ends = [*(max(value, 1e-3) for _, value, _ in rows), 1.0]
     low, high = np.log(0.5 * min(ends)), np.log(max(*ends, 2.0))

@@ -19,7 +19,7 @@ from forklift.diagnosis.locate import WIDTH_S, Respond, UnknownInput, unknown_in
 from forklift.fitting.intervals import QUANTILE
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.refit import Trial
+    from forklift.diagnosis.refit import Refit
     from forklift.fitting.observed import Observed
 
 
@@ -65,10 +65,10 @@ def against(
 
 
 def had_it_been(
-    baseline: Trial, final: Trial, port: str, respond: Respond, width_s: float = WIDTH_S
+    baseline: Refit, final: Refit, port: str, respond: Respond, width_s: float = WIDTH_S
 ) -> UnknownInput | None:
     """The same input, had the recordings been what the final model says and the sensors read of it."""
-    if not final.suspects:
+    if not final.hypotheses:
         return None
     problem, last = baseline.early.problem, final.found
     random = np.random.default_rng(SEED)

@@ -34,8 +34,8 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
 
 def _alike(found: Diagnosis) -> list[str]:
     said = [
-        f"“{words.capital(words.suspect(cause.suspect))}” cannot be told from "
-        f"{' or '.join(f'“{words.suspect(one)}”' for one in cause.not_separable_from)}: they explain the "
+        f"“{words.capital(words.hypothesis(cause.hypothesis))}” cannot be told from "
+        f"{' or '.join(f'“{words.hypothesis(one)}”' for one in cause.not_separable_from)}: they explain the "
         "recordings held out as well."
         for cause in found.causes
         if cause.not_separable_from
@@ -49,7 +49,7 @@ def _alike(found: Diagnosis) -> list[str]:
 
 def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        name = words.capital(words.suspect(cause.suspect))
+        name = words.capital(words.hypothesis(cause.hypothesis))
         if row["form"] == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
         elif found.final.complete and found.selection.curve:
@@ -92,17 +92,17 @@ UNTOLD = {
     "no-trace": "Nothing that these recordings measure answers to it",
     "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
 }
-"""Why recordings tell nothing of a suspect, by `forklift.diagnosis.ledger.Untold`."""
+"""Why recordings tell nothing of a hypothesis, by `forklift.diagnosis.ledger.Untold`."""
 
 
 def _untestable(told: Mapping[str, Any]) -> list[str]:
     """One line per reason."""
     names: dict[str, list[str]] = {}
-    for one in told["suspects"]:
-        if one["untold"]:
-            names.setdefault(one["untold"], []).append(words.at(one["name"], one["where"]))
+    for one in told["hypotheses"]:
+        if one["unidentifiable"]:
+            names.setdefault(one["unidentifiable"], []).append(words.at(one["name"], one["where"]))
     if not names:
-        return ["Every suspect of the catalogue could be tested."]
+        return ["Every hypothesis of the catalogue could be tested."]
     return [
         f"{UNTOLD[why]}, so that neither its presence nor its absence is claimed: {'; '.join(those)}."
         for why, those in names.items()

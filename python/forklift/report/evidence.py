@@ -30,13 +30,13 @@ TELLING = 0.05
 
 def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks for the verdict."""
-    changed = bool(found.final.suspects)
+    changed = bool(found.final.hypotheses)
     blocks: list[Block] = [
         explorer(found, changed),
         _heat(found, changed),
         *_law(found),
         *_added(found),
-        *rivals.contests(_contests(found, told["left_over"]), words.suspect),
+        *rivals.contests(_contests(found, told["left_over"]), words.hypothesis),
         *_places(told),
         *(gains(found.before, found.after) if changed else validation(found.after)),
         _shares(told),
@@ -58,8 +58,8 @@ def explorer(found: Diagnosis, changed: bool) -> Explorer:
     """Every recording before and after, where it differs most first."""
     known = {(row["file"], row["channel"]): row for row in _fits(found)}
     left = [
-        {(one.file, one.channel): one.mean_square for one in trial.judged}
-        for trial in (found.baseline, found.final)
+        {(one.file, one.channel): one.mean_square for one in refit.judged}
+        for refit in (found.baseline, found.final)
     ]
 
     def note(file: str, channel: str) -> str:
@@ -73,7 +73,7 @@ def explorer(found: Diagnosis, changed: bool) -> Explorer:
             said.append(f"left over {' → '.join(squares if changed else squares[:1])} times the noise")
         return "; ".join(said)
 
-    misread = any(cause.suspect.kind in ("sensor", "parameter") for cause in found.causes)
+    misread = any(cause.hypothesis.kind in ("sensor", "parameter") for cause in found.causes)
     sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
     recordings = replays(sides, note, {one.sensor.channel: one.sensor for one in _observed(found)})
     return Explorer(
@@ -112,7 +112,7 @@ def _law(found: Diagnosis) -> list[Figure]:
     one = law.place_of(found)
     drawn = law.against(found, one) if one else []
     telling = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
-    own = not found.causes or (one is not None and law.is_at(one.port, found.causes[0].suspect))
+    own = not found.causes or (one is not None and law.is_at(one.port, found.causes[0].hypothesis))
     if one is None or not telling:
         return []
     lift = unknown_ports.lift_of(one.port) or "main"
@@ -129,12 +129,12 @@ def _added(found: Diagnosis) -> list[Points]:
     """The equation of each cause that the catalogue knows, how it shows itself, and where it comes from."""
     effects = {effect.id: effect for effect in EFFECTS}
     said = []
-    for suspect in dict.fromkeys(cause.suspect for cause in found.causes):
-        if suspect.kind == "physics":
-            spec = effect_specs()[suspect.id]
+    for hypothesis in dict.fromkeys(cause.hypothesis for cause in found.causes):
+        if hypothesis.kind == "physics":
+            spec = effect_specs()[hypothesis.id]
             said += [
-                f"{words.capital(words.suspect(suspect))}: {spec['equation']}",
-                f"How it shows itself: {effects[suspect.id].signature}",
+                f"{words.capital(words.hypothesis(hypothesis))}: {spec['equation']}",
+                f"How it shows itself: {effects[hypothesis.id].signature}",
                 f"Source: {spec['source']}.",
             ]
     return [Points(said, "What was added to the model")] if said else []
@@ -144,7 +144,7 @@ def _contests(found: Diagnosis, left: Mapping[str, float]) -> list[rivals.Contes
     return [
         rivals.Contest([cause], "nothing added: the fitted truck", left["before"], left["after"])
         for cause in found.causes
-        if cause.rivals or cause.suspect in found.final.suspects  # else seen before any fit
+        if cause.rivals or cause.hypothesis in found.final.hypotheses  # else seen before any fit
     ]
 
 

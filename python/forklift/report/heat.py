@@ -14,7 +14,7 @@ from forklift.report.blocks import Figure, Panel
 from forklift.report.words import signal
 
 if TYPE_CHECKING:
-    from forklift.fitting.residuals import Judged
+    from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
 
@@ -34,7 +34,9 @@ Cells = Mapping[tuple[str, str, str], tuple[float, int, bool]]
 """By file, channel and phase: mean square, samples, and whether an encoder read them."""
 
 
-def heat(campaign: Campaign, truck: Truck, models: Mapping[str, Sequence[Judged]], note: str) -> Figure:
+def heat(
+    campaign: Campaign, truck: Truck, models: Mapping[str, Sequence[ChannelResidual]], note: str
+) -> Figure:
     """The models below each other, in the same colours."""
     phases = {one.file: of_recording(one, truck) for one in campaign.recordings}
     cells = {label: _cells(judged, phases) for label, judged in models.items()}
@@ -58,7 +60,7 @@ def heat(campaign: Campaign, truck: Truck, models: Mapping[str, Sequence[Judged]
     )
 
 
-def _cells(judged: Sequence[Judged], phases: Mapping[str, Mapping[str, NDArray[np.intp]]]) -> Cells:
+def _cells(judged: Sequence[ChannelResidual], phases: Mapping[str, Mapping[str, NDArray[np.intp]]]) -> Cells:
     cells: dict[tuple[str, str, str], tuple[float, int, bool]] = {}
     analogue = {one.channel for one in judged if one.whiteness is not None}  # of an encoder there is none
     for one in judged:

@@ -11,7 +11,7 @@ from forklift.report import curves
 
 if TYPE_CHECKING:
     from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.locate import UnknownInput
 
 
@@ -20,17 +20,17 @@ def place_of(found: Diagnosis) -> UnknownInput | None:
     else the most credible of all."""
     if not found.causes:
         return next(iter(found.inputs), None)
-    first = found.causes[0].suspect
+    first = found.causes[0].hypothesis
     own = (one for one in found.inputs if is_at(one.port, first))
     return next(own, next(iter(found.inputs), None))
 
 
-def is_at(port: str, suspect: Suspect) -> bool:
-    """Whether the port stands in the equation that the suspect changes, where it acts."""
-    if suspect.kind == "sensor":
-        return port == suspect.where
+def is_at(port: str, hypothesis: Hypothesis) -> bool:
+    """Whether the port stands in the equation that the hypothesis changes, where it acts."""
+    if hypothesis.kind == "sensor":
+        return port == hypothesis.where
     equation, lift = unknown_ports.equation(port), unknown_ports.lift_of(port)
-    return equation == suspect.equation and lift == suspect.where
+    return equation == hypothesis.equation and lift == hypothesis.where
 
 
 def against(found: Diagnosis, best: UnknownInput) -> list[curves.Against]:

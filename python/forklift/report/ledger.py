@@ -1,4 +1,4 @@
-"""Every suspect that was considered, with what it promised and what became of it."""
+"""Every hypothesis that was considered, with what it promised and what became of it."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ def considered(
     """The most promising first, those that could not be tested last; `said` of a name and where it acts."""
     count = counts(told)
     return Table(
-        f"{count['considered']} suspects considered, {count['fitted']} of them fitted, "
-        f"{count['untold']} not testable",
-        ["Suspect", "Kind", "Promise", "What became of it"],
+        f"{count['considered']} hypotheses considered, {count['fitted']} of them fitted, "
+        f"{count['unidentifiable']} not testable",
+        ["Hypothesis", "Kind", "Promise", "What became of it"],
         [
             [
                 capital(said(one["name"], one["where"])), kinds[one["kind"]],
                 "—" if one["promised"] is None else number(one["promised"]), _fate(one),
             ]
-            for one in told["suspects"]
+            for one in told["hypotheses"]
         ],
         [False, False, True, False],
-        note="Promise: how far −ln of the probability of all recordings together would fall with the suspect "
+        note="Promise: how far −ln of the probability of all recordings together would fall with it "
         f"and all parameters at their best, by a linear estimate at the fitted {noun}, before any fit. As "
         "long as a cause is missing, others promise some of what it explains; so only those are fitted that "
         "do not fall far behind the best, and fits on recordings held out decide.",
@@ -45,11 +45,11 @@ def considered(
 
 def counts(told: Mapping[str, Any]) -> dict[str, int]:
     """How many were considered, screened (by a promise), fitted, and could not be told."""
-    suspects = told["suspects"]
+    hypotheses = told["hypotheses"]
     return {
-        "considered": len(suspects),
-        "fitted": sum(one["fitted"] for one in suspects),
-        "untold": sum(bool(one["untold"]) for one in suspects),
+        "considered": len(hypotheses),
+        "fitted": sum(one["fitted"] for one in hypotheses),
+        "unidentifiable": sum(bool(one["unidentifiable"]) for one in hypotheses),
     }
 
 
@@ -60,4 +60,4 @@ def _fate(one: Mapping[str, Any]) -> str:
         return f"named; {left}" if one["named"] else left
     if one["named"]:
         return "named before any fit"
-    return "not testable" if one["untold"] else "too little beside the best to be fitted"
+    return "not testable" if one["unidentifiable"] else "too little beside the best to be fitted"

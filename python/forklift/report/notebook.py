@@ -31,8 +31,8 @@ def of_diagnosis(found: Diagnosis) -> str:
             value, lower, upper = words.size(first["value"], first["lower"], first["upper"])
             size = f"{value} {words.printed(first['unit'])} ({lower} to {upper})"
         rows.append(
-            [words.suspect(cause.suspect), size, f"{row['credibility']:.2f}", row["form"],
-             ", ".join(words.suspect(one) for one in cause.not_separable_from) or "—"]
+            [words.hypothesis(cause.hypothesis), size, f"{row['credibility']:.2f}", row["form"],
+             ", ".join(words.hypothesis(one) for one in cause.not_separable_from) or "—"]
         )  # fmt: skip
     head = ["Cause", "Size (99 % interval)", "Credibility", "Form", "Not separable from"]
     return _summary([found.sentence], [(head, rows)] if rows else [])
@@ -43,9 +43,9 @@ def of_plant(found: PlantDiagnosis) -> str:
     told = found.to_dict()
     rows = [
         [
-            plant.suspect(cause.suspect), "; ".join(plant.sizes(told, cause.suspect)) or "—",
+            plant.hypothesis(cause.hypothesis), "; ".join(plant.sizes(told, cause.hypothesis)) or "—",
             f"{cause.credibility:.2f}", cause.form,
-            ", ".join(map(plant.suspect, cause.not_separable_from)) or "—",
+            ", ".join(map(plant.hypothesis, cause.not_separable_from)) or "—",
         ]
         for cause in found.causes
     ]  # fmt: skip

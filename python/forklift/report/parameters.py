@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.diagnosis.refit import Trial
+    from forklift.diagnosis.refit import Refit
     from forklift.fitting.fit import Fit
 
 
@@ -67,7 +67,7 @@ def _bars(fit: Fit) -> list[Bar]:
 
 def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table]:
     """One table per lift: the fitted truck's parameters, and the final one's; `rows` as the JSON has them."""
-    changed = bool(found.final.suspects)
+    changed = bool(found.final.hypotheses)
     groups = dict.fromkeys(row["name"].partition(".")[0] for row in rows)
     order = [*(lift for lift in LIFTS if lift in groups), *(name for name in groups if name not in LIFTS)]
     bars = changes(found.baseline if changed else None, found.final)
@@ -119,13 +119,13 @@ def _cells(row: Mapping[str, Any], changed: bool) -> list[str]:
     return [*cells, printed(row["unit"])]
 
 
-def changes(baseline: Trial | None, final: Trial, wide: tuple[float, float] = (1.0, 1.0)) -> dict[str, Bar]:
+def changes(baseline: Refit | None, final: Refit, wide: tuple[float, float] = (1.0, 1.0)) -> dict[str, Bar]:
     """By parameter, its intervals in the prior's deviations from the start, each side's so much wider."""
     sides: list[dict[str, tuple[float, float]]] = [{}, {}]
-    for side, trial, factor in zip(sides, (baseline, final), wide, strict=True):
-        if trial is None:
+    for side, refit, factor in zip(sides, (baseline, final), wide, strict=True):
+        if refit is None:
             continue
-        for estimate, theta in zip(trial.knowledge.estimates, trial.found.x.tolist(), strict=False):
+        for estimate, theta in zip(refit.knowledge.estimates, refit.found.x.tolist(), strict=False):
             half = QUANTILE * factor * estimate.deviation
             side[estimate.name] = theta - half, theta + half
     before, after = sides

@@ -12,7 +12,7 @@ from forklift.report.tables import mean_square
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
-    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True)
@@ -30,15 +30,15 @@ class Contest:
 
 
 def contests(
-    found: Sequence[Contest], said: Callable[[Suspect], str], rest: str = f"; {words.REST}"
+    found: Sequence[Contest], said: Callable[[Hypothesis], str], rest: str = f"; {words.REST}"
 ) -> Iterator[Bars]:
     """Of each contest, what its causes and their rivals leave over.
 
-    `said`: a suspect in words; `rest`: why an average may lie below 1.
+    `said`: a hypothesis in words; `rest`: why an average may lie below 1.
     """
     for one in found:
         cause = one.causes[0]
-        named = " and ".join(said(cause.suspect) for cause in one.causes)
+        named = " and ".join(said(cause.hypothesis) for cause in one.causes)
         whole = f"{named} with a curve beside it" if cause.curve else named
         alone = (
             [] if cause.alone is None else [(f"{named} by the catalogue's law alone", cause.alone, "rival")]
@@ -48,11 +48,11 @@ def contests(
             (f"{whole}: credibility {cause.credibility:.2f}", one.after, "after"),
             *alone,
             *(
-                (f"{' and '.join(map(said, suspects))}: credibility {credible:.2f}", left, "rival")
-                for suspects, credible, left in sorted(cause.rivals, key=lambda one: one[2])
+                (f"{' and '.join(map(said, hypotheses))}: credibility {credible:.2f}", left, "rival")
+                for hypotheses, credible, left in sorted(cause.rivals, key=lambda one: one[2])
             ),
         ]
-        yield charts.left_over(
+        yield charts.reduced_chi2(
             one.title,
             bars,
             f"On average over all signals held out, {words.NOISE}{rest}."

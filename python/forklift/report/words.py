@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.screening import Screened
     from forklift.recordings.campaign import Campaign
 
@@ -94,7 +94,7 @@ CAUSES: dict[str, str] = {
     "exists.",
     "Interval": "Where the true value lies with the probability given, if the model is right: 99 % for the "
     "size of a cause, since a verdict hangs on it, and widened by what is left over; 95 % for all else.",
-    "Promise": "How far −ln of the probability of all recordings together would fall with a suspect, by a "
+    "Promise": "How far −ln of the probability of all recordings together would fall with a hypothesis, by a "
     "linear estimate and before any fit. 5 is strong; but many make up for one another, so that fits decide.",
 }
 """Words of a diagnosis."""
@@ -222,8 +222,8 @@ def prose(text: str) -> str:
     return text if text.endswith((".", "?")) else f"{text}."
 
 
-def suspect(one: Suspect) -> str:
-    """A suspect with where it acts."""
+def hypothesis(one: Hypothesis) -> str:
+    """A hypothesis with where it acts."""
     return at(one.name, one.where)
 
 
@@ -234,23 +234,23 @@ def at(name: str, where: str) -> str:
     return f"{name} ({f'{where} lift' if where in LIFTS else signal(where)})"
 
 
-def sentence(one: Suspect, rows: Sequence[Mapping[str, Any]]) -> str:
-    """What is the matter, with its numbers: an effect's own sentence, else the suspect's name."""
+def sentence(one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> str:
+    """What is the matter, with its numbers: an effect's own sentence, else the hypothesis's name."""
     effect = next((effect for effect in EFFECTS if effect.id == one.id), None)
     said = {row["name"].rpartition(".")[2]: amount(row["value"], row["unit"]) for row in rows}
     if effect is None:
-        return f"{capital(suspect(one))}."
+        return f"{capital(hypothesis(one))}."
     try:
         return effect.sentence.format(lift=one.where, **said).replace(" degC", " °C")
     except KeyError:  # a parameter that was not estimated
-        return f"{capital(suspect(one))}."
+        return f"{capital(hypothesis(one))}."
 
 
 def another_law(curve: Screened, joined: bool) -> str:
     """Why the law of what explains everything is in doubt; `joined`: whether the curve is in the model."""
     return (
         "The catalogue's law alone leaves no more than the noise in any signal, but a curve over "
-        f"{curve.suspects[0].over} beside it explains all recordings better (it promises "
+        f"{curve.hypotheses[0].over} beside it explains all recordings better (it promises "
         f"{number(curve.gain)} in ln posterior, where {LAW:g} is much); fitted without those held out, it "
         f"{'explains these better too' if joined else 'does not clearly explain these better'}. Where no "
         "recording lies, neither is told."

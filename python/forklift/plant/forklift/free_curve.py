@@ -47,7 +47,7 @@ def variables() -> dict[str, ShapeVariable]:
 
 
 @dataclass(frozen=True)
-class FreeShape:
+class FreeCurve:
     """One lift's free shape: ``truck.with_values(shape.parameters())`` has it.
 
     With f the sum of the coefficients times cubic B-splines over the range from `lower` to `upper`, constant
@@ -85,7 +85,7 @@ class FreeShape:
             raise _invalid("coefficients", f"a shape has {COEFFICIENTS}, not {len(self.coefficients)}")
 
     @classmethod
-    def of(cls, truck: Truck, lift: Lift) -> FreeShape | None:
+    def of(cls, truck: Truck, lift: Lift) -> FreeCurve | None:
         """The free shape that a lift of the truck has, if any."""
         if f"{lift}.free_shape.port" not in truck.values:
             return None
@@ -116,7 +116,7 @@ class FreeShape:
         head = f"{self.lift}.free_shape."
         return {head + name: float(value) for name, value in (shape | numbers).items()}
 
-    def through(self, at: ArrayLike, values: ArrayLike) -> FreeShape:
+    def through(self, at: ArrayLike, values: ArrayLike) -> FreeCurve:
         """The same port and variable with the coefficients that come nearest to a curve.
 
         Parameters
@@ -207,4 +207,4 @@ def _invalid(name: str, message: str) -> ForkliftError:
     return ForkliftError("argument-invalid", message, name=name)
 
 
-__all__: Sequence[str] = ["COEFFICIENTS", "FreeShape", "ports", "variables"]
+__all__: Sequence[str] = ["COEFFICIENTS", "FreeCurve", "ports", "variables"]

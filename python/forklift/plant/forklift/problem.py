@@ -20,7 +20,7 @@ from forklift.fitting.observed import Observed as Observed
 from forklift.fitting.problem import LeastSquares as LeastSquares
 from forklift.fitting.problem import Linearised as Linearised
 from forklift.fitting.problem import Products as Products
-from forklift.fitting.sensor_faults import Reading
+from forklift.fitting.sensor_faults import SensorUnknown
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.simulate import START_WITHIN_S, mean_temperature, simulate
 from forklift.plant.forklift.tables import outputs
@@ -114,13 +114,15 @@ class Problem(LeastSquares):
             for sample, run in zip(self.samples, runs, strict=True)
         ]
 
-    def held(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Problem, Floats]:
+    def with_fixed(
+        self, x: Floats, amplitudes: Collection[str], *, conditions: bool
+    ) -> tuple[Problem, Floats]:
         """All of the truck held at x but the amplitudes, and unless `conditions` what recordings have of
         their own; and the same place. So much is cheaper to differentiate."""
         kept = [
             k
             for k, unknown in enumerate(self.unknowns)
-            if unknown.name in amplitudes or isinstance(unknown, Reading)
+            if unknown.name in amplitudes or isinstance(unknown, SensorUnknown)
         ]
         return self._holding(x, kept, conditions, truck=self.truck_at(x))
 
@@ -135,15 +137,15 @@ class Problem(LeastSquares):
         moved, _ = self._split(x)
         return move(self.truck, [unknown for unknown, _ in moved], np.array([at for _, at in moved]), source)
 
-    def _split(self, x: Floats) -> tuple[list[tuple[Unknown, float]], list[tuple[Reading, float]]]:
+    def _split(self, x: Floats) -> tuple[list[tuple[Unknown, float]], list[tuple[SensorUnknown, float]]]:
         """The truck's unknowns and the sensors', each with its θ; the sensors' come last."""
         pairs = list(zip(self.unknowns, x.tolist(), strict=False))
-        readings = [(unknown, at) for unknown, at in pairs if isinstance(unknown, Reading)]
+        readings = [(unknown, at) for unknown, at in pairs if isinstance(unknown, SensorUnknown)]
         return pairs[: len(pairs) - len(readings)], readings
 
 
 def _read(
-    time: Floats, run: tuple[Floats, Floats], readings: Sequence[tuple[Reading, float]], own: int
+    time: Floats, run: tuple[Floats, Floats], readings: Sequence[tuple[SensorUnknown, float]], own: int
 ) -> tuple[Floats, Floats]:
     """What the sensors read; the slopes along them stand before those from `own` on."""
     values, slopes = run

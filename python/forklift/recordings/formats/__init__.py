@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from forklift.base.errors import ForkliftError
-from forklift.recordings.formats.signals import Choose, Place, Signals, quoted
+from forklift.recordings.formats import isolation
+from forklift.recordings.formats.signals import Choose, Place, Signals, unreadable
 
 
 @dataclass(frozen=True)
@@ -99,8 +100,6 @@ def read(place: Place, choose: Choose) -> tuple[Signals, str]:
     digest = _digest(place)
     try:
         if format.isolated:
-            from forklift.recordings.formats import isolation
-
             return isolation.read(format.module, place, choose), digest
         signals: Signals = importlib.import_module(format.module).read(place, choose)
         return signals, digest
@@ -108,16 +107,6 @@ def read(place: Place, choose: Choose) -> tuple[Signals, str]:
         raise
     except Exception as error:
         raise unreadable(place, format.name, error) from error
-
-
-def unreadable(place: Place, name: str, cause: object) -> ForkliftError:
-    """What to say of a file that its format's library could not read."""
-    return place.error(
-        "recording-unreadable",
-        f"the file is damaged or is not {name}; record or export it again",
-        format=name,
-        cause=quoted(cause, 200),
-    )
 
 
 def _digest(place: Place) -> str:

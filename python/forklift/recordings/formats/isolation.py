@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from forklift.base.errors import ForkliftError
-from forklift.recordings.formats.signals import Choose, Place, Signals
+from forklift.recordings.formats.signals import Choose, Place, Signals, unreadable
 
 LONGEST_S = 60.0
 """How long a reader may take before it is given up [s], far above its start of about a second."""
@@ -43,7 +43,6 @@ def read(module: str, place: Place, choose: Choose) -> Signals:
         What the module raises; ``"recording-unreadable"`` if it raises anything else, crashes or does not
         end.
     """
-    from forklift.recordings.formats import unreadable
 
     name = module.rpartition(".")[2]
     limit = LONGEST_S + Path(place.path).stat().st_size * LONGEST_S_PER_BYTE

@@ -98,3 +98,13 @@ def quoted(value: object, longest: int = 40) -> str:
     """A value from a file as a message may show it: one line of printable characters, not too long."""
     text = ascii(value) if not str(value).isprintable() else repr(value)
     return text if len(text) <= longest else text[: longest - 1] + "…"
+
+
+def unreadable(place: Place, name: str, cause: object) -> ForkliftError:
+    """What to say of a file that its format's library could not read."""
+    return place.error(
+        "recording-unreadable",
+        f"the file is damaged or is not {name}; record or export it again",
+        format=name,
+        cause=quoted(cause, 200),
+    )

@@ -57,14 +57,18 @@ def _what(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
             ["No effect of the catalogue, no sensor, no input and no doubtful parameter explains it."],
         )
     first, *others = found.causes
-    sized = [f"Size: {'; '.join(own)}." for own in [[*words.sizes(told, first.suspect)]] if own]
-    if first.suspect.kind == "unknown":
+    sized = [f"Size: {'; '.join(own)}." for own in [[*words.sizes(told, first.hypothesis)]] if own]
+    if first.hypothesis.kind == "unknown":
         sized = ["It has no name in the catalogue; its curve is drawn below."]
     for cause in others:
-        size = "; ".join(words.sizes(told, cause.suspect))
-        sized.append(f"And {_perhaps(cause)}{words.suspect(cause.suspect)}{f': {size}' if size else ''}.")
+        size = "; ".join(words.sizes(told, cause.hypothesis))
+        sized.append(
+            f"And {_perhaps(cause)}{words.hypothesis(cause.hypothesis)}{f': {size}' if size else ''}."
+        )
     return Fact(
-        "What is wrong, and how much?", capital(f"{_perhaps(first)}{words.suspect(first.suspect)}"), sized
+        "What is wrong, and how much?",
+        capital(f"{_perhaps(first)}{words.hypothesis(first.hypothesis)}"),
+        sized,
     )
 
 
@@ -74,7 +78,7 @@ def _perhaps(cause: Cause) -> str:
 
 def _where(found: PlantDiagnosis) -> Fact:
     plant = found.plant
-    named = dict.fromkeys(name for cause in found.causes for name in words.ports(plant, cause.suspect))
+    named = dict.fromkeys(name for cause in found.causes for name in words.ports(plant, cause.hypothesis))
     first = next(iter(named), found.inputs[0].port if found.inputs else "")
     details = []
     if found.inputs:
@@ -105,7 +109,7 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
                 question,
                 f"All {len(found.final.held_out)} signals of recordings held out are explained",
                 [
-                    f"{count['considered']} suspects were screened, and none promises more than chance.",
+                    f"{count['considered']} hypotheses were screened, and none promises more than chance.",
                     *_untold(count),
                 ],
             )
@@ -113,7 +117,8 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
             question,
             f"{len(left)} of {len(found.final.held_out)} signals of recordings held out are not explained",
             [
-                f"Of {count['considered']} suspects considered (list below), {count['fitted']} were fitted; "
+                f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were "
+                f"fitted; "
                 "none makes what was held out better.",
                 *_untold(count),
             ],
@@ -129,13 +134,14 @@ def _sure(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
     stands = _stands(found, first)
     details += [f"To first order {_some(stands)} could stand for it: see Doubts."] if stands else []
     details += [
-        f"{capital(words.suspect(cause.suspect))}: credibility {cause.credibility:.2f}"
+        f"{capital(words.hypothesis(cause.hypothesis))}: credibility {cause.credibility:.2f}"
         f"{_doubted(found, cause)}."
         for cause in others
     ]
     details += [
-        f"Of {count['considered']} suspects considered (list below), {count['fitted']} "
-        f"{'was' if count['fitted'] == 1 else 'were'} fitted. Judged on {words.samples(found)}, redrawn at "
+        f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} "
+        f"{'was' if count['fitted'] == 1 else 'were'} fitted. Judged on "
+        f"{words.samples(found)}, redrawn at "
         f"random {REDRAWS} times.",
         "Nothing but the sensors' noise is left over"
         f"{', but the law is uncertain: see Doubts' if found.selection.curve else ''}."
@@ -150,25 +156,27 @@ def _groups(found: PlantDiagnosis) -> list[str]:
     """What speaks against it where whole groups were left out."""
     bad = [one.group for one in found.groups if not one.holds]
     said = [f"It does not hold in {', '.join(bad)}, foreseen from the others: see Doubts."] if bad else []
-    if found.lawless:
-        said.append(f"{', '.join(found.lawless)} fits no law that fits the others: see Doubts.")
+    if found.outlying_groups:
+        said.append(f"{', '.join(found.outlying_groups)} fits no law that fits the others: see Doubts.")
     return said
 
 
 def _untold(count: Mapping[str, int]) -> list[str]:
-    untold = count["untold"]
-    return [f"{untold} could not be tested with these recordings: see Doubts."] if untold else []
+    unidentifiable = count["unidentifiable"]
+    return (
+        [f"{unidentifiable} could not be tested with these recordings: see Doubts."] if unidentifiable else []
+    )
 
 
 def _alike(cause: Cause) -> list[str]:
     """What explains what was held out as well as a cause."""
-    return list(dict.fromkeys(map(words.suspect, cause.not_separable_from)))
+    return list(dict.fromkeys(map(words.hypothesis, cause.not_separable_from)))
 
 
 def _stands(found: PlantDiagnosis, cause: Cause) -> list[str]:
     """What could stand for a cause on such recordings, to first order."""
-    twins = (words.suspect(one.other) for one in found.twins if one.accepted is cause.suspect)
-    return [name for name in dict.fromkeys(twins) if name not in _alike(cause)]
+    confounded = (words.hypothesis(one.other) for one in found.confounded if one.accepted is cause.hypothesis)
+    return [name for name in dict.fromkeys(confounded) if name not in _alike(cause)]
 
 
 def _doubted(found: PlantDiagnosis, cause: Cause) -> str:
@@ -187,7 +195,7 @@ def _better(found: PlantDiagnosis) -> Fact:
     question = "How much better does the model get?"
     judged = words.samples(found)
     errors = list(_errors(found))
-    if not found.final.suspects:
+    if not found.final.hypotheses:
         answer = "There is nothing to gain." if found.verdict == "no-mismatch" else "Nothing was added."
         said = ", ".join(
             f"{name} {number(after)} {printed(unit)}".rstrip() for name, unit, _, after in errors
@@ -202,8 +210,8 @@ def _better(found: PlantDiagnosis) -> Fact:
         [
             *([f"Error of {'; '.join(others)}."] if others else []),
             f"Root mean square, {judged}; smaller in {better} of {len(own)} signals held out.",
-            f"What is left over falls from {number(found.baseline.left_over)} to "
-            f"{number(found.final.left_over)} {NOISE}.",
+            f"What is left over falls from {number(found.baseline.reduced_chi2)} to "
+            f"{number(found.final.reduced_chi2)} {NOISE}.",
         ],
     )
 
@@ -223,7 +231,7 @@ def _else(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
     question = "What could it be instead?"
     first = next(map(_alike, found.causes), [])
     later = [
-        f"{capital(words.suspect(cause.suspect))} could be {_some(like)}."
+        f"{capital(words.hypothesis(cause.hypothesis))} could be {_some(like)}."
         for cause in found.causes
         if (like := [*(_alike(cause) if cause is not found.causes[0] else []), *_stands(found, cause)])
     ]
@@ -237,24 +245,24 @@ def _else(found: PlantDiagnosis, told: Mapping[str, Any]) -> Fact:
         (left, share, names)
         for cause in found.causes
         for names, share, left in cause.rivals
-        if not set(names) <= set(found.final.suspects) and cause.suspect not in names
+        if not set(names) <= set(found.final.hypotheses) and cause.hypothesis not in names
     ]
-    untold = [*later, *_untold(counts(told))]
+    unidentifiable = [*later, *_untold(counts(told))]
     if not rivals:
         none = (
             "Nothing else was needed."
             if found.verdict == "no-mismatch"
             else "Nothing else that could be tested."
         )
-        return Fact(question, none, untold)
+        return Fact(question, none, unidentifiable)
     left, share, names = min(rivals, key=lambda one: one[0])
-    nearest = " and ".join(map(words.suspect, names)) or "nothing added"
+    nearest = " and ".join(map(words.hypothesis, names)) or "nothing added"
     return Fact(
         question,
         "Nothing that was tried explains it as well.",
         [
             f"Nearest: {nearest}, which leaves {number(left)} {NOISE}, with a credibility of {share:.2f}.",
-            *untold,
+            *unidentifiable,
         ],
     )
 

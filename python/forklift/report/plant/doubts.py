@@ -15,6 +15,7 @@ from forklift.report.plant import words
 from forklift.report.words import NOISE, another_law, capital, number
 
 if TYPE_CHECKING:
+    from forklift.diagnosis.group_validation import GroupFold
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis
 
 
@@ -47,15 +48,15 @@ def _alike(found: PlantDiagnosis) -> Iterator[str]:
         return
     none = True
     for cause in found.causes:
-        name = capital(words.suspect(cause.suspect))
+        name = capital(words.hypothesis(cause.hypothesis))
         if cause.not_separable_from:
             none = False
-            others = " or ".join(f"“{words.suspect(one)}”" for one in cause.not_separable_from)
+            others = " or ".join(f"“{words.hypothesis(one)}”" for one in cause.not_separable_from)
             yield f"“{name}” cannot be told from {others}: they explain what was held out as well."
-        stand = [one for one in found.twins if one.accepted is cause.suspect]
+        stand = [one for one in found.confounded if one.accepted is cause.hypothesis]
         if stand:
             none = False
-            others = ", ".join(f"{words.suspect(one.other)} ({100 * one.share:.0f} %)" for one in stand)
+            others = ", ".join(f"{words.hypothesis(one.other)} ({100 * one.share:.0f} %)" for one in stand)
             yield (
                 f"“{name}” has nearly the same effect on these recordings as what follows, which to first "
                 f"order takes over so much of it with other parameters moved: {others}. Where that is exact, "
@@ -71,7 +72,7 @@ def _form(found: PlantDiagnosis) -> Iterator[str]:
     if not found.causes:
         yield "No law was added."
     for cause in found.causes:
-        name = capital(words.suspect(cause.suspect))
+        name = capital(words.hypothesis(cause.hypothesis))
         if cause.form == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
         elif found.selection.curve:
@@ -110,9 +111,10 @@ def _everywhere(found: PlantDiagnosis) -> Iterator[str]:
         if bad
         else f"Each of {len(found.groups)} groups is foreseen better with it, fitted on the others alone."
     )
-    if found.lawless:
+    if found.outlying_groups:
         yield (
-            f"{', '.join(found.lawless)} fits no law that fits the others: even fitted alone much more is "
+            f"{', '.join(found.outlying_groups)} fits no law that fits the others: even fitted alone "
+            f"much more is "
             "left over there. Look at how it was recorded."
         )
 
@@ -128,7 +130,7 @@ def _groups(found: PlantDiagnosis) -> Iterator[Table]:
             [
                 one.group, number(one.before), number(one.after), number(one.alone),
                 *(number(dict(one.amplitudes).get(name)) for name in names),
-                ("fits no law" if one.group in found.lawless else "holds" if one.holds else "does not hold"),
+                "fits no law" if one.group in found.outlying_groups else _holds(one),
             ]
             for one in found.groups
         ],
@@ -141,16 +143,16 @@ def _groups(found: PlantDiagnosis) -> Iterator[Table]:
 
 def _untestable(told: Mapping[str, Any]) -> Iterator[str]:
     names: dict[str, list[str]] = {}
-    for one in told["suspects"]:
-        if one["untold"]:
-            names.setdefault(one["untold"], []).append(words.at(one["name"], one["where"]))
+    for one in told["hypotheses"]:
+        if one["unidentifiable"]:
+            names.setdefault(one["unidentifiable"], []).append(words.at(one["name"], one["where"]))
     for why, those in names.items():
         yield (
             f"{UNTOLD[why]}, so that neither its presence nor its absence is claimed: "  # type: ignore[index]
             f"{'; '.join(dict.fromkeys(those))}."
         )
     if not names:
-        yield "Every suspect of the catalogue could be tested."
+        yield "Every hypothesis of the catalogue could be tested."
 
 
 def _finite(values: Floats | None) -> NDArray[np.bool_]:
@@ -178,3 +180,7 @@ def _recordings(found: PlantDiagnosis) -> Iterator[str]:
     ]
     if absent:
         yield f"Not recorded: {'; '.join(absent)}."
+
+
+def _holds(fold: GroupFold) -> str:
+    return "holds" if fold.holds else "does not hold"

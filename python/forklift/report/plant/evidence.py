@@ -19,7 +19,7 @@ from forklift.report.plant import words
 from forklift.report.words import Quantity, capital, number, printed
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.locate import UnknownInput
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis
     from forklift.diagnosis.plant_predict import Foreseen
@@ -37,14 +37,14 @@ ROLES = {"validate": "held out", "estimate": "fitted on"}
 
 def evidence(found: PlantDiagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks for the verdict."""
-    changed = bool(found.final.suspects)
+    changed = bool(found.final.hypotheses)
     blocks: list[Block] = [
         explorer(found, changed),
         *_errors(found, changed),
         *_asked_for(found),
         *_laws(found),
         *_added(found, told),
-        *rivals.contests(list(_contests(found)), words.suspect, ""),
+        *rivals.contests(list(_contests(found)), words.hypothesis, ""),
         *rivals.places(
             [(words.place(found.plant, one.port), one.evidence, one.noise**2) for one in found.inputs]
         ),
@@ -176,7 +176,9 @@ def _asked_for(found: PlantDiagnosis) -> Iterator[Figure]:
     """At the likeliest place, and where a cause acts, if something tells what is asked for there."""
     if not found.inputs:
         return
-    named = dict.fromkeys(port for cause in found.causes for port in words.ports(found.plant, cause.suspect))
+    named = dict.fromkeys(
+        port for cause in found.causes for port in words.ports(found.plant, cause.hypothesis)
+    )
     own = [one for name in named for one in found.inputs if one.port == name and one is not found.inputs[0]]
     problem = cast("PlantProblem", found.baseline.early.problem)
     for one in [found.inputs[0], *own][:MOST_PLACES]:
@@ -239,12 +241,12 @@ def _added(found: PlantDiagnosis, told: Mapping[str, Any]) -> Iterator[Points]:
     """Each cause: where it enters, its numbers and where its law stands."""
     items = []
     for cause in found.causes:
-        effect = words.effect(found.plant, cause.suspect)
-        where = " and ".join(words.ports(found.plant, cause.suspect))
-        size = "; ".join(words.sizes(told, cause.suspect))
+        effect = words.effect(found.plant, cause.hypothesis)
+        where = " and ".join(words.ports(found.plant, cause.hypothesis))
+        size = "; ".join(words.sizes(told, cause.hypothesis))
         source = f" Source: {effect.source}." if effect and effect.source else ""
         items.append(
-            f"{capital(words.suspect(cause.suspect))} — “{cause.suspect.label}”"
+            f"{capital(words.hypothesis(cause.hypothesis))} — “{cause.hypothesis.label}”"
             f"{f', at {where}' if effect else ''}{f': {size}' if size else ''}.{source}"
         )
     if items:
@@ -253,22 +255,22 @@ def _added(found: PlantDiagnosis, told: Mapping[str, Any]) -> Iterator[Points]:
 
 def _contests(found: PlantDiagnosis) -> Iterator[rivals.Contest]:
     """Round by round: what was found in it, beside what was found in rounds before."""
-    known: tuple[Suspect, ...] = ()
-    before, rounds = found.baseline.left_over, []
+    known: tuple[Hypothesis, ...] = ()
+    before, rounds = found.baseline.reduced_chi2, []
     for step in found.selection.steps:
         if step.accepted is not None:
-            new = [one for one in step.accepted.suspects if one not in known]
-            rounds.append((known, before, step.accepted.left_over, new))
-            known, before = step.accepted.suspects, step.accepted.left_over
-    rounds.append((known, before, found.final.left_over, list(found.final.suspects)))
-    told: set[Suspect] = set()
+            new = [one for one in step.accepted.hypotheses if one not in known]
+            rounds.append((known, before, step.accepted.reduced_chi2, new))
+            known, before = step.accepted.hypotheses, step.accepted.reduced_chi2
+    rounds.append((known, before, found.final.reduced_chi2, list(found.final.hypotheses)))
+    told: set[Hypothesis] = set()
     for place, (without, left, after, new) in enumerate(rounds):
-        if not set(without) <= set(found.final.suspects):  # given up again
-            without, left = (), found.baseline.left_over
-        causes = [one for one in found.causes if one.suspect in new and one.suspect not in told]
-        told |= {one.suspect for one in causes}
+        if not set(without) <= set(found.final.hypotheses):  # given up again
+            without, left = (), found.baseline.reduced_chi2
+        causes = [one for one in found.causes if one.hypothesis in new and one.hypothesis not in told]
+        told |= {one.hypothesis for one in causes}
         if causes:
-            alone = " and ".join(map(words.suspect, without))
+            alone = " and ".join(map(words.hypothesis, without))
             yield rivals.Contest(
                 causes,
                 f"{alone}, and nothing else" if without else "nothing added: the fitted model",

@@ -83,13 +83,13 @@ def _candidate(found: PlantDiagnosis) -> Iterator[Block]:
 def _use(found: PlantDiagnosis) -> list[Block]:
     """A call that simulates with the parameters and effects that were found."""
     plant = found.plant
-    effects = [one.suspect.id for one in found.causes if words.effect(plant, one.suspect)]
+    effects = [one.hypothesis.id for one in found.causes if words.effect(plant, one.hypothesis)]
     heads = tuple(f"{name}." for name in effects)
     own = {one.name for one in plant.params} | {f"{state.name}.start" for state in plant.states}
     values = {one.name: one.value for one in found.numbers if one.name in own or one.name.startswith(heads)}
     given = ", ".join(f'"{name}": {value:.6g}' for name, value in values.items())
     present = f", present={effects}".replace("'", '"') if effects else ""
-    others = [one.suspect.label for one in found.causes if not words.effect(plant, one.suspect)]
+    others = [one.hypothesis.label for one in found.causes if not words.effect(plant, one.hypothesis)]
     more: list[Block] = (
         [Text(f"It leaves out what is no effect of the plant's own: {', '.join(others)}.", note=True)]
         if others

@@ -1,4 +1,4 @@
-"""What belongs to a plant, in words: its suspects, places and quantities."""
+"""What belongs to a plant, in words: its hypotheses, places and quantities."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from forklift.report.words import CAUSES, GLOSSARY, Quantity, number, printed, size
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.hypothesis import Suspect
+    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis
     from forklift.plant.parts import Effect, Input, Output, Plant, Port, State
 
@@ -39,8 +39,8 @@ WORDS = {
 }
 
 
-def suspect(one: Suspect) -> str:
-    """A suspect with where it acts."""
+def hypothesis(one: Hypothesis) -> str:
+    """A hypothesis with where it acts."""
     return at(one.name, one.where)
 
 
@@ -50,13 +50,13 @@ def at(name: str, where: str) -> str:
     return name if said else f"{name} ({where})"
 
 
-def effect(plant: Plant, one: Suspect) -> Effect | None:
-    """The plant's own effect that a suspect is; None for its dull rivals and for free shapes."""
+def effect(plant: Plant, one: Hypothesis) -> Effect | None:
+    """The plant's own effect that a hypothesis is; None for its dull rivals and for free shapes."""
     return next((found for found in plant.effects if one.kind == "physics" and found.id == one.id), None)
 
 
-def ports(plant: Plant, one: Suspect) -> tuple[str, ...]:
-    """Where a suspect enters: ports, inputs or outputs."""
+def ports(plant: Plant, one: Hypothesis) -> tuple[str, ...]:
+    """Where a hypothesis enters: ports, inputs or outputs."""
     found = effect(plant, one)
     if found is not None:
         return found.ports
@@ -83,8 +83,8 @@ def quantity(plant: Plant, name: str) -> Quantity:
     return Quantity(name, printed(units[name]) if name in units else "", symbol=True)
 
 
-def sizes(told: Mapping[str, Any], one: Suspect) -> Iterator[str]:
-    """Every parameter of a suspect with its interval; of a curve without a name none."""
+def sizes(told: Mapping[str, Any], one: Hypothesis) -> Iterator[str]:
+    """Every parameter of a hypothesis with its interval; of a curve without a name none."""
     if one.kind == "unknown" or one.amplitude is None:
         return
     head = f"{one.id}." if one.kind == "physics" else one.amplitude

@@ -21,7 +21,7 @@ MOST_ROUNDS = 20
 
 
 @dataclass(frozen=True)
-class Spoilt:
+class InvalidStretch:
     """A stretch of one channel in one recording that tells nothing."""
 
     file: str
@@ -39,13 +39,13 @@ class Spoilt:
         return f"the signal stands still in {self.file} from {self.from_s:.2f} to {self.to_s:.2f} s"
 
 
-def unspoilt(campaign: Campaign, truck: Truck) -> tuple[Campaign, tuple[Spoilt, ...]]:
+def without_invalid(campaign: Campaign, truck: Truck) -> tuple[Campaign, tuple[InvalidStretch, ...]]:
     """The campaign without the samples of stuck and slipped signals, and which these were.
 
     After a slip nothing is left of that signal in that recording. Where no other signal tells that the lift
     itself did not jump, samples may be lost as well as counts: that is left to the checks, which refuse it.
     """
-    taken: list[Spoilt] = []
+    taken: list[InvalidStretch] = []
     for _ in range(MOST_ROUNDS):
         found = _spoilt(campaign, truck)
         if not found:
@@ -57,7 +57,7 @@ def unspoilt(campaign: Campaign, truck: Truck) -> tuple[Campaign, tuple[Spoilt, 
     return campaign, tuple(taken)
 
 
-def _spoilt(campaign: Campaign, truck: Truck) -> list[Spoilt]:
+def _spoilt(campaign: Campaign, truck: Truck) -> list[InvalidStretch]:
     """Stuck signals; if there are none, slips: the end of a standstill looks like one."""
     recordings = {recording.file: recording for recording in campaign.recordings}
     stuck, slipped = [], []
@@ -66,10 +66,12 @@ def _spoilt(campaign: Campaign, truck: Truck) -> list[Spoilt]:
             continue
         facts = error.facts
         if error.code == "channel-stuck":
-            stuck.append(Spoilt(facts["file"], facts["channel"], facts["from_s"], facts["to_s"], "stuck"))
+            stuck.append(
+                InvalidStretch(facts["file"], facts["channel"], facts["from_s"], facts["to_s"], "stuck")
+            )
         elif error.code == "channel-jump" and _witnessed(recordings[facts["file"]], facts["channel"]):
             end = float(recordings[facts["file"]].time_s[-1])
-            slipped.append(Spoilt(facts["file"], facts["channel"], facts["time_s"], end, "slip"))
+            slipped.append(InvalidStretch(facts["file"], facts["channel"], facts["time_s"], end, "slip"))
     return stuck or slipped
 
 
@@ -80,7 +82,7 @@ def _witnessed(recording: Recording, channel: str) -> bool:
     return any(motion.measured(recording, name) is not None for name in others)
 
 
-def _without(recording: Recording, found: list[Spoilt]) -> Recording:
+def _without(recording: Recording, found: list[InvalidStretch]) -> Recording:
     """The recording with those samples missing."""
     columns = dict(recording.channels)
     for one in found:

@@ -65,7 +65,8 @@ def span(values: Floats | None) -> float:
 
 
 def travel(recording: Recording, lift: Lift) -> float | None:
-    """How far the lift moved [m on its own sensor], by its encoder or, alone, by the height; None: untold."""
+    """How far the lift moved [m on its own sensor], by its encoder or, alone, by the height; None:
+    unidentifiable."""
     own = position(recording, lift)
     if own is not None:
         return span(own)

@@ -89,9 +89,9 @@ def suitability(recordings: Sequence[Recording], truck: Truck) -> Suitability:
     errors = [finding for finding in found if isinstance(finding, ForkliftError)]
     if errors:
         raise _first(errors)
-    lifts, left_out = _excited(recordings, truck)
+    lifts, group_folds = _excited(recordings, truck)
     cautions = [finding for finding in found if isinstance(finding, Caution)]
-    return Suitability(lifts, (*left_out, *_untold(recordings, lifts), *cautions))
+    return Suitability(lifts, (*group_folds, *_untold(recordings, lifts), *cautions))
 
 
 def _first(errors: list[ForkliftError]) -> ForkliftError:

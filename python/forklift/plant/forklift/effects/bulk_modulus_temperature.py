@@ -21,5 +21,5 @@ EFFECT = Effect(
         "The {lift} lift's oil changes its stiffness with temperature: it falls by the rate {rate} for every "
         "kelvin above 20 degC."
     ),
-    told_by=("oil_temperature_degc",),
+    needs_two_of=("oil_temperature_degc",),
 )

@@ -43,10 +43,10 @@ class Effect:
         Ids of effects and of faults, in the catalogue or not, that leave traces alike.
     sentence
         For a report, with the effect's parameters and, for an effect on one lift, ``lift`` in braces.
-    told_by
+    needs_two_of
         Conditions of which recordings with two values at least are needed to tell it, by their channels.
     general
-        It has no physics of its own, and is there to say what physics must explain: no suspect by name.
+        It has no physics of its own, and is there to say what physics must explain: no hypothesis by name.
     """
 
     id: str
@@ -56,4 +56,4 @@ class Effect:
     confused_with: tuple[str, ...]
     sentence: str
     general: bool = False
-    told_by: tuple[str, ...] = ()
+    needs_two_of: tuple[str, ...] = ()

@@ -19,5 +19,5 @@ EFFECT = Effect(
         "The {lift} lift's viscous friction changes with the oil's temperature: it falls by the rate {rate} "
         "for every kelvin above 20 degC and rises likewise below."
     ),
-    told_by=("oil_temperature_degc",),
+    needs_two_of=("oil_temperature_degc",),
 )

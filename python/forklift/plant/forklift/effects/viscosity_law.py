@@ -21,5 +21,5 @@ EFFECT = Effect(
         "The {lift} lift's oil thickens in the cold faster than an exponential: the share {share} of the way "
         "to Vogel's law with its pole at {vogel}, and its density falls by {expansion} a kelvin."
     ),
-    told_by=("oil_temperature_degc",),
+    needs_two_of=("oil_temperature_degc",),
 )

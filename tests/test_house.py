@@ -1,0 +1,237 @@
+"""The plan of the house: rooms, the arrows between them, and no circle of files.
+
+Every import counts, inside functions and for type checking too.
+"""
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "python" / "forklift"
+
+ARROWS = {
+    "base": (),
+    "recordings": ("base",),
+    "plant": ("base", "recordings"),
+    "fitting": ("base", "recordings", "plant"),
+    "diagnosis": ("base", "recordings", "plant", "fitting"),
+    "control": ("base", "recordings", "plant", "fitting"),
+    "ensemble": ("base", "recordings", "plant", "fitting", "diagnosis", "control"),
+    "report": ("base", "recordings", "plant", "fitting", "diagnosis", "control", "ensemble"),
+    "app": ("base", "recordings", "plant", "fitting", "diagnosis", "control", "ensemble", "report"),
+}
+"""By room, from the ground up: the rooms it may import from."""
+
+BLIND = ("fitting", "diagnosis", "report")
+"""Rooms that know no forklift: they import nothing of `forklift.plant.forklift`."""
+
+BREACHES = frozenset(
+    {
+        ("diagnosis.curves", "plant.forklift.effects"),
+        ("diagnosis.curves", "plant.forklift.free_curve"),
+        ("diagnosis.curves", "plant.forklift.ports"),
+        ("diagnosis.curves", "plant.forklift.tables"),
+        ("diagnosis.curves", "plant.forklift.unknowns"),
+        ("diagnosis.curves", "plant.forklift.variables"),
+        ("diagnosis.diagnose", "plant.forklift.candidates"),
+        ("diagnosis.diagnose", "plant.forklift.checks.invalid_signals"),
+        ("diagnosis.diagnose", "plant.forklift.checks.suitability"),
+        ("diagnosis.diagnose", "plant.forklift.covariates"),
+        ("diagnosis.diagnose", "plant.forklift.phases"),
+        ("diagnosis.diagnose", "plant.forklift.ports"),
+        ("diagnosis.diagnose", "plant.forklift.problem"),
+        ("diagnosis.diagnose", "plant.forklift.sensors"),
+        ("diagnosis.diagnose", "plant.forklift.splits"),
+        ("diagnosis.diagnose", "plant.forklift.truck"),
+        ("diagnosis.diagnose", "plant.forklift.unknowns"),
+        ("diagnosis.diagnose", "plant.forklift.variables"),
+        ("diagnosis.files", "plant.forklift.variables"),
+        ("diagnosis.hypotheses", "plant.forklift.checks.invalid_signals"),
+        ("diagnosis.hypotheses", "plant.forklift.effects"),
+        ("diagnosis.hypotheses", "plant.forklift.problem"),
+        ("diagnosis.hypotheses", "plant.forklift.sensors"),
+        ("diagnosis.hypotheses", "plant.forklift.truck"),
+        ("diagnosis.hypotheses", "plant.forklift.unknowns"),
+        ("diagnosis.proposals", "plant.forklift.candidates"),
+        ("diagnosis.proposals", "plant.forklift.checks.suitability"),
+        ("diagnosis.proposals", "plant.forklift.problem"),
+        ("fitting.compare", "plant.forklift.phases"),
+        ("fitting.compare", "plant.forklift.signals"),
+        ("fitting.compare", "plant.forklift.simulate"),
+        ("fitting.compare", "plant.forklift.tables"),
+        ("fitting.compare", "plant.forklift.truck"),
+        ("fitting.comparison_words", "plant.forklift.phases"),
+        ("fitting.files", "plant.forklift.speed_table"),
+        ("fitting.fit", "plant.forklift.checks.suitability"),
+        ("fitting.fit", "plant.forklift.problem"),
+        ("fitting.fit", "plant.forklift.sensors"),
+        ("fitting.fit", "plant.forklift.truck"),
+        ("fitting.fit", "plant.forklift.unknowns"),
+        ("fitting.sensor_faults", "plant.forklift.tables"),
+        ("fitting.starts", "plant.forklift.problem"),
+        ("fitting.starts", "plant.forklift.unknowns"),
+        ("fitting.words", "plant.forklift.phases"),
+        ("plant.forklift.candidates", "diagnosis.next_recording"),
+        ("plant.forklift.covariates", "fitting.residuals"),
+        ("plant.forklift.ports", "diagnosis.locate"),
+        ("plant.forklift.problem", "fitting.interface"),
+        ("plant.forklift.problem", "fitting.observed"),
+        ("plant.forklift.problem", "fitting.problem"),
+        ("plant.forklift.problem", "fitting.sensor_faults"),
+        ("plant.forklift.splits", "diagnosis.regimes"),
+        ("plant.forklift.variables", "fitting.interface"),
+        ("plant.rigs.pneumatic_seal", "diagnosis.plant_diagnose"),
+        ("plant.simulate", "fitting.plant_problem"),
+        ("report.answers", "plant.forklift.variables"),
+        ("report.charts", "plant.forklift.candidates"),
+        ("report.evidence", "plant.forklift.effects"),
+        ("report.evidence", "plant.forklift.ports"),
+        ("report.evidence", "plant.forklift.problem"),
+        ("report.evidence", "plant.forklift.variables"),
+        ("report.heat", "plant.forklift.phases"),
+        ("report.heat", "plant.forklift.truck"),
+        ("report.law", "plant.forklift.ports"),
+        ("report.law", "plant.forklift.variables"),
+        ("report.of_simulation", "plant.forklift.simulate"),
+        ("report.of_simulation", "plant.forklift.tables"),
+        ("report.physical", "plant.forklift.free_curve"),
+        ("report.provenance", "plant.forklift.truck"),
+        ("report.register", "plant.forklift.simulate"),
+        ("report.register", "plant.forklift.truck"),
+        ("report.tables", "plant.forklift.simulate"),
+        ("report.tables", "plant.forklift.tables"),
+        ("report.tables", "plant.forklift.truck"),
+        ("report.traces", "plant.forklift.tables"),
+        ("report.words", "plant.forklift.effects"),
+        ("report.words", "plant.forklift.free_curve"),
+        ("report.words", "plant.forklift.tables"),
+    }
+)
+"""(file, module): imports against the plan that still stand. The list only ever shrinks."""
+
+
+CIRCLES = frozenset(
+    {
+        frozenset({"diagnosis.diagnose", "diagnosis.files", "diagnosis.ledger"}),
+        frozenset({"diagnosis.plant_diagnose", "diagnosis.plant_files"}),
+        frozenset({"fitting.compare", "fitting.comparison_words"}),
+        frozenset({"fitting.files", "fitting.fit", "fitting.words"}),
+        frozenset({"fitting.interface", "fitting.problem", "fitting.residuals"}),
+        frozenset({"plant.run", "plant.steady"}),
+    }
+)
+"""Circles of files that still stand. The list only ever shrinks."""
+
+
+@cache
+def modules() -> dict[str, Path]:
+    """Every module of the package by its dotted name, without the package's own."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        if name and name != "__main__":
+            found[name] = path
+    return found
+
+
+@cache
+def imports(name: str) -> frozenset[str]:
+    """The modules of the package that a module imports, wherever the import stands."""
+    seen = set()
+    for node in ast.walk(ast.parse(modules()[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            seen |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{name} has a relative import"
+            home = node.module or ""
+            inner = {f"{home}.{alias.name}" for alias in node.names}
+            seen |= {one for one in inner if one.removeprefix("forklift.") in modules()} or {home}
+    own = {one.removeprefix("forklift.") for one in seen if one.startswith("forklift.")}
+    return frozenset(own & set(modules()))
+
+
+def room(name: str) -> str:
+    return name.partition(".")[0]
+
+
+def against_the_plan() -> set[tuple[str, str]]:
+    found = set()
+    for name in modules():
+        for other in imports(name):
+            upward = room(other) != room(name) and room(other) not in ARROWS[room(name)]
+            seeing = room(name) in BLIND and other.startswith("plant.forklift")
+            if upward or seeing:
+                found.add((name, other))
+    return found
+
+
+def circles() -> list[set[str]]:
+    """Sets of files each of which reaches all others by imports (Tarjan 1972)."""
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found = []
+
+    def visit(name: str) -> None:
+        index[name] = low[name] = len(index)
+        stack.append(name)
+        for other in imports(name):
+            if other not in index:
+                visit(other)
+                low[name] = min(low[name], low[other])
+            elif other in stack:
+                low[name] = min(low[name], index[other])
+        if low[name] == index[name]:
+            ring = set()
+            while name not in ring:
+                ring.add(stack.pop())
+            if len(ring) > 1:
+                found.append(ring)
+
+    for name in modules():
+        if name not in index:
+            visit(name)
+    return found
+
+
+def test_there_are_nine_rooms_or_fewer_and_each_is_in_the_plan():
+    rooms = {room(name) for name in modules()}
+    assert rooms <= set(ARROWS)
+    assert len(ARROWS) <= 9
+
+
+def test_arrows_go_down_only_and_the_list_of_breaches_shrinks():
+    found = against_the_plan()
+    assert not found - BREACHES, "new imports against the plan"
+    assert not BREACHES - found, "these stand no more: take them off the list"
+
+
+def test_no_circle_of_files():
+    found = {frozenset(ring) for ring in circles()}
+    assert not found - CIRCLES, "new circles"
+    assert not CIRCLES - found, "these are gone: take them off the list"
+
+
+OF_A_MACHINE = re.compile(r"truck|(?<!fork)lift|tank|seal|hydraul|cylinder|valve|oil", re.IGNORECASE)
+ENGINE = sorted(
+    name
+    for name in modules()
+    if room(name) in ("fitting", "diagnosis") and name not in {file for file, _ in BREACHES}
+)
+"""What knows no machine already: its words must not come back."""
+
+
+@pytest.mark.parametrize("name", ENGINE)
+def test_the_engine_knows_no_machine(name):
+    """No name and no compared word of one; words in comments are free."""
+    for node in ast.walk(ast.parse(modules()[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Compare):
+            words = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)]
+            assert not [word for word in words if isinstance(word, str) and OF_A_MACHINE.search(word)]
+        if isinstance(node, ast.Name | ast.Attribute | ast.arg):
+            word = getattr(node, "id", None) or getattr(node, "attr", None) or getattr(node, "arg", "")
+            assert not OF_A_MACHINE.search(word), word
