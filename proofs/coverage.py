@@ -110,9 +110,10 @@ def one(number):
     """Truck number `number`: made, recorded, fitted from the thesis's; what came out, for JSON."""
     from forklift.fitting.intervals import knowledge
     from forklift.fitting.levenberg_marquardt import cost
+    from forklift.fitting.posing import pose
     from forklift.fitting.residuals import judge
     from forklift.fitting.search import search
-    from forklift.plant.forklift.problem import Problem, sample
+    from forklift.plant.forklift.model import Forklift
     from forklift.plant.forklift.sensors import sensors
     from forklift.plant.forklift.simulate import mean_temperature
     from forklift.plant.forklift.truck import Truck
@@ -129,8 +130,7 @@ def one(number):
 
     every = sensors(recordings)
     moved = unknowns(thesis, [LIFT])
-    samples = tuple(sample(found, thesis, every) for found in recordings)
-    problem = Problem(thesis, moved, samples, substeps=4)
+    problem = pose(Forklift(thesis, (LIFT,)), recordings, moved, every)
     found = search(problem, np.zeros(problem.starts[-1]), every)
     known = knowledge(found.problem, found.x)
     judged = judge(found.problem, found.x[: len(moved)], known.covariance, every)
@@ -141,7 +141,7 @@ def one(number):
         / unknown.width
         for unknown in moved
     ]
-    for seen, temperature, start in zip(samples, temperatures, starts, strict=True):
+    for seen, temperature, start in zip(problem.samples, temperatures, starts, strict=True):
         own = np.array([seen.recording.load_kg, temperature - mean_temperature(seen.recording), 0.0, *start])
         x += list((own - seen.centre)[seen.free] / seen.width[seen.free])
     x = np.array(x)

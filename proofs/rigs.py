@@ -17,8 +17,9 @@ import numpy as np
 import forklift
 from forklift.diagnosis.plant_diagnose import Number, PlantDiagnosis, numbers
 from forklift.diagnosis.refit import Refitter
-from forklift.fitting.plant_problem import completed, pose
+from forklift.fitting.posing import pose
 from forklift.plant import Recording
+from forklift.plant.machine import NumpyMachine, completed
 from forklift.plant.rigs import cascaded_tanks, pneumatic_seal
 
 
@@ -39,7 +40,12 @@ def tanks(folder: Path) -> None:
 
 def refitted(found: PlantDiagnosis, recordings: Sequence[Recording]) -> list[Number]:
     """The parameters of the model that was found, fitted to the recordings held out alone."""
-    everyone = pose(found.plant, [completed(found.plant, one) for one in recordings], found.sensors)
+    everyone = pose(
+        NumpyMachine(found.plant),
+        [completed(found.plant, one) for one in recordings],
+        NumpyMachine(found.plant).unknowns(),
+        found.sensors,
+    )
     held = everyone.over([one for one in everyone.samples if one.recording.role == "validate"])
     refitter = Refitter(held, everyone, found.sensors, strict=True)
     refit = refitter.finish(refitter.rough(found.final.hypotheses))

@@ -18,8 +18,8 @@ from unittest.mock import patch
 import forklift
 from forklift import Campaign, ForkliftError, Truck
 from forklift.diagnosis import engine, selection
-from forklift.diagnosis.hypotheses import hypotheses
 from forklift.diagnosis.locate import unknown_inputs
+from forklift.plant.forklift.hypotheses import hypotheses
 
 forklifts = import_module("forklift.diagnose")  # the package's attribute of this name is the function
 STEPS = ("location", "rivals", "held-out")

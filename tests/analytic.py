@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from forklift.plant.forklift.problem import Observed, Problem, Sample
+from forklift.fitting.observed import Observed
+from forklift.fitting.problem import LeastSquares
+from forklift.fitting.sample import Sample
 from forklift.plant.parameter import Unknown
+from forklift.plant.protocol import Run
 from forklift.recordings.noise import Sensor
 
 CHANNEL = "pressure_free_pa"
@@ -22,21 +24,30 @@ def unknown(name: str, width: float = 1.0, bound: float = np.inf) -> Unknown:
 
 
 @dataclass
-class Analytic(Problem):
-    """One recording per row of measurements, each the same formula of the unknowns' values."""
+class Formula:
+    """A machine whose output is a formula of its parameters, the same for every recording."""
 
-    formula: Callable[[np.ndarray], np.ndarray] = field(default=lambda values: values)
-    slopes: Callable[[np.ndarray], np.ndarray] = field(default=lambda values: np.eye(len(values)))
+    names: Sequence[str]
+    formula: Callable[[np.ndarray], np.ndarray]
+    slopes: Callable[[np.ndarray], np.ndarray]
     runs: list[int] = field(default_factory=list)
-    """How many directions each call of the model was differentiated along."""
+    """How many directions each call was differentiated along."""
+    outputs: tuple[str, ...] = (CHANNEL,)
+    name: str = "formula"
 
-    def _simulate(self, x: np.ndarray, *, derivatives: bool) -> list[tuple[np.ndarray, np.ndarray]]:
-        self.runs.append(len(self.unknowns) if derivatives else 0)
-        theta = x[: len(self.unknowns)]
-        values = np.array([one.values(float(at))[0] for one, at in zip(self.unknowns, theta, strict=True)])
-        said, slopes = self.formula(values), self.slopes(values)
-        slopes = np.hstack([slopes, np.zeros((len(said), 4))])  # a recording's own conditions change nothing
-        return [(said[:, None], slopes[:, None, :])] * len(self.samples)
+    def check(self, values: Mapping[str, float]) -> None:
+        """Everything is possible."""
+
+    def ordered(self, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> Any:
+        return np.zeros((0, len(unknowns))), np.zeros(0)
+
+    def run(self, values, cases, conditions, *, substeps, along=(), own=(), steps=None) -> list[Run]:
+        self.runs.append(len(along))
+        at = np.array([values[name] for name in self.names])
+        said, slopes = self.formula(at), self.slopes(at)
+        columns = [slopes[:, self.names.index(name)] for name in along]
+        wide = np.array([*columns, *(np.zeros(len(said)) for _ in own)]).reshape(-1, len(said)).T
+        return [Run(said[:, None], wide[:, None, :]) for _ in cases]
 
 
 def problem(
@@ -45,20 +56,20 @@ def problem(
     formula: Callable[[np.ndarray], np.ndarray],
     slopes: Callable[[np.ndarray], np.ndarray],
     sigma: float,
-) -> Analytic:
+) -> LeastSquares:
     """Of (recordings, samples) measurements with noise of `sigma`."""
     sensor = Sensor(CHANNEL, sigma, 0.0)
     samples = tuple(
         Sample(
-            None,  # type: ignore[arg-type]
-            None,  # type: ignore[arg-type]
-            np.zeros(4),
-            np.zeros(4),
-            (Observed(sensor, 0, np.arange(len(row)), row),),
+            None,
+            ("a", "b", "c", "d"),
+            *np.zeros((4, 4)),
+            observed=(Observed(sensor, 0, np.arange(len(row)), row),),
         )
         for row in np.atleast_2d(measured)
     )
-    return Analytic(TRUCK, tuple(unknowns), samples, 4, {CHANNEL: sigma}, formula, slopes)
+    machine = Formula([one.name for one in unknowns], formula, slopes)
+    return LeastSquares(machine, tuple(unknowns), samples, 4, {CHANNEL: sigma})
 
 
 def linear(measured: np.ndarray, matrix: np.ndarray, names: Sequence[str], sigma: float, width: float = 1.0):
@@ -67,13 +78,5 @@ def linear(measured: np.ndarray, matrix: np.ndarray, names: Sequence[str], sigma
     return problem(measured, unknowns, lambda p: matrix @ p, lambda p: matrix, sigma)
 
 
-def sensors(found: Analytic) -> dict[str, Sensor]:
+def sensors(found: LeastSquares) -> dict[str, Sensor]:
     return {CHANNEL: found.samples[0].observed[0].sensor}
-
-
-def _moved(values: Mapping[str, Any], source: str) -> Any:
-    return TRUCK
-
-
-TRUCK: Any = SimpleNamespace(values={}, with_values=_moved)
-"""A truck that any values are possible of."""

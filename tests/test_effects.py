@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from forklift import Truck, _core, commands, simulate
-from forklift.diagnosis.hypotheses import hypotheses
 from forklift.plant.forklift.effects import EFFECTS, Equation
+from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.plant.forklift.tables import of_effect
 from forklift.recordings.channels import LIFTS
 
@@ -245,7 +245,11 @@ def test_oil_that_the_valve_heats_lets_the_lift_gain_speed():
 def test_what_has_no_physics_of_its_own_is_no_suspect_by_name():
     general = {effect.id for effect in EFFECTS if effect.general}
     assert general == {"free_shape", "hidden_resonance", "free_response"}
-    offered = {hypothesis.id for hypothesis in hypotheses(LIFTS, [], {}) if hypothesis.kind == "physics"}
+    offered = {
+        hypothesis.id
+        for hypothesis in hypotheses(Truck.read("thesis"), LIFTS, [], {})
+        if hypothesis.kind == "physics"
+    }
     assert offered == {effect.id for effect in EFFECTS} - general
 
 

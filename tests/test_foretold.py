@@ -34,7 +34,7 @@ def linear(seed: int, recordings: int, amplitude: float, *, own: bool):
             jacobian[-1] @ truth[place] + amplitude * blocks[-1][:, 0] + random.normal(size=count)
         )
     x = random.normal(size=total)  # the point it is linear about
-    problem = SimpleNamespace(place=places.__getitem__, prior=lambda x: (x - mean, np.ones(total)))
+    problem = SimpleNamespace(columns=places.__getitem__, prior=lambda x: (x - mean, np.ones(total)))
     residual = [one @ x[place] - y for one, place, y in zip(jacobian, places, measured, strict=True)]
     base = _Base(cast(Problem, problem), x, residual, jacobian)
     return base, _Column(NOBODY, blocks, own), mean, measured

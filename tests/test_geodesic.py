@@ -83,7 +83,10 @@ def scipys(problem: analytic.Analytic, x: np.ndarray) -> np.ndarray:
 def test_a_descent_ends_where_scipys_does_with_no_more_work_than_pinned(case):
     problem, start = made(case)
     end = descend(problem, start, 200, 1e-10, lambda *_: None)
-    linearised, simulated = (sum(run > 0 for run in problem.runs), sum(run == 0 for run in problem.runs))
+    linearised, simulated = (
+        sum(run > 0 for run in problem.machine.runs),
+        sum(run == 0 for run in problem.machine.runs),
+    )
     *_, most_linearised, most_simulated = CASES[case]
     assert linearised <= most_linearised
     assert simulated <= most_simulated
@@ -111,9 +114,9 @@ def test_the_number_of_evaluations_is_kept():
 def test_a_descent_that_begins_at_the_end_stays_there():
     problem, start = made("two decays")
     end = descend(problem, start, 200, 1e-10, lambda *_: None)
-    problem.runs.clear()
+    problem.machine.runs.clear()
     assert descend(problem, end, 200, 1e-6, lambda *_: None) is end
-    assert len(problem.runs) == 1
+    assert len(problem.machine.runs) == 1
 
 
 def test_bounds_hold_a_descent():

@@ -69,27 +69,24 @@ def test_knots_that_would_cross_stay_in_order_and_groups_move_together() -> None
     assert (rows @ at - least).min() == pytest.approx(0.0, abs=1e-9)
 
 
-class Ordered(analytic.Analytic):
+class Ordered(analytic.Formula):
     """Its first value may not pass its second, and where it would, nothing can be simulated."""
 
-    def rising(self) -> tuple[np.ndarray, np.ndarray]:
+    def ordered(self, values, unknowns):
         return np.array([[-1.0, 1.0, 0.0]]), np.array([0.0])
 
-    def _simulate(self, x: np.ndarray, *, derivatives: bool) -> list[tuple[np.ndarray, np.ndarray]]:
-        if x[1] < x[0] - CLOSE:
+    def run(self, values, *given, **settings):
+        if values["p1"] < values["p0"] - CLOSE:
             raise ForkliftError("table-order", "the knots cross; sort them")
-        return super()._simulate(x, derivatives=derivatives)
+        return super().run(values, *given, **settings)
 
 
 def test_a_search_goes_on_where_two_knots_meet() -> None:
     """Drawn together, they stop at each other, and the third goes on to where it belongs."""
-    wanted = np.array([0.32, 0.28, 0.9])
-    problem = Ordered(
-        **vars(
-            analytic.problem(
-                wanted, [analytic.unknown(f"p{k}") for k in range(3)], lambda p: p, lambda _: np.eye(3), 0.02
-            )
-        )
+    wanted, names = np.array([0.32, 0.28, 0.9]), ["p0", "p1", "p2"]
+    made = analytic.problem(
+        wanted, [analytic.unknown(name) for name in names], lambda p: p, lambda _: np.eye(3), 0.02
     )
+    problem = replace(made, machine=Ordered(names, lambda p: p, lambda _: np.eye(3)))
     end = geodesic.descend(problem, np.array([0.0, 0.02, 0.0]), 50, 1e-9, lambda *_: None)
     assert end == pytest.approx([0.3, 0.3, 0.9], abs=2e-3)

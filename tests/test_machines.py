@@ -13,8 +13,10 @@ import pytest
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.plant_diagnose import diagnose_plant
 from forklift.fitting import likelihood
-from forklift.fitting.plant_problem import pose, sensors
+from forklift.fitting.posing import pose
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
+from forklift.plant.machine import NumpyMachine
+from forklift.plant.sensors import sensors
 from forklift.plant.simulate import simulate_plant
 from forklift.report.of_plant import plant_page
 
@@ -100,7 +102,9 @@ def test_derivatives_are_those_of_the_solution():
     plant = decay()
     time = np.sort(np.random.default_rng(3).uniform(0.0, 5.0, 60))  # irregular
     quiet = Recording("r", time, {"u": np.zeros(60)}, {"y": np.zeros(60)})
-    problem = pose(plant, [quiet], {"y": sensors(decay(outputs=(Output("y", sigma=1.0),)), [quiet])["y"]})
+    machine = NumpyMachine(plant)
+    known = sensors(decay(outputs=(Output("y", sigma=1.0),)), [quiet])
+    problem = pose(machine, [quiet], machine.unknowns(), known)
     problem = problem.weighted({"y": 1.0})
     run = problem.linearise(np.zeros(problem.starts[-1]))[0]
     exact = np.exp(-0.5 * (time - time[0]))
@@ -138,7 +142,7 @@ def test_missing_samples_and_a_ceiling_cost_nothing_and_do_not_bend_the_fit():
 def test_a_restart_begins_anew_at_what_was_measured():
     plant = decay(states=(State("x", start="y"),), score="restart", horizon_s=5.0)
     known = sensors(plant, [recording(plant)])
-    problem = pose(plant, [recording(plant)], known)
+    problem = pose(NumpyMachine(plant), [recording(plant)], NumpyMachine(plant).unknowns(), known)
     assert len(problem.samples) == 4
     assert [one.recording.time_s[0] for one in problem.samples] == pytest.approx([0.0, 5.0, 10.0, 15.0])
 

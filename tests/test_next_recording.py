@@ -10,7 +10,6 @@ from typer.testing import CliRunner
 from forklift import Command, Truck, simulate
 from forklift.app.main import app
 from forklift.diagnosis import next_recording as engine
-from forklift.diagnosis.hypotheses import hypotheses
 from forklift.diagnosis.hypothesis import carry
 from forklift.diagnosis.next_recording import PARTS, part, tell
 from forklift.diagnosis.refit import Refit
@@ -25,6 +24,7 @@ from forklift.plant.forklift.candidates import (
     limits,
     next_recording,
 )
+from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.recordings.channels import commanded
 
 
@@ -36,7 +36,7 @@ def complete(null_fit):
 
 @pytest.fixture(scope="module")
 def asked(null_fit):
-    return {one.label: one for one in hypotheses(["free"], list(null_fit.sensors), {})}
+    return {one.label: one for one in hypotheses(null_fit.start, ["free"], list(null_fit.sensors), {})}
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def possible(complete, null_fit):
 
 def rival(refit, hypothesis, amplitude):
     """The refit with a hypothesis of some amplitude, in deviations of its prior, and all else as it was."""
-    problem = hypothesis.add(refit.found.problem)
+    problem = refit.found.problem.with_addition(hypothesis.addition)
     x = carry(refit.found.x, refit.found.problem, problem)
     x[[unknown.name for unknown in problem.unknowns].index(hypothesis.amplitude)] = amplitude
     return Refit(

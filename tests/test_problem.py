@@ -14,8 +14,10 @@ import pytest
 
 from forklift import Campaign, Recording, Truck
 from forklift.fitting.levenberg_marquardt import cost
-from forklift.plant.forklift import variables as operation
-from forklift.plant.forklift.problem import OWN, Problem, Sample, sample
+from forklift.fitting.posing import pose
+from forklift.fitting.problem import LeastSquares
+from forklift.fitting.sample import Sample
+from forklift.plant.forklift.model import OWN, Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.unknowns import unknowns
 
@@ -32,7 +34,7 @@ def shortened(recording: Recording, begin_s: float, seconds: float) -> Recording
 
 
 @cache
-def problem(light: str = "free_prms1_800kg_20c.csv") -> Problem:
+def problem(light: str = "free_prms1_800kg_20c.csv") -> LeastSquares:
     """Two recordings from rest until the lift has moved for three seconds, their loads not quite known."""
     thesis = Truck.read("thesis")
     recordings = [
@@ -41,16 +43,17 @@ def problem(light: str = "free_prms1_800kg_20c.csv") -> Problem:
         if recording.file in (light, "free_prms1_1500kg_60c.csv")
     ]
     every = sensors(recordings)
-    samples = tuple(sample(one, thesis, every, load_width_kg=5.0) for one in recordings)
-    moved = unknowns(thesis, ["free"])
-    return Problem(thesis, moved, samples, 4, {name: 10.0 * sensor.noise for name, sensor in every.items()})
+    machine, moved = Forklift(thesis, ("free",), load_width_kg=5.0), unknowns(thesis, ["free"])
+    return pose(
+        machine, recordings, moved, every, {name: 10.0 * sensor.noise for name, sensor in every.items()}
+    )
 
 
 def somewhere(seed: int) -> np.ndarray:
     return 0.03 * np.random.default_rng(seed).standard_normal(problem().starts[-1])
 
 
-def uncompressed(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def uncompressed(problem: LeastSquares, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Every sample's residual and its derivatives, one below the other."""
     rho, slope = problem.prior(x)
     residual, jacobian = [rho], [np.diag(slope)]
@@ -153,11 +156,9 @@ def test_samples_that_are_missing_leave_the_variables_of_a_moment_whole():
             channels[name][rows] = np.nan
         spoilt.append(Recording(one.file, one.lift, one.load_kg, one.role, one.time_s, channels))
     every = sensors(recordings)
-    samples = tuple(sample(one, whole.truck, every, load_width_kg=5.0) for one in spoilt)
-    gappy = whole.over(samples)
-    times = [one.time_s for one in recordings]
-    found = operation.of_recordings(gappy, somewhere(0), "free", times)
-    right = operation.of_recordings(whole, somewhere(0), "free", times)
+    gappy = pose(whole.machine, spoilt, whole.unknowns, every, whole.sigma)
+    found = gappy.moments(somewhere(0), "free")
+    right = whole.moments(somewhere(0), "free")
     for one, other in zip(found, right, strict=True):
         assert one.keys() == other.keys()
         assert np.array_equal(one["pressure"][60:], other["pressure"][60:])
@@ -182,9 +183,9 @@ def test_only_what_some_recording_does_not_know_is_differentiated_along():
     x = 0.03 * np.random.default_rng(5).standard_normal(some.starts[-1])
     for at, k in zip(some.linearise(x), (0, 1), strict=True):
         step = 1e-4 * np.eye(len(x))
-        for j, place in enumerate(some.place(k)[len(some.unknowns) :]):
-            there = some.values(x + step[place])[k]["pressure_free_pa"]
-            back = some.values(x - step[place])[k]["pressure_free_pa"]
+        for j, place in enumerate(some.columns(k)[len(some.unknowns) :]):
+            there = some.said(x + step[place])[k]["pressure_free_pa"]
+            back = some.said(x - step[place])[k]["pressure_free_pa"]
             slope = at.slope["pressure_free_pa"][:, len(some.unknowns) + j]
             assert (there - back) / 2e-4 == pytest.approx(slope, rel=1e-3, abs=1e-3 * np.abs(slope).max())
 

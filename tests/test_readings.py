@@ -7,14 +7,16 @@ from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck
-from forklift.fitting.sensor_faults import reading
-from forklift.plant.forklift.problem import Problem, sample
+from forklift.fitting.posing import pose
+from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.unknowns import unknowns
+from forklift.plant.sensor_faults import sensor_unknown
 
 TIME = np.arange(0.0, 2.0, 0.02)
 CHANNELS = list(outputs())
+PLACES = {name: k for k, name in enumerate(CHANNELS)}
 
 
 def said() -> np.ndarray:
@@ -24,14 +26,16 @@ def said() -> np.ndarray:
 
 @pytest.mark.parametrize("fault", ["gain", "offset", "lag"])
 def test_a_right_sensor_reads_the_truth_to_the_bit(fault):
-    values, _ = reading(["pressure_free_pa"], fault, "Pa").read(TIME, said(), np.zeros((100, 7, 0)), 0.0)
+    values, _ = sensor_unknown(["pressure_free_pa"], fault, "Pa").read(
+        TIME, said(), np.zeros((100, 7, 0)), 0.0, PLACES
+    )
     assert np.array_equal(values, said())
 
 
 @given(theta=st.floats(-3.0, 3.0))
 def test_only_its_own_channel_is_read_wrongly(theta):
-    number = reading(["pressure_free_pa"], "gain", "Pa")
-    values, slopes = number.read(TIME, said(), np.ones((100, 7, 2)), theta)
+    number = sensor_unknown(["pressure_free_pa"], "gain", "Pa")
+    values, slopes = number.read(TIME, said(), np.ones((100, 7, 2)), theta, PLACES)
     own = CHANNELS.index("pressure_free_pa")
     assert values[:, own] == pytest.approx(said()[:, own] * (1.0 + 0.05 * theta))
     assert np.array_equal(np.delete(values, own, axis=1), np.delete(said(), own, axis=1))
@@ -41,8 +45,8 @@ def test_only_its_own_channel_is_read_wrongly(theta):
 
 @given(ticks=st.integers(0, 20))
 def test_a_lag_of_whole_ticks_shifts_the_samples(ticks):
-    number = reading(["fork_height_m"], "lag", "m")
-    values, _ = number.read(TIME, said(), np.zeros((100, 7, 0)), 0.02 * ticks / 0.05)
+    number = sensor_unknown(["fork_height_m"], "lag", "m")
+    values, _ = number.read(TIME, said(), np.zeros((100, 7, 0)), 0.02 * ticks / 0.05, PLACES)
     own = CHANNELS.index("fork_height_m")
     late = said()[: 100 - ticks, own]
     assert values[ticks:, own] == pytest.approx(late, abs=1e-12)
@@ -52,14 +56,14 @@ def test_a_lag_of_whole_ticks_shifts_the_samples(ticks):
 def test_derivatives_along_readings_are_difference_quotients_beside_those_of_the_truck():
     campaign, thesis = Campaign.read(CAMPAIGNS / "null"), Truck.read("thesis")
     every = sensors(campaign.recordings)
-    samples = tuple(sample(found, thesis, every) for found in campaign.recordings[:2])
     moved = (
         *unknowns(thesis, ["free"]),
-        reading(["pressure_free_pa"], "gain", "Pa"),
-        reading(["pressure_free_pa"], "lag", "Pa"),
-        reading(["fork_height_m"], "offset", "m"),
+        sensor_unknown(["pressure_free_pa"], "gain", "Pa"),
+        sensor_unknown(["pressure_free_pa"], "lag", "Pa"),
+        sensor_unknown(["fork_height_m"], "offset", "m"),
     )
-    problem = Problem(thesis, moved, samples, 4, {name: 3.0 * one.noise for name, one in every.items()})
+    weights = {name: 3.0 * one.noise for name, one in every.items()}
+    problem = pose(Forklift(thesis, ("free",)), campaign.recordings[:2], moved, every, weights)
     x = np.zeros(problem.starts[-1])
     x[len(moved) - 3 : len(moved)] = [0.3, 0.71, -0.4]
     runs = problem.linearise(x)

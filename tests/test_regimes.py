@@ -11,9 +11,10 @@ from forklift.app.demo import measured
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.regimes import AGREE, Split, regimes
 from forklift.fitting.intervals import knowledge
+from forklift.fitting.posing import pose
 from forklift.fitting.residuals import judge
 from forklift.fitting.search import STAGES, search
-from forklift.plant.forklift.problem import Problem, sample
+from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.splits import splits
 from forklift.plant.forklift.unknowns import unknowns
@@ -35,12 +36,7 @@ def fitted(warmer):
         at = np.array(columns.pop("time_s"))
         recordings.append(Recording(f"{load:g}_{degc:g}.csv", "free", load, "estimate", at, columns))
     every = sensors(recordings)
-    problem = Problem(
-        thesis,
-        unknowns(thesis, ["free"]),
-        tuple(sample(one, thesis, every) for one in recordings),
-        substeps=4,
-    )
+    problem = pose(Forklift(thesis, ("free",)), recordings, unknowns(thesis, ["free"]), every)
     found = search(problem, np.zeros(problem.starts[-1]), every, STAGES[2:3])
     known = knowledge(found.problem, found.x)
     theta = found.x[: len(problem.unknowns)]
@@ -59,7 +55,7 @@ def two():
 
 
 def parted(refit):
-    return splits([seen.recording for seen in refit.found.problem.samples], refit.found.problem.truck)
+    return splits([seen.recording for seen in refit.found.problem.samples], refit.found.problem.machine.truck)
 
 
 def test_a_truck_that_is_one_agrees_with_itself(one):
@@ -115,4 +111,4 @@ def test_recordings_without_a_temperature_are_split_by_the_rest(one):
             name: values for name, values in seen.recording.channels.items() if name != "oil_temperature_degc"
         }
         bare.append(replace(seen.recording, channels=channels, sha256=""))
-    assert [split.name for split in splits(bare, one.found.problem.truck)] == ["load", "motion"]
+    assert [split.name for split in splits(bare, one.found.problem.machine.truck)] == ["load", "motion"]

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis.hypotheses import hypotheses
 from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.screening import Screening, screen
-from forklift.plant.forklift.problem import Problem
+from forklift.fitting.problem import LeastSquares
+from forklift.plant.forklift.hypotheses import hypotheses
 from test_problem import problem, somewhere
 
 TRAVELLED = {"free": (0.2, 1.9)}
@@ -24,7 +24,7 @@ ROUNDED = 1e-6
 @cache
 def every() -> tuple[Hypothesis, ...]:
     measured = [seen.sensor.channel for seen in problem().samples[0].observed]
-    return hypotheses(["free"], measured, TRAVELLED)
+    return hypotheses(problem().machine.truck, ["free"], measured, TRAVELLED)
 
 
 @cache
@@ -40,13 +40,13 @@ def gains(screening: Screening) -> dict[Hypothesis, float]:
 def runs(monkeypatch: pytest.MonkeyPatch) -> list[set[str]]:
     """The unknowns of every problem that is linearised."""
     seen: list[set[str]] = []
-    linearise = Problem.linearise
+    linearise = LeastSquares.linearise
 
-    def counted(self: Problem, x: np.ndarray):
+    def counted(self: LeastSquares, x: np.ndarray):
         seen.append({unknown.name for unknown in self.unknowns})
         return linearise(self, x)
 
-    monkeypatch.setattr(Problem, "linearise", counted)
+    monkeypatch.setattr(LeastSquares, "linearise", counted)
     return seen
 
 
@@ -75,14 +75,14 @@ def test_suspects_share_runs_unless_they_share_unknowns(runs):
 
 
 def test_a_suspect_whose_run_fails_takes_no_other_with_it(monkeypatch):
-    linearise = Problem.linearise
+    linearise = LeastSquares.linearise
 
-    def failing(self: Problem, x: np.ndarray):
+    def failing(self: LeastSquares, x: np.ndarray):
         if any(unknown.name == "free.leakage.coefficient" for unknown in self.unknowns):
             raise ForkliftError("not-finite", "It burst.")
         return linearise(self, x)
 
-    monkeypatch.setattr(Problem, "linearise", failing)
+    monkeypatch.setattr(LeastSquares, "linearise", failing)
     found = screen(problem(), somewhere(0), every())
     assert "free.leakage" in {one.label for one in found.untestable}
     left = {one: gain for one, gain in gains(together()).items() if one.label != "free.leakage"}
@@ -90,12 +90,12 @@ def test_a_suspect_whose_run_fails_takes_no_other_with_it(monkeypatch):
 
 
 def test_an_interruption_is_no_answer(monkeypatch):
-    def interrupted(self: Problem, x: np.ndarray):
+    def interrupted(self: LeastSquares, x: np.ndarray):
         if len(self.unknowns) <= 16:
             raise KeyboardInterrupt
         return linearise(self, x)
 
-    linearise = Problem.linearise
-    monkeypatch.setattr(Problem, "linearise", interrupted)
+    linearise = LeastSquares.linearise
+    monkeypatch.setattr(LeastSquares, "linearise", interrupted)
     with pytest.raises(KeyboardInterrupt):
         screen(problem(), somewhere(0), every())

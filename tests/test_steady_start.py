@@ -6,9 +6,11 @@ import pytest
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.hypothesis import carry
 from forklift.diagnosis.plant_diagnose import diagnose_plant
-from forklift.diagnosis.plant_hypotheses import of_effect
-from forklift.fitting.plant_problem import pose, sensors
+from forklift.fitting.posing import pose
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
+from forklift.plant.hypotheses import of_effect
+from forklift.plant.machine import NumpyMachine
+from forklift.plant.sensors import sensors
 from forklift.plant.simulate import simulate_plant
 
 TIME = np.linspace(0.0, 10.0, 101)
@@ -119,25 +121,29 @@ def test_slopes_follow_the_start(effects):
         Recording("one", TIME, {"u": PUMP}, {"y": np.zeros(101)}),
         Recording("two", TIME, {"u": other}, {"y": np.zeros(101)}),
     ]
-    start = pose(plant, recordings, sensors(plant, recordings)).weighted({"y": 1.0})
+    start = pose(
+        NumpyMachine(plant), recordings, NumpyMachine(plant).unknowns(), sensors(plant, recordings)
+    ).weighted({"y": 1.0})
     problem = start
     for effect in effects:
         (hypothesis,) = of_effect(plant, effect)
-        problem = hypothesis.add(problem)
+        problem = problem.with_addition(hypothesis.addition)
     x = carry(np.array([0.3, -0.2]), start, problem)
     x[2:] = 0.4
     assert len(x) == 2 + sum(len(effect.params) for effect in effects)
     slopes = [run.slope["y"] for run in problem.linearise(x)]
     step = 1e-3
     for k in range(len(x)):
-        sides = [problem.values(x + sign * step * np.eye(len(x))[k]) for sign in (1.0, -1.0)]
+        sides = [problem.said(x + sign * step * np.eye(len(x))[k]) for sign in (1.0, -1.0)]
         for slope, above, below in zip(slopes, *sides, strict=True):
             np.testing.assert_allclose(
                 slope[:, k], (above["y"] - below["y"]) / (2.0 * step), rtol=2e-3, atol=2e-3
             )
-    q, k, leak = (problem.parameters(x).get(name, 0.0) for name in ("q", "k", "leak.c"))
+    q, k, leak = (
+        problem.machine.parameters(problem.values(x)).get(name, 0.0) for name in ("q", "k", "leak.c")
+    )
     root = 2.0 * q * 2.0 / (k + np.sqrt(k**2 + 4.0 * leak * q * 2.0))
-    assert problem.values(x)[0]["y"][0] == pytest.approx(root**2, rel=1e-8)
+    assert problem.said(x)[0]["y"][0] == pytest.approx(root**2, rel=1e-8)
 
 
 def test_a_fit_finds_the_parameters_from_the_start_on():

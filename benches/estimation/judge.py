@@ -9,8 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from forklift.fitting.linearised import Linearised
+from forklift.fitting.problem import LeastSquares as Problem
+from forklift.fitting.sample import Sample
 from forklift.plant.forklift.commands import Command
-from forklift.plant.forklift.problem import OWN, Linearised, Problem, Sample
+from forklift.plant.forklift.model import OWN
 from forklift.plant.forklift.simulate import mean_temperature, simulate
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import move
@@ -43,17 +46,17 @@ def judge(problem: Problem, theta: np.ndarray, sensors: Mapping[str, Sensor]) ->
     lower, upper = (ends[: len(theta)] for ends in problem.bounds())
     theta = np.clip(theta, lower + INSIDE, upper - INSIDE)
     x = np.concatenate([theta, np.zeros(problem.starts[-1] - len(theta))])
-    truck = move(problem.truck, problem.unknowns, theta, "fit")
+    truck = move(problem.machine.truck, problem.unknowns, theta, "fit")
     for _ in range(STEPS):
         steps = [
-            _own_step(sample, at, problem.own(x, k), sensors)
+            _own_step(sample, at, problem.nuisance(x, k), sensors)
             for k, (sample, at) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
         ]
         x = x + np.concatenate([np.zeros(len(theta)), *steps])
     return [
         judged
         for k, sample in enumerate(problem.samples)
-        for judged in _of_sample(truck, sample, problem.own(x, k), sensors)
+        for judged in _of_sample(truck, sample, problem.nuisance(x, k), sensors)
     ]
 
 
@@ -70,7 +73,7 @@ def _of_sample(
     truck: Truck, sample: Sample, phi: np.ndarray, sensors: Mapping[str, Sensor]
 ) -> Sequence[Judged]:
     recording = sample.recording
-    own = dict(zip(OWN, sample.conditions(phi).tolist(), strict=True))
+    own = dict(zip(OWN, (sample.centre + _at(sample, phi)).tolist(), strict=True))
     conditions = {
         "load_kg": own["load"],
         "oil_temperature_degc": mean_temperature(recording) + own["oil_temperature"],
@@ -87,3 +90,10 @@ def _of_sample(
         left = (run[name][seen.rows] - seen.values - 0.5 * sensor.count) / sensor.noise
         judged.append(Judged(recording.file, recording.role, name, float(np.mean(left**2))))
     return judged
+
+
+def _at(sample: Sample, phi: np.ndarray) -> np.ndarray:
+    """How far a recording's own conditions are from their most likely values."""
+    off = np.zeros(len(sample.centre))
+    off[sample.free] = sample.width[sample.free] * phi
+    return off

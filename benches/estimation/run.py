@@ -26,8 +26,10 @@ from scipy.optimize import least_squares
 from usual import OutOfTime, Usual
 
 from forklift.base.errors import ForkliftError
+from forklift.fitting.posing import pose
+from forklift.fitting.problem import LeastSquares as Problem
 from forklift.fitting.search import Stage, search
-from forklift.plant.forklift.problem import Problem, sample
+from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import MEASURED, sensors
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import unknowns
@@ -171,10 +173,10 @@ def bench(campaign: Campaign, args: argparse.Namespace, folder: Path) -> None:
     truck = Truck.read("thesis")
     known = sensors(campaign.recordings)
     lifts = tuple(lift for lift in LIFTS if any(r.lift in (lift, "both") for r in campaign.recordings))
-    samples = tuple(sample(recording, truck, known, warming_width_k=0.0) for recording in campaign.recordings)
     noise = {name: sensor.noise for name, sensor in known.items()}
-    whole = Problem(truck, unknowns(truck, lifts), samples, SUBSTEPS, noise)
-    fitted = tuple(one for one in samples if one.recording.role == "estimate")
+    machine = Forklift(truck, lifts, warming_width_k=0.0)
+    whole = pose(machine, campaign.recordings, unknowns(truck, lifts), known, noise, substeps=SUBSTEPS)
+    fitted = tuple(one for one in whole.samples if one.recording.role == "estimate")
     problem = replace(whole, samples=fitted)
     usual = Usual(problem, lifts, known, Cvode(native.build_lift_cvode(folder, args.sundials), CVODE))
     still = {f"{kind}_{lift}_{unit}" for lift in LIFTS if lift not in lifts for kind, unit in
@@ -182,7 +184,7 @@ def bench(campaign: Campaign, args: argparse.Namespace, folder: Path) -> None:
     channels = [name for name in MEASURED if name in known and name not in still]
     print(
         f"{len(problem.unknowns)} shared unknowns and {problem.starts[-1] - len(problem.unknowns)} of "
-        f"{len(fitted)} recordings; {len(samples) - len(fitted)} held out",
+        f"{len(fitted)} recordings; {len(whole.samples) - len(fitted)} held out",
         flush=True,
     )
 
@@ -191,7 +193,8 @@ def bench(campaign: Campaign, args: argparse.Namespace, folder: Path) -> None:
     deviation = deviations(problem, first.vector)
     notes = [
         f"- {campaign.name!r}: {len(problem.unknowns)} shared unknowns of {' and '.join(lifts)} lift, "
-        f"{len(fitted)} recordings to fit, {len(samples) - len(fitted)} held out; {os.cpu_count()} cores.",
+        f"{len(fitted)} recordings to fit, {len(whole.samples) - len(fitted)} held out; "
+        f"{os.cpu_count()} cores.",
         f"- CVODE from {'source, optimised' if args.sundials else 'the system'}, rtol {CVODE['rtol']:g}; "
         f"difference quotients over {STEP * usual.start[0]:g} prior standard deviations.",
         "- Cost: what the peers minimise, half the sum of squares with Gaussian weights and priors, by "
@@ -201,7 +204,7 @@ def bench(campaign: Campaign, args: argparse.Namespace, folder: Path) -> None:
         f"- forklift: the middle of {len(ours)} runs. Distances are in its posterior standard deviations.",
     ]
     shared = len(problem.unknowns)
-    held_out = replace(whole, samples=tuple(one for one in samples if one.recording.role == "validate"))
+    held_out = replace(whole, samples=tuple(one for one in whole.samples if one.recording.role == "validate"))
     fits: list[Fit] = []
 
     def add(fit: Fit) -> None:

@@ -18,8 +18,11 @@ import numpy as np
 from cvode import Cvode, parameters_of
 
 from forklift.fitting import likelihood
+from forklift.fitting.observed import Observed
+from forklift.fitting.problem import LeastSquares as Problem
+from forklift.fitting.sample import Sample
 from forklift.plant.forklift.commands import Command
-from forklift.plant.forklift.problem import OWN, Observed, Problem, Sample
+from forklift.plant.forklift.model import OWN
 from forklift.plant.forklift.simulate import mean_temperature, simulate
 from forklift.plant.parameter import DEGREES
 from forklift.recordings.noise import Sensor
@@ -53,7 +56,9 @@ class Usual:
         self, problem: Problem, lifts: tuple[str, ...], sensors: Mapping[str, Sensor], cvode: Cvode
     ) -> None:
         self.problem, self.lifts, self.sensors, self.cvode = problem, lifts, sensors, cvode
-        self._values = dict(zip(problem.truck.core.names, problem.truck.core.values.tolist(), strict=True))
+        self.truck = problem.machine.truck
+        core = self.truck.core
+        self._values = dict(zip(core.names, core.values.tolist(), strict=True))
         self._still = [self._resting(sample) for sample in problem.samples]
         self._known: list[OrderedDict[bytes, np.ndarray | None]] = [OrderedDict() for _ in problem.samples]
         self._temperature = [mean_temperature(sample.recording) for sample in problem.samples]
@@ -115,7 +120,7 @@ class Usual:
 
     def _of_sample(self, k: int, vector: np.ndarray, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
         sample = self.problem.samples[k]
-        own = dict(zip(OWN, sample.conditions(self.problem.own(vector, k)).tolist(), strict=True))
+        own = dict(zip(OWN, self.problem.conditions(vector, k).tolist(), strict=True))
         said = self.simulate(k, own, parameters)
         return np.concatenate([_misfit(seen, said, self.sensors) for seen in sample.observed])
 
@@ -162,11 +167,11 @@ class Usual:
         own = dict(zip(OWN, sample.centre.tolist(), strict=True))
         conditions = {"load_kg": own["load"], "oil_temperature_degc": mean_temperature(recording)}
         command = Command(recording.time_s, *recording.command.T)
-        at_rest = simulate(self.problem.truck, command, time=recording.time_s[:1], **conditions)
+        at_rest = simulate(self.truck, command, time=recording.time_s[:1], **conditions)
         start = at_rest.states[0].copy()
         for lift in FACTORS:
             start[at_rest.state_names.index(f"{lift}.position")] = own[f"{lift}.start"]
-        run = simulate(self.problem.truck, command, start=start, **conditions)
+        run = simulate(self.truck, command, start=start, **conditions)
         return {
             lift: (run[f"position_{lift}_m"], run[f"pressure_{lift}_pa"])
             for lift in FACTORS

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.selection import AS_NEAR, Selection, credibility
+from forklift.plant.protocol import Hypothesis
 
 AS_GOOD = 0.05
 """Credibility from which on a rival that leaves nothing over cannot be told from the cause."""

@@ -20,9 +20,10 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-from forklift.diagnosis.hypothesis import Hypothesis, carry
+from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.refit import Refit
 from forklift.fitting.interface import Problem
+from forklift.plant.protocol import Hypothesis
 
 STANDS = 0.9
 """Share from which on a hypothesis stands for another."""
@@ -92,17 +93,17 @@ def _ends(problem: Problem, other: Hypothesis) -> tuple[float, float]:
     """How far the other's amplitude may plausibly go, in its prior's deviations."""
     return next(
         (unknown.lower, unknown.upper)
-        for unknown in other.add(problem).unknowns
+        for unknown in with_hypotheses(problem, [other]).unknowns
         if unknown.name == other.amplitude
     )
 
 
 def _column(problem: Problem, x: Floats, other: Hypothesis) -> Floats | None:
     """The first step of another hypothesis, in the accepted one's place."""
-    more = other.add(problem)
+    more = with_hypotheses(problem, [other])
     ahead = carry(x, problem, more)
     start = _said(more, ahead)
-    ahead[[unknown.name for unknown in more.unknowns].index(other.amplitude)] += STEP
+    ahead[[unknown.name for unknown in more.unknowns].index(str(other.amplitude))] += STEP
     try:
         column = (_said(more, ahead) - start) / STEP
     except ForkliftError:
@@ -113,7 +114,7 @@ def _column(problem: Problem, x: Floats, other: Hypothesis) -> Floats | None:
 def _said(problem: Problem, x: Floats) -> Floats:
     """What the model says, in units of the weights."""
     return np.concatenate(
-        [said / problem.sigma[name] for run in problem.values(x) for name, said in run.items()]
+        [said / problem.sigma[name] for run in problem.said(x) for name, said in run.items()]
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,14 +14,11 @@ from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis import files as diagnosis_files
 from forklift.diagnosis.causes import Cause
-from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.deficiency import Deficiency, deficiency
 from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.engine import VERDICTS as VERDICTS
-from forklift.diagnosis.engine import Clock, Site, investigate, loudest, verdict
+from forklift.diagnosis.engine import Clock, investigate, loudest, verdict
 from forklift.diagnosis.engine import Verdict as Verdict
-from forklift.diagnosis.hypotheses import hypotheses, invalid_hypothesis
-from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.proposals import CONDITIONS, propose
@@ -30,18 +27,22 @@ from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.fitting.compare import Comparison, check_temperature, compare
+from forklift.fitting.posing import pose
+from forklift.fitting.sample import Sample
 from forklift.plant.forklift import ports as unknown_ports
 from forklift.plant.forklift import variables as operation
 from forklift.plant.forklift.candidates import NextRecording
 from forklift.plant.forklift.checks.invalid_signals import InvalidStretch, without_invalid
 from forklift.plant.forklift.checks.suitability import Caution, suitability
 from forklift.plant.forklift.covariates import covariates
+from forklift.plant.forklift.hypotheses import hypotheses, invalid_hypothesis
+from forklift.plant.forklift.model import Forklift, truck_of
 from forklift.plant.forklift.phases import PHASES, of_recording
-from forklift.plant.forklift.problem import Problem, Sample, sample, truck_of
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.splits import splits
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import unknowns
+from forklift.plant.protocol import Hypothesis
 from forklift.recordings.campaign import Campaign
 from forklift.recordings.channels import LIFTS, Lift, commanded
 from forklift.recordings.noise import Sensor
@@ -191,18 +192,15 @@ def diagnose(
     campaign, spoilt = without_invalid(campaign, truck)
     lifts, cautions, unexcited = _suited(campaign, truck)
     every = sensors(campaign.recordings)
-    samples = tuple(
-        sample(found, truck, every, oil_temperature_degc=oil_temperature_degc)
-        for found in campaign.recordings
-    )
-    everyone = Problem(truck, unknowns(truck, lifts), samples, substeps=4)
-    fitted = tuple(found for found in samples if found.recording.role == "estimate")
-    refitter = Refitter(replace(everyone, samples=fitted), everyone, every)
-    everybody = hypotheses(lifts, list(every), _travelled(samples))
+    machine = Forklift(truck, lifts, oil_temperature_degc)
+    everyone = pose(machine, campaign.recordings, unknowns(truck, lifts), every)
+    fitted = [found for found in everyone.samples if found.recording.role == "estimate"]
+    refitter = Refitter(everyone.over(fitted), everyone, every)
+    everybody = hypotheses(truck, lifts, list(every), _travelled(everyone.samples))
     alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
     asked = tuple(one for one in everybody if not alike & set(one.needs_two_of))
     unidentifiable = tuple({one.label: one for one in everybody if one not in asked}.values())
-    found = investigate(refitter, asked, _site(lifts, every), clock, hopeless=bool(unexcited))
+    found = investigate(refitter, asked, machine, clock, hopeless=bool(unexcited))
     selection, inputs, seen = found.selection, found.inputs, found.shapes
     baseline, final = selection.baseline, selection.final
     tested, left, agreement = _evidence(campaign, truck, selection, every, clock)
@@ -292,17 +290,6 @@ def _travelled(samples: Sequence[Sample]) -> dict[Lift, tuple[float, float]]:
         if moved:
             ends[lift] = min(float(way.min()) for way in moved), max(float(way.max()) for way in moved)
     return ends
-
-
-def _site(lifts: Sequence[Lift], every: Mapping[str, Sensor]) -> Site:
-    """What the engine must know of a forklift."""
-    return Site(
-        [*unknown_ports.ports(lifts), *every],
-        unknown_ports.respond,
-        lambda refit, found: over_variables(refit, found, unknown_ports.lift_of(found.port) or "main"),
-        lambda known: FreeCurves(tuple(lifts), known),
-        "truck",
-    )
 
 
 def _location(

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from forklift.diagnosis.causes import Cause, causes
+from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.dependence import Shape
-from forklift.diagnosis.hypothesis import Hypothesis
-from forklift.diagnosis.locate import WIDTH_S, Respond, UnknownInput, unknown_inputs
+from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screening, screen
-from forklift.diagnosis.selection import General, Selection, alarming, select
+from forklift.diagnosis.selection import Selection, alarming, select
+from forklift.plant.protocol import Hypothesis, Machine
 
 Verdict = Literal["no-mismatch", "missing-physics", "unknown-effect", "parameter-error", "sensor-fault"]
 VERDICTS: Mapping[str, Verdict] = {
@@ -51,34 +52,6 @@ class Clock:
             self.tell(what)
 
 
-@dataclass(frozen=True)
-class Site:
-    """What the engine must be told of a machine, beside its problem and its hypotheses.
-
-    Attributes
-    ----------
-    places
-        Where an unknown input is looked for: ports, and channels for their sensors.
-    respond
-        How a recording answers an input at a port.
-    shapes
-        Given a refit and an input: the input as a function of what is known of each moment, the best first.
-    general
-        Given inputs known already, by refit: what offers hypotheses without a name.
-    noun
-        What is fitted.
-    width_s
-        Distance of the input's hats over time [s].
-    """
-
-    places: Sequence[str]
-    respond: Respond
-    shapes: Callable[[Refit, UnknownInput], list[Shape]]
-    general: Callable[[Mapping[Refit, Sequence[UnknownInput]]], General]
-    noun: str
-    width_s: float = WIDTH_S
-
-
 @dataclass(frozen=True, eq=False)
 class Investigation:
     """What came of it."""
@@ -92,13 +65,18 @@ class Investigation:
 
 
 def investigate(
-    refitter: Refitter, hypotheses: Sequence[Hypothesis], site: Site, clock: Clock, *, hopeless: bool = False
+    refitter: Refitter,
+    hypotheses: Sequence[Hypothesis],
+    machine: Machine,
+    clock: Clock,
+    *,
+    hopeless: bool = False,
 ) -> Investigation:
     """Fit the machine; if it leaves something over, say where, and try what might explain it.
 
     `hopeless` recordings tell nothing: the machine is fitted, and no more.
     """
-    with clock.stage(f"fitting the {site.noun}"):
+    with clock.stage("fitting the model"):
         baseline = refitter.baseline()
     with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
@@ -114,10 +92,12 @@ def investigate(
     else:
         with clock.stage("locating the mismatch"):
             early = baseline.early
-            inputs = unknown_inputs(early.problem, early.x, site.places, site.respond, site.width_s)
-            seen = site.shapes(baseline, inputs[0])
+            places = [*(one.name for one in machine.places), *refitter.sensors]
+            width_s = machine.hat_width_s(early.problem.samples)
+            inputs = unknown_inputs(early.problem, early.x, places, width_s)
+            seen = over_variables(baseline, inputs[0], machine.part_of(inputs[0].port))
         with clock.stage("trying the hypotheses"):
-            general = site.general({baseline: inputs})
+            general = FreeCurves(machine, {baseline: inputs})
             selection = select(refitter, baseline, asked, hypotheses, clock.say, general)
     return Investigation(tuple(inputs), tuple(seen), selection, screening, causes(selection))
 

@@ -22,15 +22,15 @@ from forklift.fitting.compare import (
     temperature_option,
     truck_facts,
 )
-from forklift.fitting.sensor_faults import SensorUnknown
 from forklift.plant.forklift import variables as operation
+from forklift.plant.sensor_faults import SensorUnknown
 from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.dependence import Shape
     from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.diagnosis.hypothesis import Hypothesis
+    from forklift.plant.protocol import Hypothesis
     from forklift.recordings.channels import Lift
 
 MARK = "diagnosis.json"

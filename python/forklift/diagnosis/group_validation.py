@@ -125,7 +125,7 @@ def _mean_square(problem: Problem, x: Any, refitter: Refitter) -> float:
     """Of what is left over in units of noise, with nothing of the group adjusted."""
     total, count = 0.0, 0
     with one_thread():
-        said = problem.values(x)
+        said = problem.said(x)
     for sample, model in zip(problem.samples, said, strict=True):
         for seen in sample.observed:
             left = seen.left(model[seen.sensor.channel]) / refitter.sensors[seen.sensor.channel].noise

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from forklift.diagnosis.causes import Cause
-from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import Selection
+from forklift.plant.protocol import Hypothesis
 
 if TYPE_CHECKING:
     from forklift.diagnosis.diagnose import Diagnosis

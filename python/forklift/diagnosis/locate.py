@@ -12,12 +12,11 @@ state in turn; here solved as a smoother). A sensor is its own rival: hats on it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from os import cpu_count
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,17 +26,12 @@ from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem, Sample
-from forklift.fitting.problem import Linearised
+from forklift.fitting.linearised import Linearised
 
-WIDTH_S = 0.2
-"""Distance of the hats."""
 MEMORY = 2.0
 """Correlation time of the prior, in distances of the hats."""
 SIZES = tuple(float(size) for size in 10.0 ** np.arange(-4.0, 3.1, 0.5))
 """a, in units in which the port's whole response has unit mean square."""
-
-Respond = Callable[[Any, Floats, int, str, Floats], Floats]
-"""(times, outputs, hats) of one recording at the unknown vector x, for the port of this name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +80,7 @@ class _Part:
     """rootᵀRᵀr."""
 
 
-def unknown_inputs(
-    problem: Problem, x: Floats, ports: Sequence[str], respond: Respond, width_s: float = WIDTH_S
-) -> list[UnknownInput]:
+def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], width_s: float) -> list[UnknownInput]:
     """An unknown input at each port in turn; ports named after a channel are its sensor. Best first.
 
     Its hats are `width_s` apart, and its prior's correlation time is twice that.
@@ -100,9 +92,7 @@ def unknown_inputs(
     ]
 
     def part(k: int, port: str) -> _Part:
-        return _with_input(
-            known[k], _rows(problem, x, k, port, known[k].centres, respond, noise, width_s), width_s
-        )
+        return _with_input(known[k], _rows(problem, x, k, port, known[k].centres, noise, width_s), width_s)
 
     found = []
     with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
@@ -144,7 +134,6 @@ def _rows(
     k: int,
     port: str,
     centres: Floats,
-    respond: Respond,
     noise: dict[str, float],
     width_s: float,
 ) -> Floats:
@@ -161,7 +150,7 @@ def _rows(
                 for seen in sample.observed
             ]
         )
-    answers = respond(problem, x, k, port, centres)
+    answers = problem.respond(x, k, port, centres, width_s)
     return np.vstack(
         [
             rounded(seen.sensor, answers[seen.rows, seen.column] / noise[seen.sensor.channel])

@@ -24,12 +24,13 @@ from scipy.linalg import block_diag
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-from forklift.diagnosis.hypothesis import Hypothesis, carry
+from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.refit import Refit
 from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.intervals import knowledge
+from forklift.fitting.linearised import Linearised
 from forklift.fitting.observed import Observed
-from forklift.fitting.problem import Linearised
+from forklift.plant.protocol import Hypothesis
 
 PARTS = 10.0
 """Least expected ln likelihood ratio that is worth a recording: odds of 20,000 to 1."""
@@ -93,7 +94,7 @@ class _Rival:
         fitted = self.refit.found.problem
         problem = fitted.over(samples).weighted(fitted.sigma, COARSE)
         for hypothesis in self.refit.hypotheses:
-            problem = problem.over(hypothesis.add(problem).samples)
+            problem = problem.over(with_hypotheses(problem, [hypothesis]).samples)
         return problem, problem.at(self.refit.found.x)
 
 
@@ -169,7 +170,7 @@ def tell(refit: Refit, what: Hypothesis | str, candidates: Sequence[Candidate]) 
         if isinstance(what, str):
             covariance = refit.knowledge.covariance
         else:
-            problem = what.add(problem.weighted(problem.sigma, COARSE))
+            problem = with_hypotheses(problem.weighted(problem.sigma, COARSE), [what])
             x = carry(x, refit.found.problem, problem)
             covariance = knowledge(problem, x).covariance
             hypotheses = (*hypotheses, what)
@@ -227,7 +228,7 @@ def _values(rival: _Rival, candidates: Sequence[Candidate]) -> list[Mapping[str,
     """What the rival foresees of each candidate; None where it cannot be simulated."""
     problem, x = rival.foreseen([candidate.sample for candidate in candidates])
     try:
-        return list(problem.values(x))
+        return list(problem.said(x))
     except ForkliftError:
         if len(candidates) == 1:
             return [None]
@@ -240,7 +241,7 @@ _Run = tuple[Sample, Linearised]
 def _linearised(problem: Problem, x: Floats) -> list[_Run]:
     """Linearised where the readings are what the model says, as those of a candidate are none yet."""
     samples = []
-    for sample, said in zip(problem.samples, problem.values(x), strict=True):
+    for sample, said in zip(problem.samples, problem.said(x), strict=True):
         observed = tuple(replace(seen, values=said[seen.sensor.channel]) for seen in sample.observed)
         samples.append(replace(sample, observed=observed))
     return list(zip(samples, problem.over(samples).linearise(x), strict=True))

@@ -15,21 +15,22 @@ from forklift.diagnosis import plant_files as files
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import Confounded, confounded
 from forklift.diagnosis.dependence import Shape
-from forklift.diagnosis.engine import Clock, Site, Verdict, investigate, verdict
+from forklift.diagnosis.engine import Clock, Verdict, investigate, verdict
 from forklift.diagnosis.group_validation import GroupFold, group_folds, outlying_groups
-from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.next_recording import Candidate, Proposal, part
-from forklift.diagnosis.plant_curves import FreeCurves, over_variables, respond, width_s
-from forklift.diagnosis.plant_hypotheses import hypotheses
 from forklift.diagnosis.plant_predict import Foreseen, Score, foreseen, scores
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
 from forklift.fitting.intervals import QUANTILE
-from forklift.fitting.plant_problem import completed, pose, sensors
+from forklift.fitting.posing import pose
+from forklift.plant.hypotheses import hypotheses
+from forklift.plant.machine import NumpyMachine, completed
 from forklift.plant.parts import Plant
+from forklift.plant.protocol import Hypothesis
 from forklift.plant.recording import Recording
+from forklift.plant.sensors import sensors
 from forklift.recordings.noise import Sensor
 
 BLOCKS = 8
@@ -186,22 +187,14 @@ def diagnose_plant(
     clock = Clock(progress)
     recordings = [completed(plant, one) for one in recordings]
     known = sensors(plant, recordings)
-    everyone = pose(plant, _blocked(recordings), known)
+    machine = NumpyMachine(plant)
+    everyone = pose(machine, _blocked(recordings), machine.unknowns(), known)
     fitted = [one for one in everyone.samples if one.recording.role == "estimate"]
     if not fitted:
         raise ForkliftError("estimate-missing", f"no recording of {plant.name} may be fitted on")
     refitter = Refitter(everyone.over(fitted), everyone, known, strict=True, later=LATER)
-    places = [*(port.name for port in plant.ports), *(one.name for one in plant.inputs), *known]
-    site = Site(
-        places,
-        respond,
-        over_variables,
-        lambda already: FreeCurves(places, already),
-        "plant",
-        width_s(everyone),
-    )
     everybody = hypotheses(plant, recordings)
-    found = investigate(refitter, everybody, site, clock)
+    found = investigate(refitter, everybody, machine, clock)
     selection = found.selection
     with clock.stage("leaving groups out"):
         groups = group_folds(refitter, selection.baseline, selection.final)
@@ -294,7 +287,8 @@ def _proposal(
         replace(completed(plant, one), y={out.name: np.zeros(len(one)) for out in plant.outputs})
         for one in candidates
     ]
-    problem = pose(plant, shown, refitter.sensors)
+    machine = NumpyMachine(plant)
+    problem = pose(machine, shown, machine.unknowns(), refitter.sensors)
     pieces = [Candidate(one.recording.file, one) for one in problem.samples]
     return part(rivals, pieces)
 

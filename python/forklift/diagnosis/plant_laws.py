@@ -12,7 +12,8 @@ from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import shapes
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.refit import Refit
-from forklift.fitting.plant_problem import PlantProblem
+from forklift.fitting.interface import Problem
+from forklift.plant.machine import NumpyMachine
 from forklift.plant.parts import Effect
 
 
@@ -34,12 +35,12 @@ class Law:
 
 def laws(refit: Refit) -> list[Law]:
     """Every effect of a refit at every port that it acts on, over the recordings that were fitted."""
-    problem = cast(PlantProblem, refit.found.problem)
+    problem = refit.found.problem
+    machine = cast(NumpyMachine, problem.machine)
+    effects = machine.present(problem.values(refit.found.x)).effects
     moments = [*_moments(problem, refit.found.x)]
     found = []
-    for effect, at in zip(
-        problem.machine.effects, zip(*(said for _, said in moments), strict=True), strict=True
-    ):
+    for effect, at in zip(effects, zip(*(said for _, said in moments), strict=True), strict=True):
         for port in effect.ports:
             found.append(
                 _law(problem, effect, port, [seen for seen, _ in moments], [one[port] for one in at])
@@ -47,16 +48,16 @@ def laws(refit: Refit) -> list[Law]:
     return found
 
 
-def _moments(
-    problem: PlantProblem, x: Floats
-) -> Iterator[tuple[Mapping[str, Floats], list[dict[str, Floats]]]]:
+def _moments(problem: Problem, x: Floats) -> Iterator[tuple[Mapping[str, Floats], list[dict[str, Floats]]]]:
     """Of every recording its variables, and what each effect adds by port."""
-    machine = problem.machine
-    for k, (sample, (_, _, seen)) in enumerate(zip(problem.samples, problem.simulated(x), strict=True)):
+    machine = cast(NumpyMachine, problem.machine)
+    values = problem.values(x)
+    present = machine.present(values)
+    for k, (sample, seen) in enumerate(zip(problem.samples, problem.moments(x, ""), strict=True)):
         conditions: list[float] = problem.conditions(x, k).tolist()
-        p = {**problem.parameters(x), **dict(zip(sample.names, conditions, strict=True))}
+        p = {**machine.parameters(values), **dict(zip(sample.names, conditions, strict=True))}
         said = []
-        for effect, own in zip(machine.effects, machine.own(p), strict=True):
+        for effect, own in zip(present.effects, present.own(p), strict=True):
             terms = effect.term(seen, seen, own, seen)
             length = len(sample.recording)
             said.append(
@@ -69,7 +70,7 @@ def _moments(
 
 
 def _law(
-    problem: PlantProblem, effect: Effect, port: str, seen: list[Mapping[str, Floats]], added: list[Floats]
+    problem: Problem, effect: Effect, port: str, seen: list[Mapping[str, Floats]], added: list[Floats]
 ) -> Law:
     time = tuple(one.recording.time_s for one in problem.samples)
     every = np.concatenate(added)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.refit import MOVES, NEAR, Refit, Refitter
-from forklift.fitting.plant_problem import PlantProblem, pieces
 from forklift.fitting.residuals import settled
+from forklift.plant.machine import NumpyMachine
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 
@@ -54,16 +53,16 @@ def foreseen(
     plant: Plant, recordings: Sequence[Recording], refitter: Refitter, refit: Refit
 ) -> tuple[Foreseen, ...]:
     """Every recording, with what was fitted on ``estimate``; only what it has of its own is adjusted."""
-    problem = cast(PlantProblem, refit.found.problem).over(refitter.everyone.samples)
+    problem = refit.found.problem.over(refitter.everyone.samples)
     with one_thread():
         x = settled(problem, refit.found.x[: len(problem.unknowns)], far=NEAR, moves=MOVES)
-        runs = iter(problem.simulated(x))
+        runs = iter(problem.run(x))
     samples = iter(problem.samples)
     found = []
     for recording in recordings:
         said = np.full((len(recording), len(plant.outputs)), np.nan)
         names: dict[str, None] = {}
-        for piece in pieces(plant, recording):
+        for piece in NumpyMachine(plant).pieces(recording):
             first = int(np.searchsorted(recording.time_s, piece.time_s[0]))
             said[first : first + len(piece)] = next(runs)[0]
             sample = next(samples)

@@ -11,7 +11,7 @@ from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.selection import Selection
 from forklift.plant.forklift.candidates import NextRecording, candidates, elsewhere, next_recording
 from forklift.plant.forklift.checks.suitability import Caution
-from forklift.plant.forklift.problem import truck_of
+from forklift.plant.forklift.model import truck_of
 from forklift.recordings.campaign import Campaign
 from forklift.recordings.noise import Sensor
 

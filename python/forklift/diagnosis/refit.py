@@ -11,13 +11,14 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
-from forklift.diagnosis.hypothesis import Hypothesis, carry
+from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import loo_log_score
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Progress, Stage, search
+from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
 
 ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
@@ -211,7 +212,7 @@ class Refitter:
         """From where a refit ended that leaves little over, at the sensors' own noise: what hardly shows in
         any channel is nothing to the tempered stages. If it left nothing, all recordings are asked how well
         the others foretell them."""
-        problem = _with(self.start, hypotheses)
+        problem = with_hypotheses(self.start, hypotheses)
         x = carry(after.found.x, after.found.problem, problem)
         found = search(problem, x, self.sensors, FINE[-1:], self.progress)
         refit = self._judged(hypotheses, found, after.costs, early=after.early, finished=True)
@@ -238,7 +239,7 @@ class Refitter:
         return self._stopped(first.hypotheses, _after(first.found, found), (first.cost, cost))
 
     def _from(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> tuple[Problem, Floats]:
-        problem = _with(self.start, hypotheses)
+        problem = with_hypotheses(self.start, hypotheses)
         x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
         return problem, x
 
@@ -255,7 +256,9 @@ class Refitter:
         """The same machine fitted to all recordings, those held out too, with substeps no longer than it had:
         else the simulation's own error would show."""
         told = refit.found
-        problem = _with(self.everyone, refit.hypotheses).weighted(told.problem.sigma, told.problem.substeps)
+        problem = with_hypotheses(self.everyone, refit.hypotheses).weighted(
+            told.problem.sigma, told.problem.substeps
+        )
         x = np.zeros(problem.starts[-1])
         x[: len(problem.unknowns)] = told.x[: len(problem.unknowns)]
         for k, sample in enumerate(problem.samples):
@@ -295,7 +298,7 @@ class Refitter:
     def _apart(self, found: Found, finer: Problem) -> float:
         """How far shorter substeps move what the model says of a recording that was fitted, at most: root of
         the mean square over a channel, in units of its sensor's noise."""
-        pairs = zip(found.problem.values(found.x), finer.values(found.x), strict=True)
+        pairs = zip(found.problem.said(found.x), finer.said(found.x), strict=True)
         moved = [
             float(np.sqrt(np.mean((said - other[name]) ** 2))) / self.sensors[name].noise
             for one, other in pairs
@@ -307,7 +310,7 @@ class Refitter:
     def without(self, hypothesis: Hypothesis, refit: Refit) -> Refit:
         """The same refit without one of its hypotheses, from where it ended."""
         rest = tuple(one for one in refit.hypotheses if one is not hypothesis)
-        problem = _with(self.start, rest)
+        problem = with_hypotheses(self.start, rest)
         x = carry(refit.found.x, refit.found.problem, problem)
         found, cost = self._searched(problem, x, AGAIN)
         return self.finish(self._stopped(rest, found, (np.inf, cost)))
@@ -325,7 +328,9 @@ class Refitter:
         early: Found,
         finished: bool,
     ) -> Refit:
-        everyone = _with(self.everyone, hypotheses).weighted(found.problem.sigma, found.problem.substeps)
+        everyone = with_hypotheses(self.everyone, hypotheses).weighted(
+            found.problem.sigma, found.problem.substeps
+        )
         if not finished:  # where it stands, only those held out tell
             held = tuple(one for one in everyone.samples if one.recording.role == "validate")
             everyone = everyone.over(held or everyone.samples)
@@ -359,9 +364,3 @@ def _cost(problem: Problem, x: Floats) -> float:
 def _after(before: Found, found: Found) -> Found:
     """With the evaluations of both searches."""
     return replace(found, evaluations=before.evaluations + found.evaluations)
-
-
-def _with(problem: Problem, hypotheses: Sequence[Hypothesis]) -> Problem:
-    for hypothesis in hypotheses:
-        problem = hypothesis.add(problem)
-    return problem

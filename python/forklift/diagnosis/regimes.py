@@ -29,7 +29,7 @@ from forklift.diagnosis.refit import Refit
 from forklift.fitting import likelihood
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import QUANTILE, TOLD
-from forklift.fitting.problem import Linearised
+from forklift.fitting.linearised import Linearised
 from forklift.plant.parameter import DEGREES, Unknown
 
 AGREE = 3.0

@@ -10,16 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from itertools import combinations
 
 import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis.hypothesis import Hypothesis, carry
+from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem
+from forklift.plant.protocol import Hypothesis
 
 SOFT = 0.3
 """Softness of an encoder's edges, in counts."""
@@ -169,7 +169,8 @@ def _groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hyp
     """
     before = {unknown.name for unknown in problem.unknowns}
     added = [
-        {unknown.name for unknown in hypothesis.add(problem).unknowns} - before for hypothesis in hypotheses
+        {unknown.name for unknown in with_hypotheses(problem, [hypothesis]).unknowns} - before
+        for hypothesis in hypotheses
     ]
     joins = [hypothesis.kind == "physics" and not hypothesis.where for hypothesis in hypotheses]
     groups: list[list[int]] = []
@@ -189,7 +190,7 @@ def _groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hyp
 
 def _probe(problem: Problem, x: Floats, group: Sequence[Hypothesis], stack: Stack) -> list[_Column] | None:
     """All hypotheses of a group from one run; None if it has no answer."""
-    refit: Problem = reduce(lambda built, hypothesis: hypothesis.add(built), group, problem)
+    refit: Problem = with_hypotheses(problem, group)
     amplitudes = [name for hypothesis in group for name in hypothesis.amplitudes]
     conditions = any(not hypothesis.amplitudes for hypothesis in group)
     held, at = refit.with_fixed(carry(x, problem, refit), amplitudes, conditions=conditions)
@@ -203,7 +204,7 @@ def _probe(problem: Problem, x: Floats, group: Sequence[Hypothesis], stack: Stac
             places = [names.index(name) for name in hypothesis.amplitudes]
             blocks = [jacobian[:, places] for jacobian in jacobians]
         else:
-            alone = hypothesis.add(problem)
+            alone = with_hypotheses(problem, [hypothesis])
             blocks = []
             for k, jacobian in enumerate(jacobians):
                 place = _wider(problem, alone, k)

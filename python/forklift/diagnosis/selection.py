@@ -12,9 +12,9 @@ from typing import Protocol
 
 import numpy as np
 
-from forklift.diagnosis.hypothesis import Hypothesis, Kind
 from forklift.diagnosis.refit import ALIKE, MUCH, Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening, screen
+from forklift.plant.protocol import Hypothesis, Kind
 
 FIRST, FURTHER = 3, 4
 """How many hypotheses the race begins with, and how many more enter if none of them explains everything."""

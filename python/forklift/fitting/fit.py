@@ -18,14 +18,16 @@ from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.fitting import words
 from forklift.fitting.compare import Comparison, check_temperature, compare
-from forklift.fitting.interface import Problem as AnyProblem
+from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import QUANTILE, Knowledge, knowledge
+from forklift.fitting.posing import pose
+from forklift.fitting.problem import LeastSquares
 from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import End, Ends, compare_ends, from_starts
 from forklift.plant.forklift.checks.suitability import Caution, suitability
-from forklift.plant.forklift.problem import Problem, sample
+from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import move, unknowns
@@ -186,7 +188,7 @@ class Fit:
 class _Watch:
     """Turns the search's progress into the caller's, and keeps each start's best point for Ctrl-C."""
 
-    problem: Problem
+    problem: LeastSquares
     sensors: Mapping[str, Sensor]
     tell: Callable[[Progress], None] | None
     starts: int
@@ -208,7 +210,7 @@ class _Watch:
         return evaluated
 
 
-def _misfit(problem: AnyProblem, every: Mapping[str, Sensor], x: Floats) -> float:
+def _misfit(problem: Problem, every: Mapping[str, Sensor], x: Floats) -> float:
     """See `Progress.misfit`."""
     at_noise = problem.weighted({name: sensor.noise for name, sensor in every.items()})
     left = [residual for run in at_noise.residuals(x) for residual in run.values()]
@@ -286,14 +288,15 @@ def fit(
         "load_width_kg": load_width_kg,
         "oil_temperature_degc": oil_temperature_degc,
     }
-    samples = tuple(sample(found, truck, every, **conditions) for found in campaign.recordings)
-    fitted = tuple(
-        found
-        for found in samples
-        if found.recording.role == "estimate" and set(commanded(found.recording.lift)) & set(suited.lifts)
+    machine = Forklift(truck, suited.lifts, **conditions)
+    everyone = pose(machine, campaign.recordings, moved, every)
+    problem = everyone.over(
+        [
+            found
+            for found in everyone.samples
+            if found.recording.role == "estimate" and set(commanded(found.recording.lift)) & set(suited.lifts)
+        ]
     )
-    problem = Problem(truck, moved, fitted, substeps=4)
-    everyone = replace(problem, samples=samples)
     stop = _Stop()
     ends = _search(problem, every, starts or 1, seed, progress, stop)
     known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
@@ -420,7 +423,7 @@ def _check_profiles(names: Collection[str], moved: Sequence[Unknown]) -> None:
 
 
 def _search(
-    problem: Problem,
+    problem: LeastSquares,
     every: Mapping[str, Sensor],
     starts: int,
     seed: int,
@@ -442,7 +445,7 @@ def _search(
 
 
 def _judge(
-    problem: Problem, found: Found, every: Mapping[str, Sensor]
+    problem: LeastSquares, found: Found, every: Mapping[str, Sensor]
 ) -> tuple[Knowledge, tuple[ChannelResidual, ...]]:
     with one_thread():
         known = knowledge(found.problem, found.x)

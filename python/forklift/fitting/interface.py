@@ -1,8 +1,7 @@
 """What the engine needs of an estimation problem: the whole of what it may know of a machine.
 
-`forklift.plant.forklift.problem.Problem` (a truck) and `forklift.fitting.plant_problem.PlantProblem` (any
-other machine) both are such problems, and the search, the judgement and `forklift.diagnosis` see no more of
-them than this.
+`forklift.fitting.problem.LeastSquares` is such a problem, of any machine; the search, the judgement and
+`forklift.diagnosis` see no more of it than this.
 """
 
 from __future__ import annotations
@@ -17,9 +16,10 @@ from forklift.base.arrays import Floats
 
 if TYPE_CHECKING:
     from forklift.fitting.limits import Limits
+    from forklift.fitting.linearised import Linearised, Products
     from forklift.fitting.observed import Observed
-    from forklift.fitting.problem import Linearised, Products
     from forklift.plant.parameter import Unknown
+    from forklift.plant.protocol import Addition, Machine, Run
 
 
 class Recording(Protocol):
@@ -88,9 +88,12 @@ class Problem(Protocol):
     """Recordings, unknowns, and how what was read answers them.
 
     The unknown vector x is (θ, φ₁, …, φ_K): the shared unknowns and each recording's own, all in standard
-    deviations of their priors. `forklift.fitting.problem.LeastSquares` has all of it, given what
-    the outputs are and how they answer.
+    deviations of their priors.
     """
+
+    @property
+    def machine(self) -> Machine:
+        """What is fitted."""
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -142,7 +145,19 @@ class Problem(Protocol):
 
     def residuals(self, x: Floats) -> list[dict[str, Floats]]: ...
 
-    def values(self, x: Floats) -> list[dict[str, Floats]]: ...
+    def said(self, x: Floats) -> list[dict[str, Floats]]: ...
+
+    def run(self, x: Floats) -> list[Run]: ...
+
+    def values(self, x: Floats) -> dict[str, float]: ...
+
+    def conditions(self, x: Floats, k: int) -> Floats: ...
+
+    def respond(self, x: Floats, k: int, port: str, centres: Floats, width_s: float) -> Floats: ...
+
+    def moments(self, x: Floats, part: str) -> list[dict[str, Floats]]: ...
+
+    def with_addition(self, addition: Addition) -> Self: ...
 
     def prior(self, x: Floats) -> tuple[Floats, Floats]: ...
 

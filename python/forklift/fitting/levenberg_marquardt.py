@@ -20,7 +20,7 @@ from forklift.base.errors import ForkliftError
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem
     from forklift.fitting.limits import Limits
-    from forklift.fitting.problem import Linearised
+    from forklift.fitting.linearised import Linearised
 
 
 PROBE = 0.1

@@ -1,20 +1,19 @@
-"""Recordings and a model with unknowns as one least-squares problem: what holds of any machine.
+"""Recordings and a machine with unknowns as one least-squares problem.
 
 The unknown vector is (θ, φ₁, …, φ_K): the shared unknowns in units of their priors, and of each recording
 its own (where it started, how warm it was) in units of theirs. Residuals are those of
-`forklift.fitting.likelihood`, so that half their sum of squares is −ln posterior. A machine adds one
-thing: what its outputs are and how they answer (`LeastSquares._simulate`).
+`forklift.fitting.likelihood`, so that half their sum of squares is −ln posterior. The problem holds a
+`forklift.plant.protocol.Machine`, which runs the recordings; sensors that read wrongly are put on top of what
+the machine says.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os import cpu_count
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,74 +22,141 @@ from scipy.linalg import block_diag, qr
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.fitting import likelihood
-from forklift.fitting.interface import Sample
 from forklift.fitting.limits import Limits
+from forklift.fitting.linearised import Linearised, Products
+from forklift.fitting.observed import Observed
 from forklift.fitting.residuals import LAGS
+from forklift.fitting.sample import Sample
 from forklift.plant.parameter import DEGREES, Unknown
-
-if TYPE_CHECKING:
-    from forklift.fitting.observed import Observed
+from forklift.plant.protocol import Addition, Machine, Run, Steps
+from forklift.plant.sensor_faults import SensorUnknown
 
 T = TypeVar("T")
 
-
-@dataclass(frozen=True)
-class Linearised:
-    """A recording's residuals and their derivatives at one point, channel by channel."""
-
-    residual: Mapping[str, Floats]
-    jacobian: Mapping[str, Floats]
-    """(samples, θ and φ of this recording)."""
-    model: Mapping[str, Floats]
-    """What the model says, in the channel's unit."""
-    slope: Mapping[str, Floats]
-    """Its derivatives along the same."""
+STEP = 1e-4
+"""Of difference quotients, in standard deviations of a prior."""
 
 
-@dataclass(frozen=True)
-class Products:
-    """A recording linearised, and its share of the normal equations."""
-
-    at: Linearised
-    normal: Floats
-    """JᵀJ over θ and the recording's φ."""
-    gradient: Floats
-    """Jᵀr."""
-    square: float
-    """rᵀr."""
-
-
-class LeastSquares(ABC):
+@dataclass
+class LeastSquares:
     """Residuals and derivatives of recordings along the unknowns, at a given weight of each channel."""
 
+    machine: Machine
     unknowns: tuple[Unknown, ...]
-    samples: Sequence[Sample]
+    """The machine's, then those of sensors."""
+    samples: tuple[Sample, ...]
     substeps: int
-    sigma: Mapping[str, float]
+    sigma: Mapping[str, float] = field(default_factory=dict)
     """Standard deviation each channel is weighted by, in its unit; of an encoder the softness."""
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    """Parameters that are not as the machine starts with them, and are not unknown."""
     lags: int = LAGS
     """Over how many samples residuals may be correlated."""
 
-    @abstractmethod
-    def _simulate(self, x: Floats, *, derivatives: bool) -> Sequence[tuple[Floats, Floats]]:
-        """Outputs (times, outputs) of every recording, and their slopes (times, outputs, directions).
-
-        The directions are all parameters that the unknowns stand for, in their units and in the unknowns'
-        order, and then what recordings have of their own, as far as it is `carried` and in that order.
-        """
-
     def weighted(self, sigma: Mapping[str, float], substeps: int | None = None) -> Self:
         """The same problem with other weights."""
-        return self._but(sigma=sigma, substeps=self.substeps if substeps is None else substeps)
+        return replace(self, sigma=sigma, substeps=self.substeps if substeps is None else substeps)
 
     def over(self, samples: Sequence[Sample]) -> Self:
         """The same problem over other recordings."""
-        return self._but(samples=tuple(samples))
+        return replace(self, samples=tuple(samples))
 
-    def _but(self, **changed: object) -> Self:
-        other = copy(self)
-        vars(other).update(changed)
-        return other
+    def with_addition(self, addition: Addition) -> Self:
+        """The same problem with what a hypothesis adds, at its null value."""
+        machine, sensors = self._split(self.unknowns)
+        more, wrong = self._split(addition.free)
+        return replace(
+            self,
+            fixed={**self.fixed, **dict(addition.values)},
+            unknowns=(*machine, *more, *sensors, *wrong),
+            samples=tuple(_widened(sample, addition.widened) for sample in self.samples),
+        )
+
+    def values(self, x: Floats) -> dict[str, float]:
+        """All parameters at x that are not as the machine starts with them, by name."""
+        found = dict(self.fixed)
+        machine, _ = self._split(self.unknowns)
+        for unknown, at in zip(machine, x.tolist(), strict=False):
+            found.update(zip(unknown.names, unknown.values(at).tolist(), strict=True))
+        return found
+
+    @staticmethod
+    def _split(unknowns: Sequence[Unknown]) -> tuple[list[Unknown], list[SensorUnknown]]:
+        """The machine's unknowns, and those of sensors."""
+        sensors = [one for one in unknowns if isinstance(one, SensorUnknown)]
+        return [one for one in unknowns if not isinstance(one, SensorUnknown)], sensors
+
+    def run(self, x: Floats, *, derivatives: bool = False, read: bool = True) -> list[Run]:
+        """Every recording at x; its slopes along parameters, sensors and conditions that are unknown.
+
+        `read`: as the sensors read it; else what is the machine's own.
+        """
+        machine, sensors = self._split(self.unknowns)
+        values = self.values(x)
+        conditions = [self.conditions(x, k) for k in range(len(self.samples))]
+        names = [name for unknown in machine for name in unknown.names] if derivatives else []
+        runs = self.machine.run(
+            values,
+            self.samples,
+            conditions,
+            substeps=self.substeps,
+            along=names,
+            own=self.carried.tolist() if derivatives else (),
+            steps=self._steps(x, conditions) if derivatives else None,
+        )
+        if not sensors or not read:
+            return runs
+        place = {name: k for k, name in enumerate(self.machine.outputs)}
+        pairs = list(zip(sensors, x[len(machine) : len(self.unknowns)].tolist(), strict=True))
+        return [
+            _read(sample.recording.time_s, run, pairs, place, len(names))
+            for sample, run in zip(self.samples, runs, strict=True)
+        ]
+
+    def _steps(self, x: Floats, conditions: Sequence[Floats]) -> Steps:
+        """Of difference quotients: `STEP` standard deviations, away from a bound."""
+        machine, _ = self._split(self.unknowns)
+        upper = self.bounds()[1]
+        along: list[float] = []
+        for k, unknown in enumerate(machine):
+            step = STEP if x[k] + STEP <= upper[k] else -STEP
+            along += (unknown.values(float(x[k] + step)) - unknown.values(float(x[k]))).tolist()
+        own = np.array([STEP * sample.width for sample in self.samples])
+        own = np.where(np.array(conditions) + own > np.array([one.most for one in self.samples]), -own, own)
+        return Steps(np.array(along), own[:, self.carried])
+
+    def respond(self, x: Floats, k: int, port: str, centres: Floats, width_s: float) -> Floats:
+        """(times, outputs, hats): how recording k answers hats over time at a port."""
+        return self.machine.respond(
+            self.values(x),
+            self.samples[k],
+            self.conditions(x, k),
+            port,
+            centres,
+            width_s,
+            substeps=self.substeps,
+        )
+
+    def moments(self, x: Floats, part: str) -> list[dict[str, Floats]]:
+        """Of every recording the machine's variables at x, (times,) each, for what acts on `part`."""
+        conditions = [self.conditions(x, k) for k in range(len(self.samples))]
+        return self.machine.moments(self.values(x), self.samples, conditions, part, substeps=self.substeps)
+
+    def with_fixed(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Self, Floats]:
+        """All held at x but these unknowns and the sensors', and unless `conditions` what recordings have of
+        their own; and the same place. So much is cheaper to differentiate."""
+        kept = [
+            k
+            for k, unknown in enumerate(self.unknowns)
+            if unknown.name in amplitudes or isinstance(unknown, SensorUnknown)
+        ]
+        problem = replace(
+            self,
+            unknowns=tuple(self.unknowns[k] for k in kept),
+            samples=self.samples if conditions else self.conditions_held(x),
+            fixed=self.values(x),
+        )
+        return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if conditions else []])
 
     @property
     def starts(self) -> list[int]:
@@ -109,13 +175,9 @@ class LeastSquares(ABC):
 
     def limits(self) -> Limits:
         """What the unknown vector may not leave: its bounds, and the order of what must rise."""
-        rows, least = self.rising()
+        rows, least = self.machine.ordered(self.fixed, self.unknowns)
         beyond = np.zeros((len(rows), self.starts[-1] - len(self.unknowns)))
         return Limits.of(*self.bounds(), np.concatenate([rows, beyond], axis=1), least)
-
-    def rising(self) -> tuple[Floats, Floats]:
-        """(orders, shared unknowns) rows and (orders,) what their product with θ must reach."""
-        return np.zeros((0, len(self.unknowns))), np.zeros(0)
 
     def at(self, theta: Floats) -> Floats:
         """The unknown vector of these shared unknowns (what follows them does not count), and of every
@@ -134,25 +196,12 @@ class LeastSquares(ABC):
         here[sample.free] += sample.width[sample.free] * self.nuisance(x, k)
         return here
 
-    def conditions_held(self, x: Floats) -> tuple[Any, ...]:
+    def conditions_held(self, x: Floats) -> tuple[Sample, ...]:
         """The recordings with what is their own held at x."""
-        samples: Sequence[Any] = self.samples
         return tuple(
             replace(sample, centre=self.conditions(x, k), width=np.zeros_like(sample.width))
-            for k, sample in enumerate(samples)
+            for k, sample in enumerate(self.samples)
         )
-
-    def _holding(
-        self, x: Floats, kept: Sequence[int], conditions: bool, **fixed: object
-    ) -> tuple[Self, Floats]:
-        """The same place with these unknowns only, the others `fixed` in the model; unless `conditions`, what
-        recordings have of their own is known."""
-        problem = self._but(
-            unknowns=tuple(self.unknowns[k] for k in kept),
-            samples=self.samples if conditions else self.conditions_held(x),
-            **fixed,
-        )
-        return problem, np.concatenate([x[list(kept)], x[len(self.unknowns) :] if conditions else []])
 
     @property
     def carried(self) -> NDArray[np.intp]:
@@ -194,10 +243,10 @@ class LeastSquares(ABC):
         """
         return [
             {seen.sensor.channel: self.misfit(seen, said[seen.sensor.channel])[0] for seen in sample.observed}
-            for sample, said in zip(self.samples, self.values(x), strict=True)
+            for sample, said in zip(self.samples, self.said(x), strict=True)
         ]
 
-    def values(self, x: Floats) -> list[dict[str, Floats]]:
+    def said(self, x: Floats) -> list[dict[str, Floats]]:
         """What the model says at x of every recording, channel by channel, each in its unit.
 
         Raises
@@ -205,7 +254,7 @@ class LeastSquares(ABC):
         ForkliftError
             As `linearise`.
         """
-        runs = self._simulate(x, derivatives=False)
+        runs = self.run(x)
         return [
             {seen.sensor.channel: values[seen.rows, seen.column] for seen in sample.observed}
             for sample, (values, _) in zip(self.samples, runs, strict=True)
@@ -239,7 +288,7 @@ class LeastSquares(ABC):
         theta = x[: len(self.unknowns)]
         columns = [unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True)]
         chain = block_diag(np.zeros((0, 0)), *columns)
-        runs = self._simulate(x, derivatives=True)
+        runs = self.run(x, derivatives=True)
         with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
             yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)
 
@@ -280,3 +329,31 @@ class LeastSquares(ABC):
         rows = np.vstack([np.column_stack([at.jacobian[name], at.residual[name]]) for name in at.residual])
         triangle: Floats = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][:columns]
         return triangle
+
+
+def _widened(sample: Sample, widths: Sequence[tuple[str, float]]) -> Sample:
+    """The sample with some of its conditions known to these standard deviations only."""
+    if not widths:
+        return sample
+    wide = sample.width.copy()
+    for name, width in widths:
+        place = sample.names.index(name)
+        wide[place] = max(width, wide[place])
+    return replace(sample, width=wide)
+
+
+def _read(
+    time: Floats,
+    run: Run,
+    sensors: Sequence[tuple[SensorUnknown, float]],
+    place: Mapping[str, int],
+    along: int,
+) -> Run:
+    """What the sensors read; the slopes along them stand before those along conditions, from `along` on."""
+    values, slopes = run
+    count = slopes.shape[2]
+    for sensor, at in sensors:
+        values, slopes = sensor.read(time, values, slopes, at, place)
+    return Run(
+        values, np.concatenate([slopes[..., :along], slopes[..., count:], slopes[..., along:count]], axis=2)
+    )

@@ -22,7 +22,7 @@ from forklift.base.arrays import Floats
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem, Sample
-    from forklift.fitting.problem import Linearised
+    from forklift.fitting.linearised import Linearised
     from forklift.recordings.noise import Sensor
 
 

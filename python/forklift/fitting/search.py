@@ -22,7 +22,7 @@ from forklift.base.threads import one_thread
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting import likelihood
 from forklift.fitting.interface import Problem
-from forklift.fitting.problem import Linearised
+from forklift.fitting.linearised import Linearised
 
 if TYPE_CHECKING:
     from forklift.recordings.noise import Sensor

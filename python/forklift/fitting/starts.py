@@ -1,4 +1,4 @@
-"""Several starts: the same search from scattered trucks, and whether all end in the same place."""
+"""Several starts: the same search from scattered values, and whether all end in the same place."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.fitting.search import Found, Progress, search
-from forklift.plant.forklift.unknowns import move
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from forklift.fitting.interface import Problem as AnyProblem
-    from forklift.plant.forklift.problem import Problem
+    from forklift.fitting.interface import Problem
+    from forklift.fitting.problem import LeastSquares
     from forklift.recordings.noise import Sensor
 
 
@@ -55,19 +54,19 @@ class Ends:
 
 
 def from_starts(
-    problem: Problem,
+    problem: LeastSquares,
     sensors: Mapping[str, Sensor],
     count: int,
     seed: int,
     progress: Callable[[int], Progress | None] = lambda _: None,
     earlier: Found | None = None,
 ) -> Ends:
-    """Search from the truck itself (unless that was done `earlier`) and from `count` − 1 scattered ones.
+    """Search from the machine itself (unless that was done `earlier`) and from `count` − 1 scattered ones.
 
     Raises
     ------
     ForkliftError
-        Of the search from the truck itself, if no other start succeeds either.
+        Of the search from the machine itself, if no other start succeeds either.
     """
     found: list[Found | None] = [earlier] if earlier else []
     first: ForkliftError | None = None
@@ -84,8 +83,8 @@ def from_starts(
     return compare_ends(good, found)
 
 
-def scattered(problem: Problem, start: int, seed: int) -> Floats:
-    """Where start number `start` begins: 0 is the truck itself; nearer to it where knots would cross."""
+def scattered(problem: LeastSquares, start: int, seed: int) -> Floats:
+    """Where start number `start` begins: 0 is the machine itself; nearer to it where knots would cross."""
     x = np.zeros(problem.starts[-1])
     if start:
         shared = len(problem.unknowns)
@@ -97,9 +96,9 @@ def scattered(problem: Problem, start: int, seed: int) -> Floats:
     return x
 
 
-def _possible(problem: Problem, theta: Floats) -> bool:
+def _possible(problem: LeastSquares, theta: Floats) -> bool:
     try:
-        move(problem.truck, problem.unknowns, theta, "start")
+        problem.machine.check(problem.values(theta))
     except ForkliftError:
         return False
     return True
@@ -126,6 +125,6 @@ def compare_ends(good: Sequence[Found], found: Sequence[Found | None]) -> Ends:
     return Ends(best, tuple(ends))
 
 
-def _cost(problem: AnyProblem, end: Found) -> float:
+def _cost(problem: Problem, end: Found) -> float:
     residual, _ = problem.compressed(end.x)
     return 0.5 * float(residual @ residual)

@@ -22,7 +22,7 @@ Push = Callable[[Floats], Mapping[str, Floats]]
 
 
 @dataclass(frozen=True)
-class Machine:
+class Present:
     """A plant with the effects that are present."""
 
     plant: Plant
@@ -63,7 +63,7 @@ class Machine:
 
 
 def run(
-    machine: Machine,
+    machine: Present,
     time: Floats,
     u: Values,
     start: Values,
@@ -119,7 +119,7 @@ def run(
 
 
 def _integrate(
-    machine: Machine, time: Floats, u: Values, start: Values, p: Values, push: Push | None, finer: int
+    machine: Present, time: Floats, u: Values, start: Values, p: Values, push: Push | None, finer: int
 ) -> dict[str, Floats]:
     names = [state.name for state in machine.states]
     least = np.array([state.lower for state in machine.states])[:, None]

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.fitting.plant_problem import completed
+from forklift.plant.machine import completed
 from forklift.plant.parts import STEADY, Plant
 from forklift.plant.recording import Recording
-from forklift.plant.run import Machine, run
+from forklift.plant.run import Present, run
 
 
 def simulate_plant(
@@ -47,7 +47,7 @@ def simulate_plant(
     time = np.asarray(time_s, dtype=float)
     driven = {name: np.asarray(column, dtype=float) for name, column in u.items()}
     recording = completed(plant, Recording("simulated", time, driven, {}))
-    machine = Machine(plant, effects)
+    machine = Present(plant, effects)
     start: dict[str, Floats] = {}
     for state in machine.states:
         name = f"{state.name}.start"

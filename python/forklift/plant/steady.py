@@ -18,7 +18,7 @@ from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
     from forklift.plant.parts import State, Values
-    from forklift.plant.run import Machine
+    from forklift.plant.run import Present
 
 Rates = Callable[[Floats], Floats]
 """(states, lanes) of states, (states, lanes)."""
@@ -35,7 +35,7 @@ FACTORS = (1.0, 0.1, 10.0, 0.01, 100.0)
 """How far from the end of a state's range, or from zero, Newton's method starts: times that of the guess."""
 
 
-def begun(machine: Machine, time: Floats, u: Values, start: Values, p: Values) -> dict[str, Floats]:
+def begun(machine: Present, time: Floats, u: Values, start: Values, p: Values) -> dict[str, Floats]:
     """Every state's start, (lanes,): those that `start` lacks are steady at the first moment.
 
     Parameters
@@ -160,7 +160,7 @@ def _length(step: Floats, size: Floats) -> Floats:
 
 
 def _none(
-    machine: Machine, sought: Sequence[State], u: Values, x: Floats, rate: Floats, lane: int
+    machine: Present, sought: Sequence[State], u: Values, x: Floats, rate: Floats, lane: int
 ) -> ForkliftError:
     worst = int(np.argmax(np.abs(np.nan_to_num(rate[:, lane], nan=np.inf))))
     state, value = sought[worst], float(x[worst, lane])

@@ -15,7 +15,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import Shape, shapes
-from forklift.diagnosis.locate import WIDTH_S, Respond, UnknownInput, unknown_inputs
+from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.fitting.intervals import QUANTILE
 
 if TYPE_CHECKING:
@@ -64,9 +64,7 @@ def against(
     return [_against(best, shape, given, final) for shape in seen[:MOST_VARIABLES]]
 
 
-def had_it_been(
-    baseline: Refit, final: Refit, port: str, respond: Respond, width_s: float = WIDTH_S
-) -> UnknownInput | None:
+def had_it_been(baseline: Refit, final: Refit, port: str) -> UnknownInput | None:
     """The same input, had the recordings been what the final model says and the sensors read of it."""
     if not final.hypotheses:
         return None
@@ -80,10 +78,11 @@ def had_it_been(
                 for seen in sample.observed
             ),
         )
-        for sample, run in zip(problem.samples, last.problem.values(last.x), strict=True)
+        for sample, run in zip(problem.samples, last.problem.said(last.x), strict=True)
     ]
     instead = problem.over(said)
-    return next(iter(unknown_inputs(instead, baseline.early.x, [port], respond, width_s)), None)
+    width_s = problem.machine.hat_width_s(problem.samples)
+    return next(iter(unknown_inputs(instead, baseline.early.x, [port], width_s)), None)
 
 
 def _read(values: Floats, seen: Observed, random: np.random.Generator) -> Floats:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.diagnosis.hypotheses import effect_specs
 from forklift.plant.forklift import ports as unknown_ports
 from forklift.plant.forklift import variables as operation
 from forklift.plant.forklift.effects import EFFECTS
+from forklift.plant.forklift.hypotheses import effect_specs
 from forklift.report import charts, heat, law, parameters, rivals, words
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
 from forklift.report.gains import every_fit, gains, validation
@@ -17,7 +17,7 @@ from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 
 if TYPE_CHECKING:
     from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.plant.forklift.problem import Observed
+    from forklift.fitting.observed import Observed
     from forklift.recordings.channels import Lift
 
 NOT_PUT_RIGHT = (

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from forklift.diagnosis.curves import variables
 from forklift.diagnosis.dependence import shapes
 from forklift.plant.forklift import ports as unknown_ports
-from forklift.plant.forklift import variables as operation
 from forklift.report import curves
 
 if TYPE_CHECKING:
     from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.locate import UnknownInput
+    from forklift.plant.protocol import Hypothesis
 
 
 def place_of(found: Diagnosis) -> UnknownInput | None:
@@ -36,8 +36,7 @@ def is_at(port: str, hypothesis: Hypothesis) -> bool:
 def against(found: Diagnosis, best: UnknownInput) -> list[curves.Against]:
     """An unknown input against the variables that explain most of it."""
     problem, x = found.baseline.early.problem, found.baseline.early.x
-    lift = unknown_ports.lift_of(best.port) or "main"
-    given = operation.of_recordings(problem, x, lift, best.centres)
+    given = variables(problem, x, problem.machine.part_of(best.port), best.centres)
     seen = found.shapes if best is found.inputs[0] else shapes(best, given)
-    final = curves.had_it_been(found.baseline, found.final, best.port, unknown_ports.respond)
+    final = curves.had_it_been(found.baseline, found.final, best.port)
     return curves.against(best, seen, given, final)

@@ -12,7 +12,7 @@ from forklift.report.tables import mean_square
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
-    from forklift.diagnosis.hypothesis import Hypothesis
+    from forklift.plant.protocol import Hypothesis
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.screening import Screened
+    from forklift.plant.protocol import Hypothesis
     from forklift.recordings.campaign import Campaign
 
 SHOWN: Mapping[str, tuple[str, str, float]] = {

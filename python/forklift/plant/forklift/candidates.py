@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,8 @@ import numpy as np
 from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.diagnosis.next_recording import Candidate, Proposal
+from forklift.fitting.observed import Observed
+from forklift.fitting.sample import Sample
 from forklift.plant.forklift.commands import (
     CUTOFF_HZ,
     REST_S,
@@ -25,10 +27,11 @@ from forklift.plant.forklift.commands import (
     quantise_current,
     steps_to_current,
 )
-from forklift.plant.forklift.problem import Observed, sample
+from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.simulate import mean_temperature, simulate
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
+from forklift.plant.protocol import Case
 from forklift.recordings.channels import LIFTS, Lift, Lifts, commanded
 from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
@@ -253,12 +256,14 @@ def _candidate(
         },
         sha256="none yet",
     )
+    case = Forklift(truck).case(recording, {})
     columns = list(outputs())
     observed = tuple(
         Observed(sensor, columns.index(channel), np.arange(n), np.zeros(n))
         for channel, sensor in sensors.items()
     )
-    return Candidate(words, replace(sample(recording, truck, {}), observed=observed))
+    own = {field.name: getattr(case, field.name) for field in fields(Case)}
+    return Candidate(words, Sample(**own, observed=observed))
 
 
 def _held(level: int, opened_s: float, shut_s: float) -> Steps:

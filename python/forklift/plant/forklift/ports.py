@@ -1,12 +1,9 @@
-"""Where an unknown input may enter a forklift's equations, and how a recording answers it."""
+"""Where an unknown input may enter a forklift's equations."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from forklift.base.arrays import Floats
-from forklift.diagnosis.locate import WIDTH_S
-from forklift.plant.forklift.problem import Problem
 from forklift.recordings.channels import LIFTS, Lift
 
 EQUATIONS = {
@@ -39,12 +36,3 @@ def equation(port: str) -> str:
 def lift_of(port: str) -> Lift | None:
     """The lift that a port, or a channel's sensor, belongs to."""
     return next((lift for lift in LIFTS if port.startswith(f"{lift}.") or f"_{lift}_" in port), None)
-
-
-def respond(problem: Problem, x: Floats, k: int, port: str, centres: Floats) -> Floats:
-    """(times, outputs, hats): how recording k answers hats over time at one port."""
-    truck = problem.truck_at(x)
-    sample = problem.samples[k]
-    own = problem.conditions(x, k)
-    answers = truck.core.responses(sample.case, own, [port], centres, WIDTH_S, substeps=problem.substeps)
-    return answers[:, :, 0, :]

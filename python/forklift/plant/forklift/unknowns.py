@@ -106,6 +106,20 @@ def unknowns(
     )
 
 
+def grouped(truck: Truck, values: Mapping[str, float]) -> dict[str, float | Sequence[float]]:
+    """Values by full name as a truck takes them: knots by number joined to whole tables."""
+    found: dict[str, float | Sequence[float]] = {}
+    tables: dict[str, list[float]] = {}
+    for name, value in values.items():
+        table = _table_of(name)
+        if table is None:
+            found[name] = value
+        else:
+            knots = tables.setdefault(table, list(truck.values[table]))  # type: ignore[arg-type]
+            knots[int(name.rpartition(".")[2])] = value
+    return {**found, **tables}
+
+
 def move(truck: Truck, unknowns: Sequence[Unknown], theta: Floats, source: str) -> Truck:
     """The truck at θ; its moved values carry `source`.
 
@@ -114,18 +128,12 @@ def move(truck: Truck, unknowns: Sequence[Unknown], theta: Floats, source: str) 
     ForkliftError
         As `Truck`, if the values are impossible: knots of a table out of order, say.
     """
-    scalars: dict[str, float] = {}
-    tables: dict[str, list[float]] = {}
-    for unknown, at in zip(unknowns, theta, strict=True):
-        for name, value in zip(unknown.names, unknown.values(float(at)), strict=True):
-            table = _table_of(name)
-            if table is None:
-                scalars[name] = float(value)
-            else:
-                knots = tables.setdefault(table, list(truck.values[table]))  # type: ignore[arg-type]
-                knots[int(name.rpartition(".")[2])] = float(value)
-    moved: Mapping[str, float | Sequence[float]] = {**scalars, **tables}
-    return truck.with_values(moved, source=source)
+    values = {
+        name: float(value)
+        for unknown, at in zip(unknowns, theta, strict=True)
+        for name, value in zip(unknown.names, unknown.values(float(at)), strict=True)
+    }
+    return truck.with_values(grouped(truck, values), source=source)
 
 
 def rising(truck: Truck, unknowns: Sequence[Unknown]) -> tuple[Floats, Floats]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.fitting.interface import Problem
 from forklift.plant.forklift.free_curve import variables as shape_variables
-from forklift.plant.forklift.problem import Sample
 from forklift.recordings.channels import LIFTS, Lift
+from forklift.recordings.recording import Recording
 
 LONGEST_S = 10.0
 """Times since something are told up to this, as the core's free shapes have them."""
@@ -18,26 +17,16 @@ MOVED_M, MOVED_A = 0.005, 0.01
 """By how much a cylinder, or a command, must have moved to have moved at all; likewise."""
 
 
-def of_recordings(problem: Problem, x: Floats, lift: Lift, at: Sequence[Floats]) -> list[dict[str, Floats]]:
-    """Of every recording the `variables` at these times, as the model has them at x."""
-    runs = zip(problem.samples, problem.values(x), at, strict=True)
-    return [variables(sample, said, lift, times) for sample, said, times in runs]
-
-
-def variables(sample: Sample, said: Mapping[str, Floats], lift: Lift, at: Floats) -> dict[str, Floats]:
-    """Each variable at the times `at` [s], for what happens on one lift; by the names of `words`.
+def variables(recording: Recording, model: Mapping[str, Floats], lift: Lift) -> dict[str, Floats]:
+    """Each variable at every time of a recording, for what happens on one lift; by the names of `words`.
 
     Those of `forklift.plant.forklift.free_curve.variables`, as far as they are known, and the accelerations.
-    What the model has `said` of a channel is there where the channel has samples, and is interpolated in
-    between.
+
+    Parameters
+    ----------
+    model
+        (times,) by channel, as the model has them: of channels that were measured.
     """
-    recording = sample.recording
-    model = {
-        seen.sensor.channel: np.interp(
-            recording.time_s, recording.time_s[seen.rows], said[seen.sensor.channel]
-        )
-        for seen in sample.observed
-    }
     time, current = recording.time_s, recording[f"current_{lift}_a"]
     known = {"load": np.full(len(time), recording.load_kg), "command": current}
     temperature = recording.channels.get("oil_temperature_degc")
@@ -59,7 +48,7 @@ def variables(sample: Sample, said: Mapping[str, Floats], lift: Lift, at: Floats
             known["time_at_rest"] = _since(time, position, MOVED_M)
         else:
             known |= {"other_velocity": velocity, "other_acceleration": np.gradient(velocity, time)}
-    return {name: np.interp(at, time, values) for name, values in known.items()}
+    return known
 
 
 def words(name: str, lift: Lift) -> tuple[str, str]:

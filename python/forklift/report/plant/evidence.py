@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from forklift.base.arrays import Floats
+from forklift.diagnosis.curves import over_variables, variables
 from forklift.diagnosis.dependence import TELLING
-from forklift.diagnosis.plant_curves import over_variables, respond, variables, width_s
 from forklift.diagnosis.plant_diagnose import widening
 from forklift.diagnosis.plant_laws import laws
 from forklift.report import charts, curves, parameters, rivals, traces
@@ -19,11 +19,11 @@ from forklift.report.plant import words
 from forklift.report.words import Quantity, capital, number, printed
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.locate import UnknownInput
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis
     from forklift.diagnosis.plant_predict import Foreseen
-    from forklift.fitting.plant_problem import PlantProblem
+    from forklift.fitting.interface import Problem
+    from forklift.plant.protocol import Hypothesis
 
 
 MOST_PLACES = 3
@@ -180,15 +180,15 @@ def _asked_for(found: PlantDiagnosis) -> Iterator[Figure]:
         port for cause in found.causes for port in words.ports(found.plant, cause.hypothesis)
     )
     own = [one for name in named for one in found.inputs if one.port == name and one is not found.inputs[0]]
-    problem = cast("PlantProblem", found.baseline.early.problem)
+    problem = found.baseline.early.problem
     for one in [found.inputs[0], *own][:MOST_PLACES]:
         likeliest = one is found.inputs[0]
-        shapes = found.shapes if likeliest else over_variables(found.baseline, one)
+        shapes = found.shapes if likeliest else over_variables(found.baseline, one, "")
         telling = [of for of in shapes if of.explained >= TELLING] or (list(shapes[:1]) if likeliest else [])
         if not telling:
             continue
-        given = variables(problem, found.baseline.early.x, one)
-        final = curves.had_it_been(found.baseline, found.final, one.port, respond, width_s(problem))
+        given = variables(problem, found.baseline.early.x, "", one.centres)
+        final = curves.had_it_been(found.baseline, found.final, one.port)
         drawn = curves.against(one, telling, given, final)
         said = partial(words.quantity, found.plant)
         where = Quantity(words.place(found.plant, one.port), said(one.port).unit)
@@ -204,13 +204,14 @@ def _asked_for(found: PlantDiagnosis) -> Iterator[Figure]:
         yield charts.law(where, "model", [(of, said(of.variable)) for of in drawn], at, more)
 
 
-def _beyond(problem: PlantProblem, x: Floats, one: UnknownInput) -> float:
+def _beyond(problem: Problem, x: Floats, one: UnknownInput) -> float:
     """How many times as far as the readings are off the model an unknown input would move them by itself."""
-    if any(one.port == out.name for out in problem.machine.plant.outputs):
+    if one.port in problem.machine.outputs:
         return 0.0
     moved, off = 0.0, 0.0
-    for k, (sample, model) in enumerate(zip(problem.samples, problem.values(x), strict=True)):
-        answers = respond(problem, x, k, one.port, one.centres[k]) @ one.values[k]
+    width_s = problem.machine.hat_width_s(problem.samples)
+    for k, (sample, model) in enumerate(zip(problem.samples, problem.said(x), strict=True)):
+        answers = problem.respond(x, k, one.port, one.centres[k], width_s) @ one.values[k]
         for seen in sample.observed:
             noise = seen.sensor.noise
             moved += float(np.sum((answers[seen.rows, seen.column] / noise) ** 2))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from forklift.report.words import CAUSES, GLOSSARY, Quantity, number, printed, size
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.hypothesis import Hypothesis
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis
     from forklift.plant.parts import Effect, Input, Output, Plant, Port, State
+    from forklift.plant.protocol import Hypothesis
 
 KINDS = {
     "physics": "effect",

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING
 
 from forklift import _core
-from forklift.diagnosis.hypothesis import Hypothesis
-from forklift.fitting.sensor_faults import SensorFault, SensorUnknown, reading
 from forklift.plant.forklift.effects import EFFECTS
-from forklift.plant.forklift.problem import OWN, Problem, Sample
 from forklift.plant.forklift.sensors import POSITIONS
 from forklift.plant.forklift.unknowns import unknown
-from forklift.plant.parameter import Unknown
+from forklift.plant.protocol import Addition, Hypothesis
+from forklift.plant.sensor_faults import SensorFault, SensorUnknown, sensor_unknown
 from forklift.recordings.channels import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
@@ -53,24 +50,29 @@ FAULTS: dict[str, tuple[tuple[SensorFault, str, str], ...]] = {
 
 
 def hypotheses(
-    lifts: Collection[Lift], measured: Collection[str], travelled: Mapping[Lift, tuple[float, float]]
+    truck: Truck,
+    lifts: Collection[Lift],
+    measured: Collection[str],
+    travelled: Mapping[Lift, tuple[float, float]],
 ) -> tuple[Hypothesis, ...]:
-    """All of them, for a campaign that commands `lifts` and has these channels.
+    """All of them, for recordings that command `lifts` and have these channels.
 
     Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
     values of its further parameters is a hypothesis for some of them, all under one label.
     """
-    return (*_physics(lifts, travelled), *_sensors(measured), *_conditions())
+    return (*_physics(truck, lifts, travelled), *_sensors(measured), *_conditions())
 
 
-def invalid_hypothesis(spoilt: InvalidStretch) -> Hypothesis:
+def invalid_hypothesis(stretch: InvalidStretch) -> Hypothesis:
     """A signal that stood still or slipped, whose samples were left out: nothing is left to try."""
     return Hypothesis(
-        f"sensor_{spoilt.how}", "sensor", spoilt.said, spoilt.channel, "sensor", None, lambda problem: problem
+        f"sensor_{stretch.how}", "sensor", stretch.said, stretch.channel, "sensor", None, Addition()
     )
 
 
-def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]) -> Iterator[Hypothesis]:
+def _physics(
+    truck: Truck, lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]
+) -> Iterator[Hypothesis]:
     specs = effect_specs()
     for effect in EFFECTS:
         if effect.general:
@@ -85,7 +87,7 @@ def _physics(lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, floa
                     lift,
                     effect.equation,
                     _names(effect.id, lift)[0],
-                    acting(effect.id, lift, starts),
+                    acting(truck, effect.id, lift, starts),
                     effect.confused_with,
                     effect.needs_two_of,
                 )
@@ -102,14 +104,17 @@ def _names(id: str, lift: str) -> list[str]:
     return [f"{head}.{parameter['name']}" for parameter in effect_specs()[id]["parameters"]]
 
 
-def acting(id: str, lift: str, starts: Sequence[float] | None = None) -> Callable[[Problem], Problem]:
-    """Adds an effect, quiet; its further parameters at `starts`, by default amid what is plausible."""
+def acting(truck: Truck, id: str, lift: str, starts: Sequence[float] | None = None) -> Addition:
+    """An effect at its null value; its further parameters at `starts`, by default amid what is plausible."""
     spec, names = effect_specs()[id], _names(id, lift)
     further = starts if starts is not None else [_at(one, 0.5) for one in spec["parameters"][1:]]
-    values = dict(zip(names, [spec["quiet"], *further], strict=True))
-    return lambda problem: with_truck_unknowns(
-        problem, values, lambda truck: [unknown(truck, name) for name in names]
-    )
+    return added(truck, dict(zip(names, [spec["quiet"], *further], strict=True)), names)
+
+
+def added(truck: Truck, values: Mapping[str, float], free: Sequence[str]) -> Addition:
+    """Further parameters of the truck at `values`, some of them unknown."""
+    there = truck.with_values(values, source="hypothesis")
+    return Addition(tuple(values.items()), tuple(unknown(there, name) for name in free))
 
 
 def _starts(id: str, travelled: tuple[float, float] | None) -> Iterator[tuple[float, ...]]:
@@ -132,33 +137,6 @@ def _wide(parameter: EffectParameterSpec) -> bool:
     return parameter["plausible_upper"] > WIDE * abs(parameter["plausible_lower"])
 
 
-def with_truck_unknowns(
-    problem: Problem, values: Mapping[str, float], more: Callable[[Truck], Sequence[Unknown]]
-) -> Problem:
-    """The problem with further parameters of the truck at `values`, some of them unknown."""
-    truck = problem.truck.with_values(values, source="suspected")
-    own = [known for known in problem.unknowns if not isinstance(known, SensorUnknown)]
-    readings = [known for known in problem.unknowns if isinstance(known, SensorUnknown)]
-    return replace(problem, truck=truck, unknowns=(*own, *more(truck), *readings))
-
-
-def with_unknown(problem: Problem, reading: SensorUnknown) -> Problem:
-    """The problem with one more number of a sensor."""
-    return replace(problem, unknowns=(*problem.unknowns, reading))
-
-
-def widened(problem: Problem, condition: str, width: float) -> Problem:
-    """The problem with a condition of each recording known to `width` only."""
-    place = OWN.index(condition)
-
-    def wide(sample: Sample) -> Sample:
-        widths = sample.width.copy()
-        widths[place] = max(width, widths[place])
-        return replace(sample, width=widths)
-
-    return replace(problem, samples=tuple(map(wide, problem.samples)))
-
-
 def _at(parameter: EffectParameterSpec, share: float) -> float:
     """The value at a share of what is plausible."""
     lower, upper = parameter["plausible_lower"], parameter["plausible_upper"]
@@ -171,32 +149,32 @@ def _sensors(measured: Collection[str]) -> Iterator[Hypothesis]:
     for channel in measured:
         unit = channels()[channel]["unit"]
         for fault, id, name in FAULTS[unit]:
-            number = reading([channel], fault, unit)
+            number = sensor_unknown([channel], fault, unit)
             yield Hypothesis(id, "sensor", name, channel, "sensor", number.name, _misread(number))
-    late = reading(list(measured), "lag", "s")
+    late = sensor_unknown(list(measured), "lag", "s")
     yield Hypothesis(
         "sensor_lag", "sensor", "all signals arrive late", "", "sensor", late.name, _misread(late),
         ("valve_delay",), unlikely=True,
     )  # fmt: skip
 
 
-def _misread(number: SensorUnknown) -> Callable[[Problem], Problem]:
-    def add(problem: Problem) -> Problem:
-        for channel in number.channels:
-            if channel in POSITIONS and number.fault != "lag":
-                problem = widened(problem, f"{channel.split('_')[1]}.start", START_WIDTH_M)
-        return with_unknown(problem, number)
-
-    return add
+def _misread(number: SensorUnknown) -> Addition:
+    """A number of a sensor; where an encoder's is not its lag, it no longer tells where its lift starts."""
+    starts = [
+        (f"{channel.split('_')[1]}.start", START_WIDTH_M)
+        for channel in number.channels
+        if channel in POSITIONS and number.fault != "lag"
+    ]
+    return Addition(free=(number,), widened=tuple(starts))
 
 
 def _conditions() -> Iterator[Hypothesis]:
     yield Hypothesis(
         "load_entered", "parameter", "the entered load is wrong", "", "operating-point", None,
-        lambda problem: widened(problem, "load", LOAD_WIDTH_KG), ("pressure_gain", "pressure_offset"),
+        Addition(widened=(("load", LOAD_WIDTH_KG),)), ("pressure_gain", "pressure_offset"),
     )  # fmt: skip
     yield Hypothesis(
         "temperature_offset", "parameter", "the oil's temperature is off", "", "operating-point", None,
-        lambda problem: widened(problem, "oil_temperature", TEMPERATURE_WIDTH_K),
+        Addition(widened=(("oil_temperature", TEMPERATURE_WIDTH_K),)),
         ("oil_temperature_at_valve",), ("oil_temperature_degc",),
     )  # fmt: skip

@@ -6,16 +6,16 @@ parameter that is known within a range only.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from forklift.diagnosis.hypothesis import Hypothesis
-from forklift.fitting.plant_problem import PlantProblem
 from forklift.plant.parts import Effect, Input, Output, Param, Plant
+from forklift.plant.protocol import Addition, Hypothesis
 from forklift.plant.recording import Recording
+from forklift.plant.sensor_faults import SensorFault, SensorUnknown
 
 FAULT_SHARE = 0.1
 """Standard deviation of an offset, in the range of what was recorded."""
@@ -51,16 +51,12 @@ def of_effect(plant: Plant, effect: Effect) -> Iterator[Hypothesis]:
         )
 
 
-def acting(effect: Effect) -> Callable[[PlantProblem], PlantProblem]:
-    """Adds an effect, quiet."""
-    values = {effect.full(one): one.value for one in effect.params}
-    more = [one.unknown(effect.full(one)) for one in effect.params if not one.known]
-
-    def add(problem: PlantProblem) -> PlantProblem:
-        machine = replace(problem.machine, effects=(*problem.machine.effects, effect))
-        return problem.with_effect(machine, values, more)
-
-    return add
+def acting(effect: Effect) -> Addition:
+    """An effect at its null value."""
+    return Addition(
+        tuple((effect.full(one), one.value) for one in effect.params),
+        tuple(one.unknown(effect.full(one)) for one in effect.params if not one.known),
+    )
 
 
 def _outputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Hypothesis]:
@@ -97,9 +93,8 @@ def _offset(one: Input | Output, columns: Sequence[np.ndarray]) -> Param | None:
     return Param("offset", one.unit, 0.0, -MOST * size, MOST * size) if size else None
 
 
-def _fault(one: Input | Output, fault: str, name: str, number: Param) -> Hypothesis:
+def _fault(one: Input | Output, fault: SensorFault, name: str, number: Param) -> Hypothesis:
     full = f"{one.name}.{fault}"
-    straight = replace(number, name=full)
     return Hypothesis(
         f"{'input' if isinstance(one, Input) else 'sensor'}_{fault}",
         "sensor",
@@ -107,7 +102,9 @@ def _fault(one: Input | Output, fault: str, name: str, number: Param) -> Hypothe
         one.name,
         "input" if isinstance(one, Input) else "sensor",
         full,
-        _with_params([straight]),
+        _of_input(replace(number, name=full))
+        if isinstance(one, Input)
+        else _misread(one, number, full, fault),
     )
 
 
@@ -126,11 +123,22 @@ def _parameters(plant: Plant) -> Iterator[Hypothesis]:
                 one.name,
                 "parameter",
                 one.name,
-                _with_params([one]),
+                _of_input(one),
             )
 
 
-def _with_params(numbers: Sequence[Param]) -> Callable[[PlantProblem], PlantProblem]:
-    values: Mapping[str, float] = {one.name: one.value for one in numbers}
-    more = [one.unknown() for one in numbers]
-    return lambda problem: problem.with_effect(problem.machine, values, more)
+def _of_input(number: Param) -> Addition:
+    """A number of the plant, unknown."""
+    return Addition(((number.name, number.value),), (number.unknown(),))
+
+
+def _misread(one: Output, number: Param, name: str, fault: SensorFault) -> Addition:
+    """A number of an output's sensor, unknown."""
+    own = number.unknown(name)
+    return Addition(
+        free=(
+            SensorUnknown(
+                own.names, own.unit, own.scale, own.start, own.width, own.lower, own.upper, (one.name,), fault
+            ),
+        )
+    )

@@ -7,7 +7,7 @@ The same number for all recordings, so that it competes with physics on equal te
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
-from forklift.plant.forklift.tables import outputs
 from forklift.plant.parameter import Unknown
 
 SensorFault = Literal["gain", "offset", "lag"]
@@ -36,15 +35,17 @@ class SensorUnknown(Unknown):
     """Which read wrongly, all by the same number."""
     fault: SensorFault = "gain"
 
-    def read(self, time: Floats, values: Floats, slopes: Floats, theta: float) -> tuple[Floats, Floats]:
+    def read(
+        self, time: Floats, values: Floats, slopes: Floats, theta: float, columns: Mapping[str, int]
+    ) -> tuple[Floats, Floats]:
         """Outputs (times, outputs) and slopes (times, outputs, directions) as the sensor gives them.
 
-        The slopes get one more direction, the last: this number.
+        The slopes get one more direction, the last: this number. `columns`: where each output stands.
         """
         at = float(self.values(theta)[0])
         values, slopes = values.copy(), slopes.copy()
         own = np.zeros((*slopes.shape[:2], 1))
-        for column in map(list(outputs()).index, self.channels):
+        for column in (columns[channel] for channel in self.channels):
             true = values[:, column].copy()
             if self.fault == "gain":
                 values[:, column] = at * true
@@ -63,7 +64,7 @@ class SensorUnknown(Unknown):
         return values, np.concatenate([slopes, own], axis=2)
 
 
-def reading(channels: Sequence[str], fault: SensorFault, unit: str) -> SensorUnknown:
+def sensor_unknown(channels: Sequence[str], fault: SensorFault, unit: str) -> SensorUnknown:
     """The unknown gain, offset or lag of one channel's sensor, or of several alike."""
     right = 1.0 if fault == "gain" else 0.0
     width = OFFSETS[unit] if fault == "offset" else SPREAD[fault]

@@ -1,0 +1,287 @@
+"""The forklift behind the machine protocol: the core's runs with their exact derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from forklift import _core
+from forklift.base.arrays import Floats
+from forklift.plant.forklift import free_curve
+from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.ports import equation, lift_of, ports
+from forklift.plant.forklift.sensors import MEASURED
+from forklift.plant.forklift.simulate import START_WITHIN_S, mean_temperature, simulate
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.unknowns import grouped, rising
+from forklift.plant.forklift.unnamed import answer, curve, ringing
+from forklift.plant.forklift.variables import variables
+from forklift.plant.parameter import Unknown
+from forklift.plant.protocol import Case, Hypothesis, Place, Run, Steps
+from forklift.recordings.channels import LIFTS, Lift
+
+if TYPE_CHECKING:
+    from forklift.plant.forklift.simulate import Simulation
+    from forklift.recordings.noise import Sensor
+    from forklift.recordings.recording import Recording
+
+OWN = ("load", "oil_temperature", "oil_warming", "free.start", "main.start")
+"""The conditions of a recording, in the core's order and by its names: load [kg], offset of the oil
+temperature and how much it rises from start to end [K], cylinder positions at the start [m]."""
+
+TEMPERATURE_WIDTH_K = 0.15
+"""Standard deviation of a recording's mean oil temperature: a sensor that reads in steps of 0.5 K."""
+
+WARMING_WIDTH_K = 1.0
+"""Standard deviation of how much the oil warms up during a recording: lowering heats it, and a sensor in the
+tank lags by more than a recording lasts."""
+
+START_WIDTH_M = 3e-4
+"""Standard deviation of a cylinder's position at the start where no encoder tells it better."""
+
+
+@dataclass(frozen=True)
+class Forklift:
+    """A truck as a machine; its parameters are those of the truck, knots of tables numbered.
+
+    Attributes
+    ----------
+    truck
+        The values that it starts with.
+    lifts
+        Those that are fitted.
+    oil_temperature_degc
+        Of recordings without one [°C].
+    load_width_kg
+        Standard deviation of each recording's entered load [kg]; 0: the loads are right.
+    warming_width_k
+        Standard deviation of how much the oil warms up during a recording [K].
+    """
+
+    truck: Truck
+    lifts: tuple[Lift, ...] = LIFTS
+    oil_temperature_degc: float | None = None
+    load_width_kg: float = 0.0
+    warming_width_k: float = WARMING_WIDTH_K
+
+    @property
+    def name(self) -> str:
+        """The truck's."""
+        return self.truck.name
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        """What a simulation gives, in the core's order."""
+        return list(outputs())
+
+    @property
+    def ends(self) -> Mapping[str, tuple[float, float]]:
+        """None is known."""
+        return {}
+
+    @property
+    def lag_share(self) -> float:
+        """None beyond the usual: a truck's noise is as slow as its sensors'."""
+        return 0.0
+
+    def pieces(self, recording: Recording) -> Sequence[Recording]:
+        """Each recording is one run."""
+        return (recording,)
+
+    def measured(self, recording: Recording) -> Mapping[str, Floats]:
+        """By channel."""
+        return recording.channels
+
+    def case(self, recording: Recording, sensors: Mapping[str, Sensor]) -> Case:
+        """A recording with what is unknown about its conditions.
+
+        The oil temperature is the mean of the recording's, the start what the first second's first sample
+        tells.
+        """
+        truck = self.truck
+        temperature = np.full(len(recording), mean_temperature(recording, self.oil_temperature_degc))
+        at_rest = simulate(
+            truck,
+            Command(recording.time_s, *recording.command.T),
+            time=recording.time_s[:1],
+            load_kg=recording.load_kg,
+            oil_temperature_degc=float(temperature[0]),
+        )
+        starts = [_start(recording, lift, at_rest, sensors) for lift in LIFTS]
+        widths = [self.load_width_kg, TEMPERATURE_WIDTH_K, self.warming_width_k]
+        return Case(
+            recording,
+            OWN,
+            np.array([recording.load_kg, 0.0, 0.0, *(start[0] for start in starts)]),
+            np.array([*widths, *(start[1] for start in starts)]),
+            np.where(np.array(OWN) == "load", 0.0, -np.inf),  # no load is below zero
+            np.full(len(OWN), np.inf),
+            _core.Case(recording.time_s, recording.time_s, recording.command, temperature),
+        )
+
+    def at(self, values: Mapping[str, float], source: str = "fit") -> Truck:
+        """The truck with these values; those that moved carry `source`.
+
+        Raises
+        ------
+        ForkliftError
+            As `Truck`, if it is impossible.
+        """
+        return self.truck.with_values(grouped(self.truck, values), source=source)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Whether the core takes such a truck; see `forklift.plant.protocol.Machine`."""
+        self.at(values)
+
+    def run(
+        self,
+        values: Mapping[str, float],
+        cases: Sequence[Case],
+        conditions: Sequence[Floats],
+        *,
+        substeps: int,
+        along: Sequence[str] = (),
+        own: Sequence[int] = (),
+        steps: Steps | None = None,
+    ) -> list[Run]:
+        """Every recording at once, on all cores, with exact slopes; see `forklift.plant.protocol.Machine`."""
+        runs = self.at(values).core.differentiate(
+            [case.prepared for case in cases],
+            np.array(conditions),
+            [*along, *(OWN[place] for place in own)],
+            substeps=substeps,
+        )
+        return [Run(*run) for run in runs]
+
+    def respond(
+        self,
+        values: Mapping[str, float],
+        case: Case,
+        conditions: Floats,
+        port: str,
+        centres: Floats,
+        width_s: float,
+        *,
+        substeps: int,
+    ) -> Floats:
+        """(times, outputs, hats), exact; see `forklift.plant.protocol.Machine`."""
+        core = self.at(values).core
+        answers = core.responses(case.prepared, conditions, [port], centres, width_s, substeps=substeps)
+        return answers[:, :, 0, :]
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Every port of the lifts that are fitted; of one at rest forces and flows, as its valve is shut."""
+        return tuple(
+            Place(port, lift_of(port) or "", equation(port), *_sized(port)) for port in ports(self.lifts)
+        )
+
+    def part_of(self, name: str) -> str:
+        """Its lift; of what belongs to no lift the main one's."""
+        return lift_of(name) or "main"
+
+    def hat_width_s(self, cases: Sequence[Case]) -> float:
+        """Half of the period in which a lift rings, about 0.4 s (Fri & Fahlén 2017, section 4.5.2)."""
+        return 0.2
+
+    def moments(
+        self,
+        values: Mapping[str, float],
+        cases: Sequence[Case],
+        conditions: Sequence[Floats],
+        part: str,
+        *,
+        substeps: int,
+    ) -> list[dict[str, Floats]]:
+        """The `variables` of every recording for what happens on one lift, `part`."""
+        place = {name: k for k, name in enumerate(self.outputs)}
+        runs = self.run(values, cases, conditions, substeps=substeps)
+        return [
+            variables(
+                case.recording,
+                {name: run.outputs[:, place[name]] for name in MEASURED if _has(case.recording, name)},
+                _lift(part),
+            )
+            for case, run in zip(cases, runs, strict=True)
+        ]
+
+    def curve(
+        self, place: Place, variable: str, lower: float, upper: float, size: float
+    ) -> Hypothesis | None:
+        """Cubic B-splines over a variable of operation, at a port of a lift."""
+        port = place.name.partition(".")[2]
+        return curve(self.truck, _lift(place.part), port, place.equation, variable, lower, upper)
+
+    def acted_on(self, hypothesis: Hypothesis) -> tuple[str, ...]:
+        """The ports of the equation that it changes, on its lift."""
+        return tuple(
+            one.name
+            for one in self.places
+            if (one.equation, one.part) == (hypothesis.equation, hypothesis.where)
+        )
+
+    def unnamed(self, place: Place, cases: Sequence[Case]) -> tuple[Hypothesis, ...]:
+        """Something that rings; where the valve's dynamics are in doubt, its answer as a curve."""
+        lift = _lift(place.part)
+        late = (answer(self.truck, lift, cases),) if place.equation == "valve-dynamics" else ()
+        return (ringing(self.truck, lift), *late)
+
+    def ordered(self, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> tuple[Floats, Floats]:
+        """The knots of tables stay in order."""
+        return rising(self.at(values) if values else self.truck, unknowns)
+
+
+def _start(
+    recording: Recording, lift: Lift, at_rest: Simulation, sensors: Mapping[str, Sensor]
+) -> tuple[float, float]:
+    """Cylinder position at the start [m], and its standard deviation."""
+    usual = float(at_rest[f"{lift}.position"][0])
+    channel = f"position_{lift}_m"
+    ratio = float(at_rest[channel][0]) / usual
+    sensor = sensors.get(channel)
+    values = recording.channels.get(channel)
+    if sensor is None or values is None:
+        return usual, START_WIDTH_M
+    early = values[recording.time_s <= recording.time_s[0] + START_WITHIN_S]
+    known = early[np.isfinite(early)]
+    if not len(known):
+        return usual, START_WIDTH_M
+    ends = [
+        float(at_rest.truck.values[f"{lift}.cylinder.stroke_{end}"])  # type: ignore[arg-type]
+        for end in ("lower", "upper")
+    ]
+    told = (float(known[0]) + 0.5 * sensor.count) / ratio
+    return min(max(told, ends[0]), ends[1]), sensor.noise / ratio
+
+
+def truck_of(problem: Any, x: Floats, source: str = "fit") -> Truck:
+    """The truck at x of a problem that holds a `Forklift`.
+
+    Raises
+    ------
+    ForkliftError
+        As `Truck`, if it is impossible.
+    """
+    machine: Forklift = problem.machine
+    return machine.at(problem.values(x), source)
+
+
+def _lift(part: str) -> Lift:
+    """The lift of a part; of the whole truck the main one."""
+    return "free" if part == "free" else "main"
+
+
+def _has(recording: Recording, channel: str) -> bool:
+    """Whether a channel was measured at all."""
+    values = recording.channels.get(channel)
+    return values is not None and bool(np.isfinite(values).any())
+
+
+def _sized(port: str) -> tuple[str, float]:
+    """Unit and usual size of an input at a port."""
+    spec = free_curve.ports().get(port.partition(".")[2])
+    return (spec["unit"], spec["typical"]) if spec else ("1", 1.0)

@@ -1,0 +1,100 @@
+"""Hypotheses without a name: a free curve at a port, something that rings, a valve of its own curve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from forklift.base.arrays import Floats
+from forklift.plant.forklift import variables as operation
+from forklift.plant.forklift.effects import EFFECTS
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve
+from forklift.plant.forklift.free_curve import variables as curve_variables
+from forklift.plant.forklift.hypotheses import acting, added
+from forklift.plant.forklift.tables import parameters
+from forklift.plant.forklift.truck import Truck
+from forklift.plant.protocol import Case, Hypothesis
+from forklift.recordings.channels import Lift
+
+RINGS, ANSWERS = "hidden_resonance", "free_response"
+SUDDEN_S = 0.1
+"""A change of the command within this time is a step."""
+
+
+def curve(
+    truck: Truck, lift: Lift, port: str, equation: str, variable: str, lower: float, upper: float
+) -> Hypothesis | None:
+    """A free curve at a port over one variable of operation; None if it takes none."""
+    if variable not in curve_variables():
+        return None
+    meaning = operation.words(variable, lift)[0]
+    return _unnamed(
+        truck,
+        f"something acts on the {port.replace('_', ' ')} as a function of the {meaning}",
+        lift,
+        equation,
+        [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)],
+        FreeCurve(lift, port, variable, lower, upper).parameters(),
+        f"the {meaning}",
+    )
+
+
+def ringing(truck: Truck, lift: Lift) -> Hypothesis:
+    """A mass on a spring that rides on the lift."""
+    effect = next(effect for effect in EFFECTS if effect.id == RINGS)
+    return Hypothesis(
+        "unknown",
+        "unknown",
+        effect.name,
+        lift,
+        effect.equation,
+        f"{lift}.{RINGS}.mass",
+        acting(truck, RINGS, lift),
+    )
+
+
+def answer(truck: Truck, lift: Lift, cases: Sequence[Case]) -> Hypothesis:
+    """The valve's time constant as a curve over what it has still to go, up to the widest step there is."""
+    effect = next(effect for effect in EFFECTS if effect.id == ANSWERS)
+    names = [f"{lift}.{ANSWERS}.time_{k}" for k in range(COEFFICIENTS)]
+    widest = max(_step(one.recording.time_s, one.recording[f"current_{lift}_a"]) for one in cases)
+    known = parameters()[f"{lift}.{ANSWERS}.range"]
+    bounded = float(np.clip(widest, known["lower"], known["upper"]))
+    return _unnamed(
+        truck,
+        effect.name,
+        lift,
+        effect.equation,
+        names,
+        dict.fromkeys(names, 0.0) | {f"{lift}.{ANSWERS}.range": bounded},
+        "how far the valve has still to go",
+    )
+
+
+def _unnamed(
+    truck: Truck,
+    name: str,
+    lift: Lift,
+    equation: str,
+    names: Sequence[str],
+    values: Mapping[str, float],
+    over: str,
+) -> Hypothesis:
+    """A curve of these coefficients, where the truck has these values."""
+    return Hypothesis(
+        "unknown",
+        "unknown",
+        name,
+        lift,
+        equation,
+        names[0],
+        added(truck, values, names),
+        further=tuple(names[1:]),
+        over=over,
+    )
+
+
+def _step(time: Floats, command: Floats) -> float:
+    """The widest change of a command within `SUDDEN_S`."""
+    return float(np.abs(np.interp(time + SUDDEN_S, time, command) - command).max())
