@@ -1,5 +1,7 @@
 """A step within limits is the best one there is, and a search goes on where a limit is met."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -86,7 +86,7 @@ def test_products_and_residuals_are_those_of_the_linearised_problem():
     normal, gradient, square = np.diag(problem().prior(x)[1] ** 2), np.zeros(len(x)), 0.0
     gradient += problem().prior(x)[1] * problem().prior(x)[0]
     for k, run in enumerate(problem().products(x)):
-        place = problem().place(k)
+        place = problem().columns(k)
         normal[np.ix_(place, place)] += run.normal
         gradient[place] += run.gradient
         square += run.square
