@@ -173,6 +173,18 @@ pub trait LaneScalar<const N: usize>: Scalar<Real = Self> {
     fn lanes(self) -> [f64; N];
 }
 
+/// A plain number is one lane.
+impl LaneScalar<1> for f64 {
+    #[inline(always)]
+    fn from_lanes([value]: [f64; 1]) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn lanes(self) -> [f64; 1] {
+        [self]
+    }
+}
+
 impl<const N: usize> LaneScalar<N> for Lanes<N> {
     fn from_lanes(lanes: [f64; N]) -> Self {
         Lanes(lanes)
