@@ -219,6 +219,19 @@ pub fn with_sixteen<W: LaneWork<16>>(work: W) -> W::Output {
     work.run::<pair::Pair<Lanes<8>>>()
 }
 
+/// As [`with_sixteen`] where the processor has AVX-512, else the work given back: sixteen lanes without such registers
+/// take long to compile, and every lane is the `f64` run to the bit.
+///
+/// # Errors
+/// The work itself, not begun.
+pub fn with_sixteen_in_registers<W: LaneWork<16>>(work: W) -> Result<W::Output, W> {
+    #[cfg(target_arch = "x86_64")]
+    if crate::solver::vectors::has_avx512() {
+        return Ok(work.run::<pair::Pair<avx512::Eight>>());
+    }
+    Err(work)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,4 @@
-//! Trucks lowered by their controllers, sixteen at a time.
+//! Trucks lowered by their controllers, sixteen at a time where the processor has registers for it.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use super::closed_loop::{ClosedLoop, Order, Seat};
 use super::ticks::{Clock, Ticks, Warmer};
 use super::{commanded_names, Interrupt, Lifts};
 use crate::error::Error;
-use crate::lanes::{with_sixteen, LaneScalar, LaneWork};
+use crate::lanes::{with_sixteen_in_registers, LaneScalar, LaneWork};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::solver::vectors::widest;
@@ -66,7 +66,10 @@ pub fn lower(
     while !members.is_empty() {
         groups.push(members.drain(..members.len().min(LANES)).collect::<Vec<_>>());
     }
-    let run = |members| with_sixteen(Group { members, lifts, clock, substeps, interrupt });
+    let run = |members| {
+        let group = Group { members, lifts, clock, substeps, interrupt };
+        with_sixteen_in_registers(group).unwrap_or_else(Group::one_by_one)
+    };
     let traces: Vec<Result<Vec<Trace>, Error>> = groups.into_par_iter().map(run).collect();
     Ok(traces.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
@@ -78,6 +81,16 @@ struct Group<'a> {
     clock: Clock<'a>,
     substeps: usize,
     interrupt: Interrupt<'a>,
+}
+
+impl Group<'_> {
+    fn one_by_one(self) -> Result<Vec<Trace>, Error> {
+        let Group { members, lifts, clock, substeps, interrupt } = self;
+        let alone =
+            |member| LaneWork::<1>::run::<f64>(Group { members: vec![member], lifts, clock, substeps, interrupt });
+        let traces: Result<Vec<Vec<Trace>>, Error> = members.into_iter().map(alone).collect();
+        Ok(traces?.into_iter().flatten().collect())
+    }
 }
 
 impl<const N: usize> LaneWork<N> for Group<'_> {
