@@ -5,16 +5,22 @@ use std::fmt::Write;
 use super::config::{Config, LiftConfig};
 use super::fixed::Gain;
 use super::table::Table;
+use super::vectors::digest;
 use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
 
 const HEADER: &str = include_str!("c/forklift_control.h");
 const SOURCE: &str = include_str!("c/forklift_control.c");
+const TEST: &str = include_str!("c/forklift_control_test.c");
+/// What the exported test runs unless it is told otherwise.
+const TEST_TICKS: u64 = 100_000;
+const TEST_SEED: u64 = 2017;
 
-/// The text of `forklift_control.h` and of `forklift_control.c`.
+/// The text of `forklift_control.h`, `forklift_control.c` and `forklift_control_test.c`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sources {
     pub header: String,
     pub source: String,
+    pub test: String,
 }
 
 const LIFTS: [&str; 2] = ["free", "main"];
@@ -62,10 +68,13 @@ pub fn c_sources(config: &Config, name: &str) -> Sources {
             ("@GAINS@", gains.clone()),
             ("@TABLES@", tables.clone()),
             ("@CONFIG@", text.clone()),
+            ("@TICKS@", TEST_TICKS.to_string()),
+            ("@SEED@", TEST_SEED.to_string()),
+            ("@DIGEST@", format!("0x{:016x}", digest(config, TEST_SEED, TEST_TICKS))),
         ];
         marks.iter().fold(template.to_string(), |text, (mark, value)| text.replace(mark, value))
     };
-    Sources { header: filled(HEADER), source: filled(SOURCE) }
+    Sources { header: filled(HEADER), source: filled(SOURCE), test: filled(TEST) }
 }
 
 fn line(text: &mut String, depth: usize, field: &str, value: &str) {
