@@ -173,6 +173,18 @@ pub trait LaneScalar<const N: usize>: Scalar<Real = Self> {
     fn lanes(self) -> [f64; N];
 }
 
+/// A plain number is one lane.
+impl LaneScalar<1> for f64 {
+    #[inline(always)]
+    fn from_lanes([value]: [f64; 1]) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn lanes(self) -> [f64; 1] {
+        [self]
+    }
+}
+
 impl<const N: usize> LaneScalar<N> for Lanes<N> {
     fn from_lanes(lanes: [f64; N]) -> Self {
         Lanes(lanes)
@@ -205,6 +217,19 @@ pub fn with_sixteen<W: LaneWork<16>>(work: W) -> W::Output {
         return work.run::<pair::Pair<avx512::Eight>>();
     }
     work.run::<pair::Pair<Lanes<8>>>()
+}
+
+/// As [`with_sixteen`] where the processor has AVX-512, else the work given back: sixteen lanes without such registers
+/// take long to compile, and every lane is the `f64` run to the bit.
+///
+/// # Errors
+/// The work itself, not begun.
+pub fn with_sixteen_in_registers<W: LaneWork<16>>(work: W) -> Result<W::Output, W> {
+    #[cfg(target_arch = "x86_64")]
+    if crate::solver::vectors::has_avx512() {
+        return Ok(work.run::<pair::Pair<avx512::Eight>>());
+    }
+    Err(work)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! thesis's. SI units; positions and velocities upward positive.
 
 pub mod commands;
+pub mod control;
 pub mod dual;
 pub mod effects;
 pub mod elementary;

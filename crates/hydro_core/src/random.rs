@@ -24,6 +24,15 @@ impl Random {
         ((self.uniform() * count as f64) as usize).min(count - 1)
     }
 
+    /// Nearly normal, of mean zero and variance one, and never beyond 3.47: the sum of four uniform numbers
+    /// (Irwin 1927, Hall 1927), a tenth of the cost of [`Random::normal`].
+    pub fn bell(&mut self) -> f64 {
+        let word = self.0.next_u64();
+        let sum: u64 = (0..4).map(|k| (word >> (16 * k)) & 0xffff).sum();
+        // Each of the four is uniform on 0, 1, … 65535: mean 65535/2, variance (65536² − 1)/12.
+        (sum as f64 - 131_070.0) / 37_837.227_237
+    }
+
     /// Standard normal (Box & Muller 1958), through functions that round alike everywhere.
     pub fn normal(&mut self) -> f64 {
         let (u, angle) = (1.0 - self.uniform(), 2.0 * std::f64::consts::PI * self.uniform());
@@ -50,14 +59,16 @@ mod tests {
     fn normal_numbers_have_mean_zero_and_variance_one() {
         let mut random = Random::new(1, 0);
         let n = 100_000;
-        let (mut sum, mut square) = (0.0, 0.0);
-        for _ in 0..n {
-            let x = random.normal();
-            sum += x;
-            square += x * x;
+        for draw in [Random::normal, Random::bell] {
+            let (mut sum, mut square) = (0.0, 0.0);
+            for _ in 0..n {
+                let x = draw(&mut random);
+                sum += x;
+                square += x * x;
+            }
+            // Five standard errors.
+            assert!((sum / n as f64).abs() < 5.0 / (n as f64).sqrt());
+            assert!((square / n as f64 - 1.0).abs() < 5.0 * (2.0 / n as f64).sqrt());
         }
-        // Five standard errors.
-        assert!((sum / n as f64).abs() < 5.0 / (n as f64).sqrt());
-        assert!((square / n as f64 - 1.0).abs() < 5.0 * (2.0 / n as f64).sqrt());
     }
 }

@@ -44,6 +44,8 @@ pub trait Scalar:
     type Mask: Mask;
     /// How many `f64` it holds.
     const NUMBERS: usize;
+    /// True of what exists only where the processor has AVX-512: it is compiled for no other vectors.
+    const NEEDS_AVX512: bool = false;
     /// The same number without derivatives.
     type Real: Scalar<Mask = Self::Mask, Real = Self::Real>;
 

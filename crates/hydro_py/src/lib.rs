@@ -1,6 +1,7 @@
 //! `forklift._core`: conversions and errors, no arithmetic.
 
 mod case;
+mod control;
 mod errors;
 mod signals;
 mod steady;
@@ -15,5 +16,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<truck::PyTruck>()?;
     m.add_class::<case::PyCase>()?;
     tables::register(m)?;
+    control::register(m)?;
     signals::register(m)
 }

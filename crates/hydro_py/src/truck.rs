@@ -29,7 +29,7 @@ pub fn argument(name: &str, value: &str, requirement: &str) -> Error {
     Error::Argument { name: name.into(), value: value.into(), requirement: requirement.into() }
 }
 
-fn lifts_of(name: &str) -> Result<(Lifts, Vec<LiftName>), Error> {
+pub fn lifts_of(name: &str) -> Result<(Lifts, Vec<LiftName>), Error> {
     match name {
         "both" => Ok((Lifts::Both, LiftName::BOTH.to_vec())),
         "free" => Ok((Lifts::One(LiftName::Free), vec![LiftName::Free])),
@@ -54,6 +54,12 @@ pub fn command_rows(command: &PyReadonlyArray2<'_, f64>) -> Result<Vec<[f64; 2]>
         return Err(Error::Shape { name: "command".into(), got, expected: "(m, 2), free and main".into() });
     }
     Ok(rows.rows().into_iter().map(|row| [row[0], row[1]]).collect())
+}
+
+impl PyTruck {
+    pub fn core(&self) -> &Truck {
+        &self.0
+    }
 }
 
 #[pymethods]

@@ -108,6 +108,7 @@ impl LaneScalar<8> for Eight {
 impl Scalar for Eight {
     type Mask = EightMask;
     const NUMBERS: usize = 8;
+    const NEEDS_AVX512: bool = true;
     type Real = Self;
 
     #[inline(always)]

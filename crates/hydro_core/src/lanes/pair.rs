@@ -55,6 +55,7 @@ impl<M: Mask> Mask for Pair<M> {
 impl<A: Scalar<Real = A>> Scalar for Pair<A> {
     type Mask = Pair<A::Mask>;
     const NUMBERS: usize = 2 * A::NUMBERS;
+    const NEEDS_AVX512: bool = A::NEEDS_AVX512;
     type Real = Self;
 
     #[inline(always)]

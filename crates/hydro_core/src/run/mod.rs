@@ -1,10 +1,13 @@
 //! A run: a truck under recorded or generated inputs, read at given times.
 
 mod adaptive;
+pub mod closed_loop;
 mod differentiable;
+pub mod drive;
 mod late;
+pub mod lowering;
 pub mod sensitivity;
-mod ticks;
+pub mod ticks;
 
 use crate::effects::StateSpec;
 use crate::error::Error;
@@ -15,6 +18,7 @@ use crate::solver::vectors::widest;
 use crate::truck::Truck;
 pub use differentiable::jacobian_by_duals;
 use differentiable::{Columns, Differentiable};
+use drive::Replay;
 use late::Late;
 use ticks::{Ticks, Warmer};
 
@@ -112,8 +116,7 @@ fn with_lifts<const L: usize>(
     let mut start = start_state(&lifts, &which, &names, start)?;
     if !given && !effects.is_empty() {
         let mut mast = mast!(lifts.clone(), Extended::new(&effects, &lifts));
-        let (command, temperature) = ticks::held(&which, inputs, Warmer::none(), 0);
-        mast.set_inputs(command, temperature);
+        mast.set_inputs(commands_of(&which, inputs.command[0]), Warmer::none().at(&inputs.into(), 0));
         mast.start_effects(&mut start);
     }
     match solver {
@@ -166,13 +169,14 @@ fn with_lifts<const L: usize>(
                     let physics = $physics;
                     let ticks = Ticks {
                         mast: mast!(lifts, physics),
-                        which: &which,
-                        inputs,
+                        drive: &mut Replay::new(which, inputs),
+                        clock: inputs.into(),
                         warmer: Warmer::none(),
                         start: &start,
                         wanted,
                         substeps,
-                        record: |_, x: &[f64]| states.extend_from_slice(x),
+                        record: &mut |_, x: &[f64]| states.extend_from_slice(x),
+                        carry_on: false,
                         interrupt,
                     };
                     widest(ticks).map_err(|stopped| stopped.error(&names))?

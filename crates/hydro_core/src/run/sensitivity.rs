@@ -7,8 +7,9 @@
 
 use rayon::prelude::*;
 
-use super::ticks::{held, Ticks, Warmer};
-use super::{check, commanded_names, Inputs, Lifts, Solver};
+use super::drive::Replay;
+use super::ticks::{Ticks, Warmer};
+use super::{check, commanded_names, commands_of, Inputs, Lifts, Solver};
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
@@ -269,14 +270,14 @@ impl<'a> Task<'a> {
             warming: number(Direction::OilWarming, self.case.warming),
         };
         let mut mast = Mast { lifts, physics, command: [zero; L], oil_temperature_degc: zero };
-        let (command, temperature) = held(&which, &self.case.inputs, warmer, 0);
-        mast.set_inputs(command, temperature);
+        let command = commands_of(&which, self.case.inputs.command[0]).map(Dual::constant);
+        mast.set_inputs(command, warmer.at(&(&self.case.inputs).into(), 0));
         mast.start_effects(&mut start);
         let (rows, columns) = (self.case.wanted.len() * OUTPUTS.len(), job.along.len());
         let mut outputs = vec![0.0; if job.values { rows } else { 0 }];
         let mut derivatives = vec![0.0; rows * columns];
         let readings = Readings::new(&which, self.truck.effects());
-        let record = |row: usize, x: &[Dual<f64, P>]| {
+        let mut record = |row: usize, x: &[Dual<f64, P>]| {
             for j in 0..OUTPUTS.len() {
                 let at = row * OUTPUTS.len() + j;
                 for (place, factor) in readings.of(j) {
@@ -292,13 +293,14 @@ impl<'a> Task<'a> {
         };
         let ticks = Ticks {
             mast,
-            which: &which,
-            inputs: &self.case.inputs,
+            drive: &mut Replay::new(which, &self.case.inputs),
+            clock: (&self.case.inputs).into(),
             warmer,
             start: &start,
             wanted: self.case.wanted,
             substeps: self.substeps,
-            record,
+            record: &mut record,
+            carry_on: false,
             interrupt: self.interrupt,
         };
         widest(ticks).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))?;

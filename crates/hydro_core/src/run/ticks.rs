@@ -1,8 +1,9 @@
-//! A run with fixed substeps, over any scalar.
+//! A run with fixed substeps, over any scalar, whatever gives it its commands.
 
-use super::{commands_of, Inputs, Interrupt};
+use super::drive::Drive;
+use super::{Inputs, Interrupt};
 use crate::error::Error;
-use crate::mast::{LiftName, Mast, Physics};
+use crate::mast::{Mast, Physics};
 use crate::scalar::{Mask, Scalar};
 use crate::solver::fixed::{valve_steps, Fixed};
 use crate::solver::statistics::Statistics;
@@ -53,14 +54,13 @@ impl<'a> Grid<'a> {
 /// A command that jumped before, and whose delay is not over, counts with its share of the substep: exact for any
 /// delay, and so is the derivative, at none as well.
 fn late<S: Scalar, const L: usize>(
-    which: &[LiftName; L],
-    inputs: &Inputs,
+    drive: &dyn Drive<S, L>,
     grid: &Grid,
     (j, k): (usize, usize),
     delays: &[S; L],
 ) -> [S; L] {
-    let of = |k: usize| commands_of(which, inputs.command[k]);
-    let mut mean = of(k).map(S::constant);
+    let of = |k: usize| drive.command(k);
+    let mut mean = of(k);
     for (place, mean) in mean.iter_mut().enumerate() {
         let substeps = delays[place] * S::constant(1.0 / grid.h);
         let longest = substeps.largest();
@@ -72,16 +72,31 @@ fn late<S: Scalar, const L: usize>(
             }
             // At no delay the share is 0, and grows with it.
             let share = S::select(left.lt(S::zero()), S::zero(), S::select(S::one().lt(left), S::one(), left));
-            *mean = *mean + share * S::constant(of(k - 1)[place] - of(k)[place]);
+            *mean = *mean + share * (of(k - 1)[place] - of(k)[place]);
             k -= 1;
         }
     }
     mean
 }
 
+/// When a run's inputs change, and how warm the oil is then.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock<'a> {
+    /// Strictly increasing [s]; each is a tick.
+    pub time: &'a [f64],
+    /// [°C] at each of them.
+    pub oil_temperature_degc: &'a [f64],
+}
+
+impl<'a> From<&Inputs<'a>> for Clock<'a> {
+    fn from(inputs: &Inputs<'a>) -> Self {
+        Clock { time: inputs.time, oil_temperature_degc: inputs.oil_temperature_degc }
+    }
+}
+
 /// How much warmer the oil is than recorded [K].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Warmer<S> {
+pub struct Warmer<S> {
     /// In the middle of the run.
     pub by: S,
     /// From its start to its end, evenly.
@@ -94,59 +109,52 @@ impl<S: Scalar> Warmer<S> {
         Warmer { by: S::zero(), warming: S::zero() }
     }
 
-    /// The oil temperature [°C] of the `k`-th row of the inputs.
+    /// The oil temperature [°C] from the `k`-th tick on.
     #[inline(always)]
-    fn at(&self, inputs: &Inputs, k: usize) -> S {
-        let (first, last) = (inputs.time[0], inputs.time[inputs.time.len() - 1]);
-        let from_middle = if first < last { (inputs.time[k] - first) / (last - first) - 0.5 } else { 0.0 };
-        S::constant(inputs.oil_temperature_degc[k]) + self.by + self.warming * S::constant(from_middle)
+    pub fn at(&self, clock: &Clock, k: usize) -> S {
+        let (first, last) = (clock.time[0], clock.time[clock.time.len() - 1]);
+        let from_middle = if first < last { (clock.time[k] - first) / (last - first) - 0.5 } else { 0.0 };
+        S::constant(clock.oil_temperature_degc[k]) + self.by + self.warming * S::constant(from_middle)
     }
 }
 
-/// Commands [A] and oil temperature [°C] of the `k`-th row of the inputs.
-pub(super) fn held<S: Scalar, const L: usize>(
-    which: &[LiftName; L],
-    inputs: &Inputs,
-    warmer: Warmer<S>,
-    k: usize,
-) -> ([S; L], S) {
-    (commands_of(which, inputs.command[k]).map(S::constant), warmer.at(inputs, k))
-}
-
-/// A mast to be run through its inputs; `record` is shown the state vector at each wanted time.
-pub(super) struct Ticks<'a, S, X, R, const L: usize> {
+/// A mast to be run through its ticks; `record` is shown the state vector at each wanted time.
+pub struct Ticks<'a, S, X, const L: usize> {
     pub mast: Mast<S, X, L>,
-    pub which: &'a [LiftName; L],
-    pub inputs: &'a Inputs<'a>,
+    pub drive: &'a mut dyn Drive<S, L>,
+    pub clock: Clock<'a>,
     pub warmer: Warmer<S>,
     pub start: &'a [S],
+    /// Rising [s].
     pub wanted: &'a [f64],
+    /// In each tick.
     pub substeps: usize,
-    pub record: R,
+    /// Is shown the place among `wanted` and the state vector.
+    pub record: &'a mut dyn FnMut(usize, &[S]),
+    /// Of lanes: whether the run goes on while one of them is still finite. Else the first state that is not ends it.
+    pub carry_on: bool,
     pub interrupt: Interrupt<'a>,
 }
 
-impl<S, X, R, const L: usize> Work for Ticks<'_, S, X, R, L>
-where
-    S: Scalar,
-    X: Physics<S>,
-    R: FnMut(usize, &[S]),
-{
+impl<S: Scalar, X: Physics<S>, const L: usize> Work for Ticks<'_, S, X, L> {
     type Number = S;
     /// The work done, or the time [s] and the place of the state that ceased to be finite.
     type Output = Result<Statistics, Stopped>;
 
     #[inline(always)]
-    fn run(mut self) -> Self::Output {
-        let grid = Grid::new(self.inputs.time, self.substeps);
+    fn run(self) -> Self::Output {
+        let grid = Grid::new(self.clock.time, self.substeps);
         let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
-        let held_on = |k: usize| held(self.which, self.inputs, self.warmer, k);
+        let oil_at = |k: usize| self.warmer.at(&self.clock, k);
         let delays = self.mast.physics.delays();
         // The rates at the start are those under the first inputs.
         let mut at = grid.input_at(0, 0);
-        let (command, temperature) = held_on(at);
-        self.mast.set_inputs(command, temperature);
-        let mut fixed = Fixed::new(self.mast, self.start, grid.h, valve_steps(fastest.largest(), grid.h));
+        for tick in 0..=at {
+            self.drive.tick(tick, self.start, oil_at(tick));
+        }
+        let mut mast = self.mast;
+        mast.set_inputs(self.drive.command(at), oil_at(at));
+        let mut fixed = Fixed::new(mast, self.start, grid.h, valve_steps(fastest.largest(), grid.h));
         let (mut before, mut after) = (self.start.to_vec(), self.start.to_vec());
         let mut row = after.clone();
         let (mut next, mut j) = (0, 0usize);
@@ -166,21 +174,30 @@ where
             }
             let k = grid.input_at(j, at);
             if at != k {
+                for tick in at + 1..=k {
+                    self.drive.tick(tick, &after, oil_at(tick));
+                }
                 at = k;
-                let (command, temperature) = held_on(k);
-                fixed.mast.set_inputs(command, temperature);
+                fixed.mast.set_inputs(self.drive.command(k), oil_at(k));
             }
             if let Some(delays) = &delays {
-                fixed.mast.command = late(self.which, self.inputs, &grid, (j, k), delays);
+                fixed.mast.command = late(self.drive, &grid, (j, k), delays);
             }
             std::mem::swap(&mut before, &mut after);
             fixed.mast.physics.at_time(t + 0.5 * grid.h);
             let then = grid.input_at(j + 1, at);
-            let following = if then == at { fixed.mast.command } else { held_on(then).0 };
-            fixed.substep(Some(following));
+            let following = match then == at {
+                true => Some(fixed.mast.command),
+                false => self.drive.known_ahead().then(|| self.drive.command(then)),
+            };
+            fixed.substep(following);
             fixed.write(&mut after);
             j += 1;
-            if let Some(state) = after.iter().position(|x| x.is_finite().not().any()) {
+            let gone = |x: &S| match self.carry_on {
+                true => !x.is_finite().any(),
+                false => x.is_finite().not().any(),
+            };
+            if let Some(state) = after.iter().position(gone) {
                 return Err(Stopped::NotFinite { time_s: grid.time(j), state });
             }
             if j.is_multiple_of(256) && (self.interrupt)() {
@@ -193,7 +210,7 @@ where
 
 /// Why a run ended early.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Stopped {
+pub enum Stopped {
     NotFinite { time_s: f64, state: usize },
     Interrupted { time_s: f64 },
 }

@@ -38,6 +38,10 @@ pub(crate) fn has_avx512() -> bool {
 pub fn widest<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
+        if W::Number::NEEDS_AVX512 {
+            // SAFETY: such a number can only have been made where the processor has AVX-512.
+            return unsafe { with_avx512(work) };
+        }
         // A single number gains nothing from wider vectors, and loses by AVX-512's slower choices.
         if W::Number::NUMBERS > 1 && has_avx512() {
             // SAFETY: the processor has every feature the function is compiled with.

@@ -1,0 +1,233 @@
+/* The controller of a forklift's lowering function, in fixed point: see forklift_control.h.
+ *
+ * configuration   @HASH@
+ */
+#include "forklift_control.h"
+
+#define FC_ONE ((int64_t)1)
+#define FC_MOST_SPEED (4095 * (FC_ONE << FC_SPEED_SHIFT))
+#define FC_MOST_CURRENT (2047 * (FC_ONE << FC_CURRENT_SHIFT))
+#define FC_MOST_FACTOR ((FC_ONE << (FC_FACTOR_SHIFT + 2U)) - FC_ONE)
+#define FC_FACTOR_ONE (FC_ONE << FC_FACTOR_SHIFT)
+#define FC_GUARD_ONE (FC_ONE << FC_GUARD_SHIFT)
+#define FC_INTEGRAL_ONE (FC_ONE << FC_INTEGRAL_SHIFT)
+#define FC_PRESSURE_ONE (FC_ONE << FC_PRESSURE_SHIFT)
+#define FC_MEAN_REST ((FC_ONE << FC_MEAN_SHIFT) - FC_ONE)
+#define FC_MOST_TRIM (FC_ONE << (FC_TRIM_SHIFT - 2U))
+#define FC_MOST_COUNTS ((int64_t)64)
+#define FC_MOST_PRESSURE ((int64_t)10000)
+#define FC_MOST_PRESSURE_CHANGE ((int64_t)1000)
+#define FC_MOST_RESONANCE (16000 * FC_PRESSURE_ONE)
+#define FC_LAST_DELAY (FC_DELAYS - 1U)
+
+@TABLES@
+const fc_config fc_controller = @CONFIG@;
+
+static uint64_t fc_size(int64_t x)
+{
+    return (x < 0) ? (uint64_t)(-x) : (uint64_t)x;
+}
+
+/* x / 2^shift to the nearest, halves away from zero. */
+static int64_t fc_rounded(int64_t x, uint32_t shift)
+{
+    const uint64_t half = ((uint64_t)1U << shift) >> 1U;
+    const int64_t size = (int64_t)((fc_size(x) + half) >> shift);
+    return (x < 0) ? -size : size;
+}
+
+/* x / 2^shift towards zero. */
+static int64_t fc_truncated(int64_t x, uint32_t shift)
+{
+    const int64_t size = (int64_t)(fc_size(x) >> shift);
+    return (x < 0) ? -size : size;
+}
+
+static int64_t fc_clamped(int64_t x, int64_t lower, int64_t upper)
+{
+    int64_t nearest = x;
+    if (x < lower) {
+        nearest = lower;
+    } else if (x > upper) {
+        nearest = upper;
+    } else {
+        /* within */
+    }
+    return nearest;
+}
+
+static int64_t fc_saturated(int64_t x, int64_t most)
+{
+    return fc_clamped(x, -most, most);
+}
+
+static int64_t fc_times(fc_gain gain, int64_t x)
+{
+    return fc_rounded((int64_t)gain.mantissa * x, gain.shift);
+}
+
+static int64_t fc_table_at(const fc_table *table, int64_t x)
+{
+    const int64_t segments = (int64_t)table->segments;
+    const int64_t distance = (int64_t)((uint64_t)1U << table->spacing);
+    const int64_t from = fc_clamped(x - (int64_t)table->first, 0, segments * distance);
+    const int64_t segment = fc_clamped((int64_t)((uint64_t)from >> table->spacing), 0, segments - 1);
+    const int64_t low = (int64_t)table->knots[segment];
+    const int64_t high = (int64_t)table->knots[segment + 1];
+    const int64_t into = from - (segment * distance);
+    return low + fc_rounded((high - low) * into, table->spacing);
+}
+
+/* The difference of the encoder's counts as a lowering speed, low-passed. */
+static int64_t fc_filtered_speed(const fc_lift_config *config, fc_lift_state *state, int32_t position)
+{
+    const int64_t counts = fc_saturated((int64_t)state->position - (int64_t)position, FC_MOST_COUNTS);
+    const int64_t raw = fc_saturated(fc_times(config->count_speed, counts), FC_MOST_SPEED);
+    const int64_t pole = (int64_t)config->pole;
+    const int64_t sum = (pole * (int64_t)state->speed) + ((FC_FACTOR_ONE - pole) * (raw * FC_GUARD_ONE));
+    state->position = position;
+    state->speed = (int32_t)fc_saturated(fc_truncated(sum, FC_FACTOR_SHIFT), FC_MOST_SPEED * FC_GUARD_ONE);
+    return fc_rounded((int64_t)state->speed, FC_GUARD_SHIFT);
+}
+
+/* What the cylinder's pressure swings by, as a speed. */
+static int64_t fc_swing(const fc_lift_config *config, fc_lift_state *state, int32_t reading)
+{
+    const fc_pressure_config *p = &config->pressure;
+    const int64_t pressure = fc_clamped((int64_t)reading, 0, FC_MOST_PRESSURE);
+    const int64_t change = fc_saturated(pressure - (int64_t)state->pressure, FC_MOST_PRESSURE_CHANGE);
+    const int64_t renewed = ((int64_t)state->mean * FC_MEAN_REST) + (pressure * FC_PRESSURE_ONE);
+    const int64_t c = (int64_t)state->cosine;
+    const int64_t s = (int64_t)state->sine;
+    int64_t mean;
+    int64_t cosine;
+    int64_t sine;
+    int64_t turned;
+    int64_t sum;
+    state->pressure = (int32_t)pressure;
+    state->mean = (int32_t)fc_clamped(fc_truncated(renewed, FC_MEAN_SHIFT), 0, FC_MOST_PRESSURE * FC_PRESSURE_ONE);
+    mean = fc_truncated((int64_t)state->mean, FC_PRESSURE_SHIFT);
+    cosine = fc_table_at(&p->cosine, mean);
+    sine = fc_table_at(&p->sine, mean);
+    turned = fc_truncated((cosine * c) - (sine * s), FC_FACTOR_SHIFT) + (change * FC_PRESSURE_ONE);
+    state->cosine = (int32_t)fc_saturated(turned, FC_MOST_RESONANCE);
+    turned = fc_truncated((sine * c) + (cosine * s), FC_FACTOR_SHIFT);
+    state->sine = (int32_t)fc_saturated(turned, FC_MOST_RESONANCE);
+    sum = (fc_table_at(&p->real, mean) * (int64_t)state->cosine)
+        + (fc_table_at(&p->imaginary, mean) * (int64_t)state->sine);
+    return fc_saturated(fc_rounded(sum, p->shift), (int64_t)p->limit);
+}
+
+/* The reference of some ticks ago. */
+static int32_t fc_delayed(const fc_lift_config *config, fc_lift_state *state, int32_t reference)
+{
+    const uint32_t place = (state->oldest - config->delay) & FC_LAST_DELAY;
+    state->references[state->oldest] = reference;
+    state->oldest = (state->oldest + 1U) & FC_LAST_DELAY;
+    return state->references[place];
+}
+
+/* Moves a little of the integral part into the feed-forward's trim. */
+static int64_t fc_learn(const fc_lift_config *config, fc_lift_state *state, int64_t reference)
+{
+    const int64_t integral = fc_saturated(fc_rounded(state->integral, FC_INTEGRAL_SHIFT), FC_MOST_SPEED);
+    const int64_t product = fc_rounded(integral * reference, 2U * FC_SPEED_SHIFT);
+    const int64_t trim = fc_saturated((int64_t)state->trim + fc_times(config->adaptation, product), FC_MOST_TRIM);
+    const int64_t moved = trim - (int64_t)state->trim;
+    state->trim = (int32_t)trim;
+    return fc_truncated(moved * reference, FC_TRIM_SHIFT - FC_INTEGRAL_SHIFT);
+}
+
+/* PID, feed-forward and what the pressure adds, within the limits. */
+static int64_t fc_order(const fc_lift_config *config, fc_lift_state *state, int64_t reference, int64_t error,
+                        int64_t swing)
+{
+    const int64_t most = FC_MOST_SPEED * FC_GUARD_ONE;
+    const int64_t proportional = fc_saturated(fc_times(config->proportional, error), most);
+    const int64_t derivative = fc_saturated(fc_times(config->derivative, error - (int64_t)state->error), most);
+    const int64_t sum = proportional + derivative + fc_rounded(state->integral, FC_INTEGRAL_SHIFT - FC_GUARD_SHIFT);
+    const int64_t pid = fc_saturated(fc_rounded(sum, FC_GUARD_SHIFT), FC_MOST_SPEED);
+    const int64_t trim = fc_rounded((int64_t)state->trim * reference, FC_TRIM_SHIFT);
+    const int64_t wanted = reference + trim + pid + swing;
+    const int64_t u = fc_clamped(wanted, (int64_t)config->u_min, (int64_t)config->u_max);
+    const int64_t learnt = fc_learn(config, state, reference);
+    const int64_t exact = (int64_t)((uint64_t)1U << (FC_INTEGRAL_SHIFT - config->integral.shift));
+    const int64_t step = ((int64_t)config->integral.mantissa * error) * exact;
+    const int64_t tracked = ((state->integral - learnt) + step) + ((u - wanted) * FC_INTEGRAL_ONE);
+    state->error = (int32_t)error;
+    state->integral = fc_saturated(tracked, FC_MOST_SPEED * FC_INTEGRAL_ONE); /* integrator's clamp */
+    return u;
+}
+
+/* From a speed to the valve's current [mA]. */
+static int32_t fc_current(const fc_lift_config *config, int64_t u, int64_t temperature)
+{
+    const int64_t sloped = (int64_t)config->scale_base + fc_times(config->scale_slope, temperature);
+    const int64_t factor = fc_clamped(sloped, 0, FC_MOST_FACTOR);
+    const int64_t scaled = fc_saturated(fc_rounded(factor * u, FC_FACTOR_SHIFT), FC_MOST_SPEED);
+    const int64_t shift = fc_saturated(fc_times(config->shift_slope, temperature), FC_MOST_CURRENT);
+    const int64_t order = fc_table_at(&config->table, scaled) + (int64_t)config->shift_base + shift;
+    return (int32_t)fc_rounded(fc_clamped(order, (int64_t)config->i_min, (int64_t)config->i_max), FC_CURRENT_SHIFT);
+}
+
+static int32_t fc_lift_tick(const fc_lift_config *config, fc_lift_state *state, int32_t reference, int32_t position,
+                            int32_t pressure, int32_t temperature)
+{
+    int32_t current = 0;
+    int64_t speed;
+    int64_t swing;
+    int32_t delayed;
+    if (state->started == 0U) {
+        state->position = position;
+        state->pressure = (int32_t)fc_clamped((int64_t)pressure, 0, FC_MOST_PRESSURE);
+        state->mean = (int32_t)((int64_t)state->pressure * FC_PRESSURE_ONE);
+        state->started = 1U;
+    }
+    speed = fc_filtered_speed(config, state, position);
+    swing = fc_swing(config, state, pressure);
+    delayed = fc_delayed(config, state, reference);
+    if (reference == 0) {
+        /* The valve is shut, and nothing may be left over for the next lowering. */
+        state->integral = 0;
+        state->error = 0;
+    } else {
+        const int64_t error = fc_saturated((int64_t)delayed - speed, FC_MOST_SPEED);
+        const int64_t u = fc_order(config, state, (int64_t)reference, error, swing);
+        current = fc_current(config, u, (int64_t)temperature);
+    }
+    return current;
+}
+
+/* A ramp with rounded edges, shared between the lifts. */
+static void fc_references(const fc_config *config, fc_state *state, int32_t request, int64_t height)
+{
+    const int64_t most = (int64_t)config->request_most;
+    const int64_t asked = fc_clamped((int64_t)request, 0, fc_truncated(most, FC_SPEED_SHIFT))
+                        * (FC_ONE << FC_SPEED_SHIFT);
+    const int64_t change =
+        fc_clamped(asked - (int64_t)state->ramp, -(int64_t)config->ramp_down, (int64_t)config->ramp_up);
+    const int64_t pole = (int64_t)config->ramp_pole;
+    int64_t sum;
+    int64_t reference;
+    uint32_t k;
+    state->ramp = (int32_t)fc_clamped((int64_t)state->ramp + change, 0, most);
+    sum = (pole * (int64_t)state->smooth) + ((FC_FACTOR_ONE - pole) * ((int64_t)state->ramp * FC_GUARD_ONE));
+    state->smooth = (int32_t)fc_clamped(fc_truncated(sum, FC_FACTOR_SHIFT), 0, most * FC_GUARD_ONE);
+    reference = fc_rounded((int64_t)state->smooth, FC_GUARD_SHIFT);
+    for (k = 0U; k < 2U; k++) {
+        state->wanted[k] = (int32_t)fc_rounded(fc_table_at(&config->ratio[k], height) * reference, FC_FACTOR_SHIFT);
+    }
+}
+
+void fc_tick(const fc_config *config, fc_state *state, int32_t request, const fc_reading *reading, int32_t current[2])
+{
+    const int64_t height = (int64_t)reading->position[0] + (2 * (int64_t)reading->position[1]);
+    const int64_t temperature = fc_clamped((int64_t)reading->temperature, (int64_t)config->temperature_least,
+                                           (int64_t)config->temperature_most);
+    uint32_t k;
+    fc_references(config, state, request, height);
+    for (k = 0U; k < 2U; k++) {
+        current[k] = fc_lift_tick(&config->lifts[k], &state->lifts[k], state->wanted[k], reading->position[k],
+                                  reading->pressure[k], (int32_t)temperature);
+    }
+}

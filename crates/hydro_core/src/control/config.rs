@@ -1,0 +1,130 @@
+//! The controller's integers: everything that a tick reads and never changes.
+
+use super::fixed::{Gain, Word};
+use super::table::Table;
+
+/// Longest delay of the reference model [ticks].
+pub const MOST_DELAY: usize = 16;
+/// Bits of a pressure filter's states below a step of the sensor.
+pub const PRESSURE_GUARD: u32 = 8;
+/// Share of the pressure's mean that a tick renews: 2^−this, a time constant of 0.64 s at 50 Hz.
+pub const MEAN_SHIFT: u32 = 5;
+/// Scale of the integrator, below that of a speed: products of the error and the gain are added to it exactly.
+pub const INTEGRAL_SHIFT: u32 = 24;
+/// Scale of the feed-forward's trim.
+pub const TRIM_SHIFT: u32 = 26;
+/// Largest trim of the feed-forward, a quarter.
+pub const MOST_TRIM: i64 = 1 << (TRIM_SHIFT - 2);
+/// Largest difference of the encoder in a tick that counts as one [counts]: 6.3 m/s of the sensor.
+pub const MOST_COUNTS: i64 = 64;
+/// Largest pressure that counts [steps]: 600 bar.
+pub const MOST_PRESSURE: i64 = 10_000;
+/// Largest change of the pressure in a tick that counts [steps]: 60 bar.
+pub const MOST_PRESSURE_CHANGE: i64 = 1_000;
+/// Largest state of the resonator [steps]; it is clamped there, so that a proof of its range needs no norm.
+pub const MOST_RESONANCE: i64 = 16_000;
+
+/// Feedback of what swings in the cylinder's pressure: a resonator whose frequency, gain and phase follow the mean
+/// pressure, which is the load's.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct PressureConfig {
+    /// Over the mean pressure [steps]: what a tick makes of the resonator's state, ρ cos θ and ρ sin θ, as factors.
+    pub cosine: Table,
+    pub sine: Table,
+    /// Over the mean pressure: speed per state, mantissas of the shift below.
+    pub real: Table,
+    pub imaginary: Table,
+    pub shift: u32,
+    /// Largest correction [speed].
+    pub limit: i32,
+}
+
+/// One lift's controller.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct LiftConfig {
+    /// Speed of the forks per encoder count and tick.
+    pub count_speed: Gain,
+    /// Pole of the derivative filter (A.17), a factor.
+    pub pole: i32,
+    /// Of the reference model [ticks].
+    pub delay: u32,
+    /// (4.12): P and D/T_s give guarded speeds, I·T_s the integrator's scale.
+    pub proportional: Gain,
+    pub integral: Gain,
+    pub derivative: Gain,
+    /// (4.7) [speed].
+    pub u_min: i32,
+    pub u_max: i32,
+    /// Share of the integrator that a tick moves into the feed-forward's trim, per square of the reference.
+    pub adaptation: Gain,
+    /// (4.8): the factor at 0 °C, and its slope over temperature steps.
+    pub scale_base: i32,
+    pub scale_slope: Gain,
+    /// From speed to current.
+    pub table: Table,
+    /// (4.9): the shift at 0 °C [current], and its slope over temperature steps.
+    pub shift_base: i32,
+    pub shift_slope: Gain,
+    /// Of the valve [current].
+    pub i_min: i32,
+    pub i_max: i32,
+    pub pressure: PressureConfig,
+}
+
+/// Both lifts' controllers, the reference they share, and the transition between them.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Config {
+    pub word: Word,
+    /// Largest request [speed].
+    pub request_most: i32,
+    /// Largest change of the ramp in a tick [speed].
+    pub ramp_up: i32,
+    pub ramp_down: i32,
+    /// Pole of the low-pass on the ramp, a factor.
+    pub ramp_pole: i32,
+    /// Oil temperatures outside this range count as its ends [steps].
+    pub temperature_least: i32,
+    pub temperature_most: i32,
+    /// Over the forks' height [counts]: each lift's share of the reference (4.10), (4.11), a factor.
+    pub ratio: [Table; 2],
+    pub lifts: [LiftConfig; 2],
+}
+
+impl Config {
+    /// Every integer in a fixed order: what the hash is taken of.
+    fn integers(&self) -> Vec<i64> {
+        let mut all = vec![i64::from(self.word.bits())];
+        let reference = [self.request_most, self.ramp_up, self.ramp_down, self.ramp_pole];
+        all.extend(reference.iter().chain(&[self.temperature_least, self.temperature_most]).map(|&x| i64::from(x)));
+        let table = |all: &mut Vec<i64>, table: &Table| {
+            all.extend([i64::from(table.first), i64::from(table.spacing), table.knots.len() as i64]);
+            all.extend(table.knots.iter().map(|&y| i64::from(y)));
+        };
+        self.ratio.iter().for_each(|ratio| table(&mut all, ratio));
+        for lift in &self.lifts {
+            for gain in [
+                lift.count_speed,
+                lift.proportional,
+                lift.integral,
+                lift.derivative,
+                lift.adaptation,
+                lift.scale_slope,
+                lift.shift_slope,
+            ] {
+                all.extend([i64::from(gain.mantissa), i64::from(gain.shift)]);
+            }
+            let limits = [lift.u_min, lift.u_max, lift.i_min, lift.i_max, lift.pressure.limit];
+            all.extend([lift.pole, lift.scale_base, lift.shift_base].iter().chain(&limits).map(|&x| i64::from(x)));
+            all.extend([i64::from(lift.delay), i64::from(lift.pressure.shift)]);
+            let p = &lift.pressure;
+            [&lift.table, &p.cosine, &p.sine, &p.real, &p.imaginary].into_iter().for_each(|t| table(&mut all, t));
+        }
+        all
+    }
+
+    /// FNV-1a (Fowler, Noll & Vo) over all integers: a controller's file, its C and its run show the same.
+    pub fn hash(&self) -> u64 {
+        let bytes = self.integers().into_iter().flat_map(i64::to_le_bytes);
+        bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
+    }
+}

@@ -1,0 +1,187 @@
+//! Fixed-point arithmetic: integers with a binary scale, explicit rounding and saturation, no division.
+//!
+//! A value of scale *q* is an integer that stands for integer·2^−q (Fri & Fahlén 2017, section 4.8.3). Products are
+//! exact in 64 bits. Three operations lose information, each in its own way and each named where it is used:
+//! [`rounded`] (to the nearest, halves away from zero: no drift), [`truncated`] (towards zero: a filter's state
+//! decays to zero and cannot ring by itself, Claasen, Mecklenbräuker & Peek 1973) and [`saturated`].
+
+/// How wide the words are in which gains, table knots and signals are kept. States are kept in 32 bits, sums of
+/// products and the integrator in 64.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Word {
+    Bits16,
+    Bits32,
+}
+
+impl Word {
+    pub const BOTH: [Word; 2] = [Word::Bits16, Word::Bits32];
+
+    pub fn bits(self) -> u32 {
+        match self {
+            Word::Bits16 => 16,
+            Word::Bits32 => 32,
+        }
+    }
+
+    /// Scale of a speed [mm/s].
+    pub fn speed(self) -> u32 {
+        match self {
+            Word::Bits16 => 3,
+            Word::Bits32 => 12,
+        }
+    }
+
+    /// Bits that a filter of speeds keeps below a speed's own.
+    pub fn guard(self) -> u32 {
+        match self {
+            Word::Bits16 => 8,
+            Word::Bits32 => 6,
+        }
+    }
+
+    /// Scale of a current [mA].
+    pub fn current(self) -> u32 {
+        match self {
+            Word::Bits16 => 4,
+            Word::Bits32 => 12,
+        }
+    }
+
+    /// Scale of a factor: of the temperature's, of the transition's ratio, of a filter's pole.
+    pub fn factor(self) -> u32 {
+        match self {
+            Word::Bits16 => 13,
+            Word::Bits32 => 26,
+        }
+    }
+
+    /// The largest mantissa.
+    pub fn most(self) -> i64 {
+        (1 << (self.bits() - 1)) - 1
+    }
+
+    /// The largest factor, just below 4.
+    pub fn most_factor(self) -> i64 {
+        (4 << self.factor()) - 1
+    }
+
+    /// The largest speed, 4095 mm/s: 16 bits' at their scale.
+    pub fn most_speed(self) -> i64 {
+        SPEED_LIMIT << self.speed()
+    }
+
+    /// The largest current, 2047 mA.
+    pub fn most_current(self) -> i64 {
+        CURRENT_LIMIT << self.current()
+    }
+}
+
+/// A speed saturates here [mm/s].
+pub const SPEED_LIMIT: i64 = 4095;
+/// A current saturates here [mA].
+pub const CURRENT_LIMIT: i64 = 2047;
+/// The largest shift of a [`Gain`].
+pub const MOST_SHIFT: u32 = 40;
+
+/// x·2^−shift to the nearest integer, halves away from zero. |x| < 2^62, shift ≤ [`MOST_SHIFT`].
+#[inline(always)]
+pub fn rounded(x: i64, shift: u32) -> i64 {
+    let half = (1u64 << shift) >> 1;
+    let size = (x.unsigned_abs() + half) >> shift;
+    if x < 0 {
+        -(size as i64)
+    } else {
+        size as i64
+    }
+}
+
+/// x·2^−shift without its fraction: towards zero.
+#[inline(always)]
+pub fn truncated(x: i64, shift: u32) -> i64 {
+    let size = x.unsigned_abs() >> shift;
+    if x < 0 {
+        -(size as i64)
+    } else {
+        size as i64
+    }
+}
+
+/// The nearest value in [lower, upper].
+#[inline(always)]
+pub fn clamped(x: i64, lower: i64, upper: i64) -> i64 {
+    if x < lower {
+        lower
+    } else if x > upper {
+        upper
+    } else {
+        x
+    }
+}
+
+/// The nearest value in [−most, most].
+#[inline(always)]
+pub fn saturated(x: i64, most: i64) -> i64 {
+    clamped(x, -most, most)
+}
+
+/// A factor: mantissa·2^−shift.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Gain {
+    pub mantissa: i32,
+    pub shift: u32,
+}
+
+impl Gain {
+    /// The nearest to `value` with the largest mantissa that the word holds, and a shift up to `most_shift`.
+    ///
+    /// None where `value` is not finite or too large for the word.
+    pub fn nearest(value: f64, word: Word, most_shift: u32) -> Option<Gain> {
+        (0..=most_shift.min(MOST_SHIFT)).rev().find_map(|shift| {
+            let mantissa = (value * (1u64 << shift) as f64).round();
+            (mantissa.abs() <= word.most() as f64).then_some(Gain { mantissa: mantissa as i32, shift })
+        })
+    }
+
+    pub fn value(self) -> f64 {
+        f64::from(self.mantissa) / (1u64 << self.shift) as f64
+    }
+
+    /// The product, rounded.
+    #[inline(always)]
+    pub fn times(self, x: i64) -> i64 {
+        rounded(i64::from(self.mantissa) * x, self.shift)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn rounding_is_to_the_nearest_and_halves_go_away_from_zero_alike_on_both_sides() {
+        assert_eq!([5, 6, 7, -5, -6, -7].map(|x| rounded(x, 2)), [1, 2, 2, -1, -2, -2]);
+        assert_eq!([3, -3, 7, -7].map(|x| truncated(x, 2)), [0, 0, 1, -1]);
+        assert_eq!((rounded(9, 0), truncated(-9, 0)), (9, -9));
+    }
+
+    proptest! {
+        #[test]
+        fn rounding_agrees_with_that_of_real_numbers(x in -(1i64 << 50)..(1i64 << 50), shift in 0u32..=MOST_SHIFT) {
+            let exact = x as f64 / (1u64 << shift) as f64;
+            prop_assert_eq!(rounded(x, shift), exact.round() as i64);
+            prop_assert_eq!(truncated(x, shift), exact.trunc() as i64);
+        }
+
+        #[test]
+        fn a_gain_is_as_near_as_its_word_allows(value in -1e3..1e3f64) {
+            for word in Word::BOTH {
+                let gain = Gain::nearest(value, word, MOST_SHIFT).unwrap();
+                let finest = 0.5 / (1u64 << gain.shift) as f64;
+                prop_assert!((gain.value() - value).abs() <= finest);
+                let full = i64::from(gain.mantissa).abs() > word.most() / 2;
+                prop_assert!(full || gain.shift == MOST_SHIFT);
+            }
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! One lift's controller: equations (4.6) to (4.12), the derivative filter, the table, and what goes beyond them.
+//!
+//! Every step is written in the C of `c/` in the same words and the same order.
+
+use super::config::{
+    LiftConfig, INTEGRAL_SHIFT, MEAN_SHIFT, MOST_COUNTS, MOST_DELAY, MOST_PRESSURE, MOST_PRESSURE_CHANGE,
+    MOST_RESONANCE, MOST_TRIM, PRESSURE_GUARD, TRIM_SHIFT,
+};
+use super::fixed::{clamped, rounded, saturated, truncated, Word};
+
+/// What a lift's controller remembers from tick to tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LiftState {
+    /// False before the first tick, which has nothing to take differences from.
+    pub started: bool,
+    /// Encoder and pressure of the tick before.
+    pub position: i32,
+    pub pressure: i32,
+    /// Filtered speed, with the filter's guard bits.
+    pub speed: i32,
+    /// References of the last ticks, a ring; `oldest` is the place that is written next.
+    pub references: [i32; MOST_DELAY],
+    pub oldest: u32,
+    /// Of the tick before [speed].
+    pub error: i32,
+    /// Integral part, of the scale of a speed and [`INTEGRAL_SHIFT`] bits more: no product loses a bit in it.
+    pub integral: i64,
+    /// Of the feed-forward.
+    pub trim: i32,
+    /// Mean pressure [steps], with guard bits.
+    pub mean: i32,
+    /// The resonator.
+    pub cosine: i32,
+    pub sine: i32,
+}
+
+/// What a lift's controller reads in a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LiftReading {
+    /// Encoder counts, upward positive.
+    pub position: i32,
+    /// Steps.
+    pub pressure: i32,
+    /// Steps, within the range of the configuration.
+    pub temperature: i32,
+}
+
+impl LiftState {
+    /// One tick: the valve's current [mA] for a lowering speed `reference` of the forks [speed].
+    pub fn tick(&mut self, config: &LiftConfig, word: Word, reference: i32, reading: &LiftReading) -> i32 {
+        if !self.started {
+            self.position = reading.position;
+            self.pressure = clamped(i64::from(reading.pressure), 0, MOST_PRESSURE) as i32;
+            self.mean = self.pressure << PRESSURE_GUARD;
+            self.started = true;
+        }
+        let speed = self.filtered_speed(config, word, reading.position);
+        let swing = self.swing(config, word, reading.pressure);
+        let delayed = self.delayed(config, reference);
+        if reference == 0 {
+            // The valve is shut: nothing is controlled, and nothing may be left over for the next lowering.
+            self.integral = 0;
+            self.error = 0;
+            return 0;
+        }
+        let error = saturated(i64::from(delayed) - speed, word.most_speed());
+        let u = self.speed_to_order(config, word, i64::from(reference), error, swing);
+        current(config, word, u, i64::from(reading.temperature))
+    }
+
+    /// The difference of the encoder's counts as a lowering speed, through the filter of Figure A.17.
+    fn filtered_speed(&mut self, config: &LiftConfig, word: Word, position: i32) -> i64 {
+        let counts = saturated(i64::from(self.position) - i64::from(position), MOST_COUNTS);
+        self.position = position;
+        let raw = saturated(config.count_speed.times(counts), word.most_speed());
+        let (pole, one) = (i64::from(config.pole), 1i64 << word.factor());
+        let sum = pole * i64::from(self.speed) + (one - pole) * (raw << word.guard());
+        self.speed = saturated(truncated(sum, word.factor()), word.most_speed() << word.guard()) as i32;
+        rounded(i64::from(self.speed), word.guard())
+    }
+
+    /// The reference of `delay` ticks ago.
+    fn delayed(&mut self, config: &LiftConfig, reference: i32) -> i32 {
+        self.references[self.oldest as usize] = reference;
+        let place = (self.oldest as usize + MOST_DELAY - config.delay as usize) % MOST_DELAY;
+        self.oldest = (self.oldest + 1) % MOST_DELAY as u32;
+        self.references[place]
+    }
+
+    /// PID, feed-forward and what the pressure adds, kept within its limits: (4.12), (4.7), (4.6) with T_t = T_s.
+    fn speed_to_order(&mut self, config: &LiftConfig, word: Word, reference: i64, error: i64, swing: i64) -> i64 {
+        let most = word.most_speed() << word.guard();
+        let proportional = saturated(config.proportional.times(error), most);
+        let derivative = saturated(config.derivative.times(error - i64::from(self.error)), most);
+        self.error = error as i32;
+        let sum = proportional + derivative + rounded(self.integral, INTEGRAL_SHIFT - word.guard());
+        let pid = saturated(rounded(sum, word.guard()), word.most_speed());
+        let trim = rounded(i64::from(self.trim) * reference, TRIM_SHIFT);
+        let wanted = reference + trim + pid + swing;
+        let u = clamped(wanted, i64::from(config.u_min), i64::from(config.u_max));
+        let learnt = self.learn(config, word, reference);
+        let step = i64::from(config.integral.mantissa) * error * (1i64 << (INTEGRAL_SHIFT - config.integral.shift));
+        let tracked = self.integral - learnt + step + (u - wanted) * (1i64 << INTEGRAL_SHIFT);
+        self.integral = saturated(tracked, word.most_speed() << INTEGRAL_SHIFT);
+        u
+    }
+
+    /// Moves a little of the integral part into the trim of the feed-forward; gives what is moved, of the integrator's
+    /// scale. dk = μ I r, and I falls by dk·r: a gradient step, so that the order stays what it was.
+    fn learn(&mut self, config: &LiftConfig, word: Word, reference: i64) -> i64 {
+        let integral = saturated(rounded(self.integral, INTEGRAL_SHIFT), word.most_speed());
+        let product = rounded(integral * reference, 2 * word.speed());
+        let trim = saturated(i64::from(self.trim) + config.adaptation.times(product), MOST_TRIM);
+        let moved = trim - i64::from(self.trim);
+        self.trim = trim as i32;
+        truncated(moved * reference, TRIM_SHIFT - INTEGRAL_SHIFT)
+    }
+
+    /// What the cylinder's pressure swings by, as a speed: a resonator on its differences, which has no answer to a
+    /// constant; truncation towards zero lets it come to rest.
+    fn swing(&mut self, config: &LiftConfig, word: Word, pressure: i32) -> i64 {
+        let p = &config.pressure;
+        let pressure = clamped(i64::from(pressure), 0, MOST_PRESSURE);
+        let change = saturated(pressure - i64::from(self.pressure), MOST_PRESSURE_CHANGE);
+        self.pressure = pressure as i32;
+        let sum = i64::from(self.mean) * ((1 << MEAN_SHIFT) - 1) + (pressure << PRESSURE_GUARD);
+        self.mean = clamped(truncated(sum, MEAN_SHIFT), 0, MOST_PRESSURE << PRESSURE_GUARD) as i32;
+        let mean = i64::from(self.mean) >> PRESSURE_GUARD;
+        let (cosine, sine) = (p.cosine.at(mean), p.sine.at(mean));
+        let (c, s) = (i64::from(self.cosine), i64::from(self.sine));
+        let most = MOST_RESONANCE << PRESSURE_GUARD;
+        let turned = truncated(cosine * c - sine * s, word.factor()) + (change << PRESSURE_GUARD);
+        self.cosine = saturated(turned, most) as i32;
+        self.sine = saturated(truncated(sine * c + cosine * s, word.factor()), most) as i32;
+        let sum = p.real.at(mean) * i64::from(self.cosine) + p.imaginary.at(mean) * i64::from(self.sine);
+        saturated(rounded(sum, p.shift), i64::from(p.limit))
+    }
+}
+
+/// From a speed to the valve's current [mA]: (4.8), the table, (4.9).
+fn current(config: &LiftConfig, word: Word, u: i64, temperature: i64) -> i32 {
+    let factor = i64::from(config.scale_base) + config.scale_slope.times(temperature);
+    let factor = clamped(factor, 0, word.most_factor());
+    let scaled = saturated(rounded(factor * u, word.factor()), word.most_speed());
+    let shift = saturated(config.shift_slope.times(temperature), word.most_current());
+    let order = config.table.at(scaled) + i64::from(config.shift_base) + shift;
+    let order = clamped(order, i64::from(config.i_min), i64::from(config.i_max));
+    rounded(order, word.current()) as i32
+}

@@ -1,0 +1,331 @@
+//! A controller's settings in the units of the ECU, and the integers they become.
+
+use num_complex::Complex;
+
+use super::config::{Config, LiftConfig, PressureConfig, INTEGRAL_SHIFT, MOST_DELAY, PRESSURE_GUARD, TRIM_SHIFT};
+use super::fixed::{Gain, Word, MOST_SHIFT};
+use super::table::{Table, MOST_KNOTS};
+use crate::error::Error;
+use crate::sensors::{ENCODER_COUNT, PRESSURE_STEP, TEMPERATURE_STEP};
+
+/// Time between two ticks [s].
+pub const TICK_S: f64 = 0.02;
+/// Temperature of 0 °C in the thesis's kelvin.
+const KELVIN: f64 = 273.0;
+/// Where the shift (4.9) counts from [°C], Figure A.19.
+const SHIFT_FROM_DEGC: f64 = 20.0;
+
+/// Name, unit, bounds and meaning of a setting.
+#[derive(Debug, Clone, Copy)]
+pub struct SettingSpec {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub lower: f64,
+    pub upper: f64,
+    pub meaning: &'static str,
+}
+
+macro_rules! settings {
+    ($(#[$doc:meta])* $type:ident, $specs:ident: $($field:ident: $unit:literal, $lower:expr, $upper:expr, $meaning:literal;)*) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct $type {
+            $(#[doc = concat!($meaning, " [", $unit, "].")] pub $field: f64,)*
+        }
+
+        /// One row per setting, in the order of the fields.
+        pub const $specs: &[SettingSpec] = &[
+            $(SettingSpec { name: stringify!($field), unit: $unit, lower: $lower, upper: $upper, meaning: $meaning },)*
+        ];
+
+        impl $type {
+            /// From values in the order of the table, each within its bounds.
+            ///
+            /// # Errors
+            /// [`Error::OutOfBounds`], named under `prefix`; a wrong number of values.
+            pub fn from_values(prefix: &str, values: &[f64]) -> Result<Self, Error> {
+                if values.len() != $specs.len() {
+                    return Err(Error::Shape {
+                        name: prefix.into(),
+                        got: values.len().to_string(),
+                        expected: format!("{}, one per setting", $specs.len()),
+                    });
+                }
+                for (spec, &value) in $specs.iter().zip(values) {
+                    spec.check(prefix, value)?;
+                }
+                let [$($field,)*] = *values else { unreachable!("the lengths are equal") };
+                Ok($type { $($field,)* })
+            }
+        }
+    };
+}
+
+impl SettingSpec {
+    fn check(&self, prefix: &str, value: f64) -> Result<(), Error> {
+        if value >= self.lower && value <= self.upper {
+            return Ok(());
+        }
+        Err(Error::OutOfBounds {
+            name: format!("{prefix}.{}", self.name),
+            value,
+            lower: self.lower,
+            upper: self.upper,
+            unit: self.unit.into(),
+            reason: "the range that the controller's integers are laid out for".into(),
+        })
+    }
+}
+
+settings! {
+    /// One lift's numbers.
+    LiftSettings, LIFT_SETTINGS:
+    proportional: "1", -4.0, 4.0, "P of (4.12)";
+    integral: "1/s", 0.0, 20.0, "I of (4.12)";
+    derivative: "s", -0.5, 0.5, "D of (4.12)";
+    a: "1/K", -0.02, 0.02, "slope of (4.8)";
+    b: "1", -3.0, 7.0, "constant of (4.8), for T in kelvin";
+    c: "mA/K", -10.0, 10.0, "slope of (4.9)";
+    d: "mA", -500.0, 500.0, "constant of (4.9), for T in degC less 20";
+    forks_per_count: "1", 0.5, 4.0, "travel of the forks over that of the encoder";
+    filter_rate: "1/s", 1.0, 100.0, "corner of the derivative filter (A.17)";
+    delay: "tick", 0.0, 15.0, "delay of the reference model";
+    u_min: "mm/s", 0.0, 4095.0, "least speed ordered of the table (4.7)";
+    u_max: "mm/s", 0.0, 4095.0, "greatest speed ordered of the table (4.7)";
+    i_min: "mA", 0.0, 1750.0, "least current while lowering";
+    i_max: "mA", 0.0, 1750.0, "greatest current";
+    adaptation_s: "s", 0.0, 1000.0, "time in which the feed-forward learns at full speed; 0 if it does not";
+    swing_limit: "mm/s", 0.0, 500.0, "greatest correction by the pressure's swing";
+}
+
+settings! {
+    /// What both lifts share.
+    SharedSettings, SHARED_SETTINGS:
+    request_most: "mm/s", 1.0, 4095.0, "greatest speed that can be asked for";
+    ramp_up: "mm/s2", 1.0, 100000.0, "slope of the rising reference";
+    ramp_down: "mm/s2", 1.0, 100000.0, "slope of the falling reference";
+    ramp_corner: "Hz", 0.1, 25.0, "corner of the low-pass on the ramp";
+    temperature_least: "degC", -40.0, 150.0, "colder oil counts as this";
+    temperature_most: "degC", -40.0, 150.0, "warmer oil counts as this";
+}
+
+/// A curve over evenly spaced knots, of which the distance is a power of two of the sensor's steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    pub first: i32,
+    pub spacing: u32,
+    pub values: Vec<f64>,
+}
+
+/// Feedback of the pressure's swing, at mean pressures from 0 on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SwingSettings {
+    /// The base-2 logarithm of the knots' distance [steps of the pressure sensor].
+    pub spacing: u32,
+    /// At each knot: what swings [Hz], its damping, correction [mm/s per bar] and by how much it leads [degrees].
+    pub frequency: Vec<f64>,
+    pub damping: Vec<f64>,
+    pub gain: Vec<f64>,
+    pub lead: Vec<f64>,
+}
+
+/// A lift's numbers and curves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lift {
+    pub numbers: LiftSettings,
+    /// Current [mA] over speed, knots 2^`spacing` mm/s apart.
+    pub table: Curve,
+    /// Share of the reference over the forks' height, knots in counts.
+    pub ratio: Curve,
+    /// None: what swings is left alone.
+    pub swing: Option<SwingSettings>,
+}
+
+/// A controller in the units of the ECU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    pub shared: SharedSettings,
+    pub lifts: [Lift; 2],
+}
+
+fn refuse<T>(name: &str, value: impl ToString, requirement: &str) -> Result<T, Error> {
+    Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
+}
+
+fn gain(name: &str, value: f64, word: Word, most_shift: u32) -> Result<Gain, Error> {
+    match Gain::nearest(value, word, most_shift) {
+        Some(gain) => Ok(gain),
+        None => refuse(name, value, &format!("a gain that {} bits hold", word.bits())),
+    }
+}
+
+/// Values at a scale, each within the word.
+fn knots(name: &str, values: &[f64], scale: f64, word: Word) -> Result<Vec<i32>, Error> {
+    if !(2..=MOST_KNOTS).contains(&values.len()) {
+        return Err(Error::TableLength { name: name.into(), length: values.len(), most: MOST_KNOTS });
+    }
+    let whole = values.iter().map(|&value| {
+        let knot = (value * scale).round();
+        if knot.abs() <= word.most() as f64 {
+            Ok(knot as i32)
+        } else {
+            refuse(name, value, &format!("within {} of zero", word.most() as f64 / scale))
+        }
+    });
+    whole.collect()
+}
+
+fn curve(name: &str, curve: &Curve, shift: u32, scale: f64, word: Word) -> Result<Table, Error> {
+    if curve.spacing > 14 || curve.first.unsigned_abs() > 1 << 20 {
+        return refuse(name, curve.spacing, "knots at most 2^14 apart, from within 2^20 of zero");
+    }
+    let knots = knots(name, &curve.values, scale, word)?;
+    Ok(Table { first: curve.first << shift, spacing: curve.spacing + shift, knots })
+}
+
+impl Settings {
+    /// The integers of a word length: each the nearest to its setting.
+    ///
+    /// # Errors
+    /// A setting that the word cannot hold, or tables of unfit length.
+    pub fn config(&self, word: Word) -> Result<Config, Error> {
+        let shared = &self.shared;
+        let speed = f64::from(1u32 << word.speed());
+        let factor = f64::from(1u32 << word.factor());
+        if shared.temperature_least >= shared.temperature_most {
+            return refuse("temperature_most", shared.temperature_most, "above temperature_least");
+        }
+        let [free, main] = &self.lifts;
+        let ratio = |name: &str, lift: &Lift| {
+            if let Some(share) = lift.ratio.values.iter().find(|share| !(0.0..=1.0).contains(*share)) {
+                return refuse(&format!("{name}.ratio"), share, "from 0 to 1");
+            }
+            curve(&format!("{name}.ratio"), &lift.ratio, 0, factor, word)
+        };
+        let pole = libm::exp(-2.0 * std::f64::consts::PI * shared.ramp_corner * TICK_S);
+        Ok(Config {
+            word,
+            request_most: (shared.request_most * speed).round() as i32,
+            ramp_up: (shared.ramp_up * TICK_S * speed).round().max(1.0) as i32,
+            ramp_down: (shared.ramp_down * TICK_S * speed).round().max(1.0) as i32,
+            ramp_pole: (pole * factor).round() as i32,
+            temperature_least: (shared.temperature_least / TEMPERATURE_STEP).round() as i32,
+            temperature_most: (shared.temperature_most / TEMPERATURE_STEP).round() as i32,
+            ratio: [ratio("free", free)?, ratio("main", main)?],
+            lifts: [free.config("free", word)?, main.config("main", word)?],
+        })
+    }
+}
+
+impl Lift {
+    fn config(&self, name: &str, word: Word) -> Result<LiftConfig, Error> {
+        let s = &self.numbers;
+        let full = |setting: &str| format!("{name}.{setting}");
+        let speed = f64::from(1u32 << word.speed());
+        let guarded = f64::from(1u32 << word.guard());
+        let factor = f64::from(1u32 << word.factor());
+        let current = f64::from(1u32 << word.current());
+        let own = |setting: &str, value: f64| gain(&full(setting), value, word, MOST_SHIFT);
+        let per_count = ENCODER_COUNT * 1e3 * s.forks_per_count / TICK_S;
+        if s.u_min > s.u_max || s.i_min > s.i_max {
+            return refuse(&full("u_max, i_max"), format!("{}, {}", s.u_max, s.i_max), "at least u_min, i_min");
+        }
+        if !self.table.values.windows(2).all(|pair| pair[0] <= pair[1]) {
+            return refuse(&full("table"), "falling", "a current that does not fall with the speed");
+        }
+        // dk = μ I r, I falls by μ I r²: at the full speed of (4.7) with the time constant asked for.
+        let learning = match s.adaptation_s > 0.0 {
+            true => TICK_S / s.adaptation_s / (s.u_max * s.u_max) * f64::from(1u32 << TRIM_SHIFT),
+            false => 0.0,
+        };
+        Ok(LiftConfig {
+            count_speed: own("forks_per_count", per_count * speed)?,
+            pole: (libm::exp(-s.filter_rate * TICK_S) * factor).round() as i32,
+            delay: (s.delay.round() as u32).min(MOST_DELAY as u32 - 1),
+            proportional: own("proportional", s.proportional * guarded)?,
+            integral: gain(&full("integral"), s.integral * TICK_S, word, INTEGRAL_SHIFT)?,
+            derivative: own("derivative", s.derivative / TICK_S * guarded)?,
+            u_min: (s.u_min * speed).round() as i32,
+            u_max: (s.u_max * speed).round() as i32,
+            adaptation: own("adaptation_s", learning)?,
+            scale_base: ((s.a * KELVIN + s.b) * factor).round() as i32,
+            scale_slope: own("a", s.a * TEMPERATURE_STEP * factor)?,
+            table: curve(&full("table"), &self.table, word.speed(), current, word)?,
+            shift_base: ((s.d - s.c * SHIFT_FROM_DEGC) * current).round() as i32,
+            shift_slope: own("c", s.c * TEMPERATURE_STEP * current)?,
+            i_min: (s.i_min * current).round() as i32,
+            i_max: (s.i_max * current).round() as i32,
+            pressure: self.swing_config(&full("swing"), word)?,
+        })
+    }
+
+    fn swing_config(&self, name: &str, word: Word) -> Result<PressureConfig, Error> {
+        let none = || Table::constant(0);
+        let Some(swing) = &self.swing else {
+            let (cosine, sine, real, imaginary) = (none(), none(), none(), none());
+            return Ok(PressureConfig { cosine, sine, real, imaginary, shift: 0, limit: 0 });
+        };
+        let n = swing.frequency.len();
+        if [&swing.damping, &swing.gain, &swing.lead].iter().any(|values| values.len() != n) {
+            return refuse(name, "of unequal lengths", "a frequency, damping, gain and lead at each knot");
+        }
+        for k in 0..n {
+            let good = (0.2..=10.0).contains(&swing.frequency[k])
+                && (0.02..=0.95).contains(&swing.damping[k])
+                && (0.0..=50.0).contains(&swing.gain[k])
+                && (-360.0..=360.0).contains(&swing.lead[k]);
+            if !good {
+                return refuse(name, k, "a knot of 0.2 to 10 Hz, damping 0.02 to 0.95, up to 50 mm/s per bar, 360 deg");
+            }
+        }
+        let designed: Vec<(Complex<f64>, Complex<f64>)> = (0..n).map(|k| swing.resonator(k)).collect();
+        let factor = f64::from(1u32 << word.factor());
+        // Speed per state: from mm/s per step of the sensor to the scales of both.
+        let scale = f64::from(1u32 << word.speed()) / f64::from(1u32 << PRESSURE_GUARD);
+        let largest = designed.iter().flat_map(|(_, g)| [g.re.abs(), g.im.abs()]).fold(0.0, f64::max) * scale;
+        let shift = gain(name, largest, word, 31)?.shift;
+        let output = scale * (1u64 << shift) as f64;
+        let table = |values: Vec<f64>, scale: f64| -> Result<Table, Error> {
+            Ok(Table { first: 0, spacing: swing.spacing, knots: knots(name, &values, scale, word)? })
+        };
+        let each = |f: &dyn Fn(&(Complex<f64>, Complex<f64>)) -> f64| designed.iter().map(f).collect::<Vec<_>>();
+        Ok(PressureConfig {
+            cosine: table(each(&|(turn, _)| turn.re), factor)?,
+            sine: table(each(&|(turn, _)| turn.im), factor)?,
+            real: table(each(&|(_, g)| g.re), output)?,
+            imaginary: table(each(&|(_, g)| -g.im), output)?,
+            shift,
+            limit: (self.numbers.swing_limit * f64::from(1u32 << word.speed())).round() as i32,
+        })
+    }
+}
+
+/// r e^{jφ}, through functions that round alike on every machine.
+fn polar(r: f64, phi: f64) -> Complex<f64> {
+    Complex::new(r * libm::cos(phi), r * libm::sin(phi))
+}
+
+impl SwingSettings {
+    /// What turns the resonator's state in a tick, and what its output is read with, at knot `k`.
+    ///
+    /// z ← ρ e^{jϑ} z + p − p₋₁, w = Re(γ z): the matched poles of 2ζωs/(s² + 2ζωs + ω²), with γ such that a swing of
+    /// the frequency ω is answered by the gain and the lead asked for.
+    fn resonator(&self, k: usize) -> (Complex<f64>, Complex<f64>) {
+        let omega = 2.0 * std::f64::consts::PI * self.frequency[k] * TICK_S;
+        let damping = self.damping[k];
+        let pole = polar(libm::exp(-damping * omega), omega * (1.0 - damping * damping).sqrt());
+        // Of a real input e^{jωk}, whose real part it is, both γ/(1 − pole e^{−jω}) and the mirror image's answer.
+        let tick = polar(1.0, -omega);
+        let difference = Complex::new(1.0, 0.0) - tick;
+        let with = 0.5 * difference / (Complex::new(1.0, 0.0) - pole * tick);
+        let against = 0.5 * difference / (Complex::new(1.0, 0.0) - pole.conj() * tick);
+        let per_step = self.gain[k] * PRESSURE_STEP / 1e5;
+        let wanted = polar(per_step, self.lead[k].to_radians());
+        // γ·with + γ̄·against = wanted: two real equations for γ = x + jy.
+        let (x, y) = (with + against, Complex::new(0.0, 1.0) * (with - against));
+        let determinant = x.re * y.im - x.im * y.re;
+        let re = (wanted.re * y.im - wanted.im * y.re) / determinant;
+        let im = (x.re * wanted.im - x.im * wanted.re) / determinant;
+        (pole, Complex::new(re, im))
+    }
+}

@@ -1,0 +1,136 @@
+//! The controller in floating point: the same equations without a scale, to measure what the integers cost.
+//!
+//! It reads its numbers from the integers of a configuration, so that only the arithmetic differs.
+
+use super::config::{Config, LiftConfig, INTEGRAL_SHIFT, MEAN_SHIFT, MOST_DELAY, PRESSURE_GUARD, TRIM_SHIFT};
+use super::table::Table;
+use crate::run::closed_loop::{Controller, Reading};
+
+#[derive(Debug, Clone, Copy, Default)]
+struct LiftTwin {
+    started: bool,
+    position: f64,
+    pressure: f64,
+    speed: f64,
+    references: [f64; MOST_DELAY],
+    oldest: usize,
+    error: f64,
+    integral: f64,
+    trim: f64,
+    mean: f64,
+    cosine: f64,
+    sine: f64,
+}
+
+/// The whole controller, in mm/s and mA.
+#[derive(Debug, Clone)]
+pub struct FloatingPoint<'a> {
+    config: &'a Config,
+    ramp: f64,
+    smooth: f64,
+    wanted: [f64; 2],
+    lifts: [LiftTwin; 2],
+}
+
+fn two_to(shift: u32) -> f64 {
+    (1u64 << shift) as f64
+}
+
+/// A table at an x of its own scale.
+fn at(table: &Table, x: f64) -> f64 {
+    let last = table.knots.len() - 1;
+    let place = ((x - f64::from(table.first)) / two_to(table.spacing)).clamp(0.0, last as f64);
+    let k = (place as usize).min(last - 1);
+    let (low, high) = (f64::from(table.knots[k]), f64::from(table.knots[k + 1]));
+    low + (high - low) * (place - k as f64)
+}
+
+impl<'a> FloatingPoint<'a> {
+    /// Before its first tick.
+    pub fn new(config: &'a Config) -> Self {
+        FloatingPoint { config, ramp: 0.0, smooth: 0.0, wanted: [0.0; 2], lifts: [LiftTwin::default(); 2] }
+    }
+}
+
+impl Controller for FloatingPoint<'_> {
+    fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
+        let (config, word) = (self.config, self.config.word);
+        let (speed, factor) = (two_to(word.speed()), two_to(word.factor()));
+        let asked = f64::from(request).clamp(0.0, (f64::from(config.request_most) / speed).floor());
+        self.ramp += (asked - self.ramp).clamp(-f64::from(config.ramp_down) / speed, f64::from(config.ramp_up) / speed);
+        let pole = f64::from(config.ramp_pole) / factor;
+        self.smooth = pole * self.smooth + (1.0 - pole) * self.ramp;
+        // Below half a least significant bit the integers have come to zero.
+        let reference = if self.smooth * speed < 0.5 { 0.0 } else { self.smooth };
+        let height = f64::from(reading.position[0]) + 2.0 * f64::from(reading.position[1]);
+        let (least, most) = (config.temperature_least, config.temperature_most);
+        let temperature = f64::from(reading.temperature.clamp(least, most));
+        let mut current = [0; 2];
+        for k in 0..2 {
+            self.wanted[k] = at(&config.ratio[k], height) / factor * reference;
+            let (position, pressure) = (f64::from(reading.position[k]), f64::from(reading.pressure[k]));
+            let order = self.lifts[k].tick(&config.lifts[k], config, self.wanted[k], position, pressure, temperature);
+            current[k] = order.round() as i32;
+        }
+        current
+    }
+    fn reference(&self) -> [i32; 2] {
+        self.wanted.map(|speed| speed.round() as i32)
+    }
+}
+
+impl LiftTwin {
+    fn tick(
+        &mut self,
+        lift: &LiftConfig,
+        config: &Config,
+        reference: f64,
+        position: f64,
+        pressure: f64,
+        temperature: f64,
+    ) -> f64 {
+        let word = config.word;
+        let (speed, guard, factor) = (two_to(word.speed()), two_to(word.guard()), two_to(word.factor()));
+        if !self.started {
+            *self = LiftTwin { started: true, position, pressure, mean: pressure, ..*self };
+        }
+        let raw = lift.count_speed.value() / speed * (self.position - position);
+        self.position = position;
+        let pole = f64::from(lift.pole) / factor;
+        self.speed = pole * self.speed + (1.0 - pole) * raw;
+        let p = &lift.pressure;
+        let change = pressure - self.pressure;
+        self.pressure = pressure;
+        self.mean += (pressure - self.mean) / two_to(MEAN_SHIFT);
+        let (cosine, sine) = (at(&p.cosine, self.mean) / factor, at(&p.sine, self.mean) / factor);
+        (self.cosine, self.sine) =
+            (cosine * self.cosine - sine * self.sine + change, sine * self.cosine + cosine * self.sine);
+        let read = at(&p.real, self.mean) * self.cosine + at(&p.imaginary, self.mean) * self.sine;
+        let limit = f64::from(p.limit) / speed;
+        let swing = (read * two_to(PRESSURE_GUARD) / two_to(p.shift) / speed).clamp(-limit, limit);
+        self.references[self.oldest] = reference;
+        let delayed = self.references[(self.oldest + MOST_DELAY - lift.delay as usize) % MOST_DELAY];
+        self.oldest = (self.oldest + 1) % MOST_DELAY;
+        if reference == 0.0 {
+            (self.integral, self.error) = (0.0, 0.0);
+            return 0.0;
+        }
+        let error = delayed - self.speed;
+        let pid = lift.proportional.value() / guard * error
+            + lift.derivative.value() / guard * (error - self.error)
+            + self.integral;
+        self.error = error;
+        let wanted = reference * (1.0 + self.trim) + pid + swing;
+        let u = wanted.clamp(f64::from(lift.u_min) / speed, f64::from(lift.u_max) / speed);
+        let learnt = lift.adaptation.value() / two_to(TRIM_SHIFT) * self.integral * reference;
+        let trim = (self.trim + learnt).clamp(-0.25, 0.25);
+        let moved = (trim - self.trim) * reference;
+        self.trim = trim;
+        debug_assert!(lift.integral.shift <= INTEGRAL_SHIFT);
+        self.integral += lift.integral.value() * error + (u - wanted) - moved;
+        let scale = (f64::from(lift.scale_base) + lift.scale_slope.value() * temperature) / factor;
+        let table = at(&lift.table, scale.max(0.0) * u * speed);
+        let order = table + f64::from(lift.shift_base) + lift.shift_slope.value() * temperature;
+        order.clamp(f64::from(lift.i_min), f64::from(lift.i_max)) / two_to(word.current())
+    }
+}

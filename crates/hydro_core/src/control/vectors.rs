@@ -1,0 +1,129 @@
+//! Ticks from random states, folded into a digest that the exported C folds as well.
+//!
+//! One tick that is equal from every state is equality of all runs, by induction; so states are drawn over the whole
+//! of their ranges, and not only where runs come by.
+
+use super::config::{Config, INTEGRAL_SHIFT, MOST_DELAY, MOST_PRESSURE, MOST_RESONANCE, MOST_TRIM, PRESSURE_GUARD};
+use super::controller::State;
+use super::lift::LiftState;
+use super::reference::ReferenceState;
+use crate::run::closed_loop::Reading;
+
+/// Marsaglia's xorshift (2003) with 64 bits: three lines of C, the same on every machine.
+#[derive(Debug, Clone, Copy)]
+pub struct Draws(u64);
+
+impl Draws {
+    /// A seed other than zero.
+    pub fn new(seed: u64) -> Self {
+        Draws(seed.max(1))
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    /// From −most to most; one draw in eight is an end or zero.
+    fn around(&mut self, most: i64) -> i64 {
+        let drawn = self.next();
+        let size = (drawn >> 8) % (2 * most as u64 + 1);
+        match drawn & 31 {
+            0 => -most,
+            1 => most,
+            2 | 3 => 0,
+            _ => size as i64 - most,
+        }
+    }
+
+    /// From 0 to most.
+    fn up_to(&mut self, most: i64) -> i64 {
+        let around = self.around(most);
+        if around < 0 {
+            -around
+        } else {
+            around
+        }
+    }
+
+    fn word(&mut self) -> i32 {
+        self.around(i64::from(i32::MAX)) as i32
+    }
+
+    /// A state within the ranges that ticks keep.
+    pub fn state(&mut self, config: &Config) -> State {
+        let (word, most) = (config.word, i64::from(config.request_most));
+        let reference =
+            ReferenceState { ramp: self.up_to(most) as i32, smooth: self.up_to(most << word.guard()) as i32 };
+        let wanted = [self.up_to(most) as i32, self.up_to(most) as i32];
+        let speed = word.most_speed();
+        let mut lift = || LiftState {
+            started: self.next() & 15 != 0,
+            position: self.word(),
+            pressure: self.up_to(MOST_PRESSURE) as i32,
+            speed: self.around(speed << word.guard()) as i32,
+            references: std::array::from_fn(|_| self.up_to(most) as i32),
+            oldest: (self.next() % MOST_DELAY as u64) as u32,
+            error: self.around(speed) as i32,
+            integral: self.around(speed << INTEGRAL_SHIFT),
+            trim: self.around(MOST_TRIM) as i32,
+            mean: self.up_to(MOST_PRESSURE << PRESSURE_GUARD) as i32,
+            cosine: self.around(MOST_RESONANCE << PRESSURE_GUARD) as i32,
+            sine: self.around(MOST_RESONANCE << PRESSURE_GUARD) as i32,
+        };
+        let lifts = [lift(), lift()];
+        State { reference, wanted, lifts }
+    }
+
+    /// A request and a reading, near the state's own as often as anywhere.
+    pub fn reading(&mut self, state: &State) -> (i32, Reading) {
+        let request = if self.next() & 1 == 0 { self.up_to(1000) as i32 } else { self.word() };
+        let mut reading = Reading::default();
+        for k in 0..2 {
+            let near = state.lifts[k].position.wrapping_add(self.around(80) as i32);
+            reading.position[k] = if self.next() & 3 == 0 { self.word() } else { near };
+            reading.pressure[k] = if self.next() & 3 == 0 { self.word() } else { self.up_to(MOST_PRESSURE) as i32 };
+        }
+        reading.temperature = if self.next() & 3 == 0 { self.word() } else { self.around(200) as i32 };
+        (request, reading)
+    }
+}
+
+/// FNV-1a (Fowler, Noll & Vo) by whole words.
+fn fold(digest: u64, value: i64) -> u64 {
+    (digest ^ value as u64).wrapping_mul(0x100_0000_01b3)
+}
+
+/// All of a state and the currents, folded into a digest.
+fn folded(mut digest: u64, state: &State, current: [i32; 2]) -> u64 {
+    let mut add = |value: i64| digest = fold(digest, value);
+    for value in [state.reference.ramp, state.reference.smooth, state.wanted[0], state.wanted[1]] {
+        add(i64::from(value));
+    }
+    for lift in &state.lifts {
+        add(i64::from(lift.started));
+        [lift.position, lift.pressure, lift.speed].into_iter().for_each(|x| add(i64::from(x)));
+        lift.references.iter().for_each(|&x| add(i64::from(x)));
+        add(i64::from(lift.oldest));
+        add(i64::from(lift.error));
+        add(lift.integral);
+        [lift.trim, lift.mean, lift.cosine, lift.sine].into_iter().for_each(|x| add(i64::from(x)));
+    }
+    current.into_iter().for_each(|x| add(i64::from(x)));
+    digest
+}
+
+/// The digest of `ticks` ticks, each from a state drawn anew, a request and a reading.
+pub fn digest(config: &Config, seed: u64, ticks: u64) -> u64 {
+    let mut draws = Draws::new(seed);
+    let mut digest = 0xcbf2_9ce4_8422_2325;
+    for _ in 0..ticks {
+        let mut state = draws.state(config);
+        let (request, reading) = draws.reading(&state);
+        let current = state.tick(config, request, &reading);
+        digest = folded(digest, &state, current);
+    }
+    digest
+}

@@ -1,0 +1,177 @@
+//! Trucks lowered by their controllers, sixteen at a time where the processor has registers for it.
+
+use rayon::prelude::*;
+
+use super::closed_loop::{ClosedLoop, Order, Seat};
+use super::ticks::{Clock, Ticks, Warmer};
+use super::{commanded_names, Interrupt, Lifts};
+use crate::error::Error;
+use crate::lanes::{with_sixteen_in_registers, LaneScalar, LaneWork};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
+use crate::outputs::{Readings, OUTPUTS};
+use crate::solver::vectors::widest;
+use crate::truck::Truck;
+
+/// Trucks that run side by side.
+pub const LANES: usize = 16;
+
+/// One truck with its controller.
+pub struct Member<'a> {
+    pub truck: &'a Truck,
+    pub load_kg: f64,
+    /// Added to the clock's oil temperature [K].
+    pub warmer: f64,
+    /// Cylinder positions at the start [m], free and main.
+    pub start: [f64; 2],
+    pub seat: Seat<'a>,
+}
+
+/// A member's run, a row a tick.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    /// (ticks, [`OUTPUTS`]), row-major: the truth, not what the sensors read.
+    pub outputs: Vec<f64>,
+    pub orders: Vec<Order>,
+}
+
+/// Lowers every member through the ticks of `clock`, on all cores. A member's bits depend neither on the others nor
+/// on the number of threads; a truck that runs away has outputs that are not finite, and disturbs no other.
+///
+/// # Errors
+/// Trucks whose parameters have different names, no ticks, an interrupt.
+pub fn lower(
+    mut members: Vec<Member>,
+    lifts: Lifts,
+    clock: Clock,
+    substeps: usize,
+    interrupt: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Trace>, Error> {
+    let Some(first) = members.first() else { return Ok(Vec::new()) };
+    let names = first.truck.names();
+    if let Some(k) = members.iter().position(|member| member.truck.names() != names) {
+        return Err(Error::Argument {
+            name: format!("truck {k}"),
+            value: "of another make than the first".into(),
+            requirement: "of the same effects and numbers of knots, to run beside it".into(),
+        });
+    }
+    if clock.time.is_empty() || clock.time.len() != clock.oil_temperature_degc.len() || substeps == 0 {
+        return Err(Error::Argument {
+            name: "clock".into(),
+            value: format!("{} ticks of {substeps} substeps", clock.time.len()),
+            requirement: "a time and an oil temperature for each of one or more ticks of one or more substeps".into(),
+        });
+    }
+    let mut groups = Vec::new();
+    while !members.is_empty() {
+        groups.push(members.drain(..members.len().min(LANES)).collect::<Vec<_>>());
+    }
+    let run = |members| {
+        let group = Group { members, lifts, clock, substeps, interrupt };
+        with_sixteen_in_registers(group).unwrap_or_else(Group::one_by_one)
+    };
+    let traces: Vec<Result<Vec<Trace>, Error>> = groups.into_par_iter().map(run).collect();
+    Ok(traces.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+}
+
+/// At most [`LANES`] members; a lane without one idles.
+struct Group<'a> {
+    members: Vec<Member<'a>>,
+    lifts: Lifts,
+    clock: Clock<'a>,
+    substeps: usize,
+    interrupt: Interrupt<'a>,
+}
+
+impl Group<'_> {
+    fn one_by_one(self) -> Result<Vec<Trace>, Error> {
+        let Group { members, lifts, clock, substeps, interrupt } = self;
+        let alone =
+            |member| LaneWork::<1>::run::<f64>(Group { members: vec![member], lifts, clock, substeps, interrupt });
+        let traces: Result<Vec<Vec<Trace>>, Error> = members.into_iter().map(alone).collect();
+        Ok(traces?.into_iter().flatten().collect())
+    }
+}
+
+impl<const N: usize> LaneWork<N> for Group<'_> {
+    type Output = Result<Vec<Trace>, Error>;
+    fn run<S: LaneScalar<N>>(self) -> Self::Output {
+        match self.lifts {
+            Lifts::Both => of_lifts::<S, N, 2>(self, LiftName::BOTH),
+            Lifts::One(lift) => of_lifts::<S, N, 1>(self, [lift]),
+        }
+    }
+}
+
+fn of_lifts<S: LaneScalar<N>, const N: usize, const L: usize>(
+    group: Group,
+    which: [LiftName; L],
+) -> Result<Vec<Trace>, Error> {
+    let members = &group.members;
+    let of = |lane: usize| &members[lane.min(members.len() - 1)];
+    let each = |f: &dyn Fn(&Member) -> f64| S::from_lanes(std::array::from_fn(|lane| f(of(lane))));
+    let values: Vec<Vec<f64>> = members.iter().map(|member| member.truck.values()).collect();
+    let value = |k: usize, _: f64| S::from_lanes(std::array::from_fn(|lane| values[lane.min(values.len() - 1)][k]));
+    let (lifts, effects) = members[0].truck.build(which, each(&|m| m.load_kg), value)?;
+    let start = which.map(|lift| each(&|m| m.start[usize::from(lift == LiftName::Main)]));
+    let warmer = Warmer { by: each(&|m| m.warmer), warming: S::zero() };
+    if effects.is_empty() {
+        through(group, which, lifts, Thesis, start, warmer)
+    } else {
+        let physics = Extended::new(&effects, &lifts);
+        through(group, which, lifts, physics, start, warmer)
+    }
+}
+
+fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
+    group: Group,
+    which: [LiftName; L],
+    lifts: [Lift<S>; L],
+    physics: X,
+    from: [S; L],
+    warmer: Warmer<S>,
+) -> Result<Vec<Trace>, Error> {
+    let Group { members, clock, substeps, interrupt, .. } = group;
+    let (count, truck) = (members.len(), members[0].truck);
+    let mut start = vec![S::zero(); L * STATES + physics.states()];
+    for (k, lift) in lifts.iter().enumerate() {
+        let position = from[k].clamp_to(lift.stop.lower, lift.stop.upper);
+        lift.at_rest(position).write(&mut start[k * STATES..(k + 1) * STATES]);
+    }
+    let mut mast = Mast { lifts, physics, command: [S::zero(); L], oil_temperature_degc: S::zero() };
+    mast.set_inputs([S::zero(); L], warmer.at(&clock, 0));
+    mast.start_effects(&mut start);
+    let mut seats = members.into_iter().map(|member| member.seat);
+    let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
+    let mut drive = ClosedLoop::<S, N, L>::new(which, truck, seats);
+    let readings = Readings::new(&which, truck.effects());
+    let mut traces = vec![Trace::default(); count];
+    let mut record = |_, x: &[S]| {
+        for k in 0..OUTPUTS.len() {
+            // A lift that is not simulated is not a number.
+            let mut terms = readings.of(k).peekable();
+            let from = if terms.peek().is_some() { 0.0 } else { f64::NAN };
+            let all = terms.fold(S::constant(from), |sum, (place, factor)| sum + S::constant(factor) * x[place]);
+            for (trace, value) in traces.iter_mut().zip(all.lanes()) {
+                trace.outputs.push(value);
+            }
+        }
+    };
+    let ticks = Ticks {
+        mast,
+        drive: &mut drive,
+        clock,
+        warmer,
+        start: &start,
+        wanted: clock.time,
+        substeps,
+        record: &mut record,
+        carry_on: true,
+        interrupt,
+    };
+    widest(ticks).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))?;
+    for (lane, trace) in traces.iter_mut().enumerate() {
+        trace.orders = drive.orders().iter().map(|tick| tick[lane]).collect();
+    }
+    Ok(traces)
+}
