@@ -46,5 +46,7 @@ def respond(problem: Problem, x: Floats, k: int, port: str, centres: Floats) -> 
     truck = problem.truck_at(x)
     sample = problem.samples[k]
     own = problem.conditions(x, k)
-    answers = truck.core.responses(sample.case, own, [port], centres, WIDTH_S, substeps=problem.substeps)
+    answers = truck.core.responses(
+        sample.case, own, [port], centres, WIDTH_S, substeps=sample.substeps(problem.substeps)
+    )
     return answers[:, :, 0, :]

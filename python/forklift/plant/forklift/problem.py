@@ -27,6 +27,7 @@ from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.unknowns import move, rising
 from forklift.plant.parameter import Unknown
 from forklift.recordings.channels import LIFTS, Lift
+from forklift.recordings.clocks import driving
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem as AnyProblem
@@ -46,6 +47,9 @@ WARMING_WIDTH_K = 1.0
 """Standard deviation of how much the oil warms up during a recording: lowering heats it, and a sensor in the
 tank lags by more than a recording lasts."""
 
+USUAL_TICK_S = 0.02
+"""Of the commands: the control unit's, to which a number of substeps refers [s]."""
+
 START_WIDTH_M = 3e-4
 """Standard deviation of a cylinder's position at the start where no encoder tells it better."""
 
@@ -62,6 +66,12 @@ class Sample:
     width: Floats
     """(own,) prior standard deviations of the same; 0: known."""
     observed: tuple[Observed, ...]
+    tick_s: float = USUAL_TICK_S
+    """Step of the commands that drive the case [s]."""
+
+    def substeps(self, usual: int) -> int:
+        """Substeps of a tick, where the usual tick has so many: as long ones, whatever the command's rate."""
+        return max(1, round(usual * self.tick_s / USUAL_TICK_S))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -103,12 +113,15 @@ class Problem(LeastSquares):
         moved, readings = self._split(x)
         truck = self.truck_at(x)
         names = [name for unknown, _ in moved for name in unknown.names]
-        runs = truck.core.differentiate(
-            [sample.case for sample in self.samples],
-            np.array([self.conditions(x, k) for k in range(len(self.samples))]),
-            [*names, *(OWN[place] for place in self.carried)] if derivatives else [],
-            substeps=self.substeps,
-        )
+        along = [*names, *(OWN[place] for place in self.carried)] if derivatives else []
+        conditions = np.array([self.conditions(x, k) for k in range(len(self.samples))])
+        runs: list[tuple[Floats, Floats]] = [(np.empty(0), np.empty(0))] * len(self.samples)
+        for substeps in sorted({sample.substeps(self.substeps) for sample in self.samples}):
+            some = [k for k, one in enumerate(self.samples) if one.substeps(self.substeps) == substeps]
+            cases = [self.samples[k].case for k in some]
+            found = truck.core.differentiate(cases, conditions[some], along, substeps=substeps)
+            for k, run in zip(some, found, strict=True):
+                runs[k] = run
         return [
             _read(sample.recording.time_s, run, readings, len(names) if derivatives else 0)
             for sample, run in zip(self.samples, runs, strict=True)
@@ -182,11 +195,13 @@ def sample(
 
     The oil temperature is the mean of the recording's, the start what the first second's first sample tells.
     """
-    temperature = np.full(len(recording), mean_temperature(recording, oil_temperature_degc))
-    case = _core.Case(recording.time_s, recording.time_s, recording.command, temperature)
+    clock, command = driving(*recording.commanded) if recording.rows else recording.commanded
+    tick_s = float(np.median(np.diff(clock))) if len(clock) > 1 else USUAL_TICK_S
+    temperature = np.full(len(clock), mean_temperature(recording, oil_temperature_degc))
+    case = _core.Case(recording.time_s, clock, command, temperature)
     at_rest = simulate(
         truck,
-        Command(recording.time_s, *recording.command.T),
+        Command(clock, *command.T),
         time=recording.time_s[:1],
         load_kg=recording.load_kg,
         oil_temperature_degc=float(temperature[0]),
@@ -201,8 +216,9 @@ def sample(
         if values is not None:
             rows = np.flatnonzero(np.isfinite(values))
             if len(rows):
-                observed.append(Observed(sensor, columns[channel], rows, values[rows]))
-    return Sample(recording, case, centre, width, tuple(observed))
+                own = recording.rows.get(channel)
+                observed.append(Observed(sensor, columns[channel], rows, values[rows], instants=own))
+    return Sample(recording, case, centre, width, tuple(observed), tick_s)
 
 
 def _start(

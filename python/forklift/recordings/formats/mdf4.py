@@ -64,4 +64,4 @@ def _series(mdf: Any, name: str, places: list[tuple[int, int]], place: Place) ->
     values = samples.astype(np.float64)
     if signal.invalidation_bits is not None:
         values[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
-    return Series(values, np.asarray(signal.timestamps, dtype=np.float64))
+    return Series(values, np.asarray(signal.timestamps, dtype=np.float64), str(signal.unit or "").strip())

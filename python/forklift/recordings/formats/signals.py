@@ -23,10 +23,13 @@ class Series:
         (n,), in the file's unit.
     time
         (n,), s; None: on the file's time column.
+    unit
+        As the file states it; empty if it does not.
     """
 
     values: Floats
     time: Floats | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True)
