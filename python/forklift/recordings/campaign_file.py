@@ -56,8 +56,14 @@ class CampaignFile(BaseModel):
     name: str
     sample_rate_hz: float
     ignore: list[str] = []
+    dbc: str | list[str] = []
     channels: dict[str, SourceEntry] = {}
     recording: list[Entry]
+
+    @property
+    def databases(self) -> tuple[str, ...]:
+        """The DBCs of CAN logs, as paths below the campaign's folder."""
+        return (self.dbc,) if isinstance(self.dbc, str) else tuple(self.dbc)
 
     @property
     def channel_map(self) -> ChannelMap:
@@ -299,6 +305,8 @@ def _check_channels(found: CampaignFile, place: Place, text: str) -> None:
 
 
 def _check_entries(found: CampaignFile, place: Place, text: str) -> None:
+    for file in found.databases:
+        _check_path(file, place, line_of(text, ("dbc",)))
     first: dict[str, str] = {}
     for k, entry in enumerate(found.recording):
         _check_path(entry.file, place, line_of(text, ("recording", k, "file")))
