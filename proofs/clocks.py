@@ -3,8 +3,8 @@
     python proofs/clocks.py [CLOCKS ..]
 
 The campaign ``tests/campaigns/null`` conceals nothing. It is written as MDF4 in each of the ways of
-``tests/clocked.py`` and diagnosed. A line each: the clocks, the verdict, the causes with their parameters'
-intervals, and the seconds it took. Of a skew that was put in, the verdict is no mismatch, or the cause is that
+``tests/clocked.py`` and diagnosed. A line each: the clocks, the verdict, the causes with the intervals of
+their parameters, and the seconds it took. Of a skew that was put in, the verdict is no mismatch, or the cause is that
 skew and its interval holds it.
 """
 
@@ -19,7 +19,6 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests"))
 
 import clocked  # noqa: E402
-
 from forklift import Campaign, Truck, diagnose  # noqa: E402
 
 
@@ -34,7 +33,10 @@ def main(asked: list[str]) -> None:
             seconds = perf_counter() - start
         causes = [
             f"{cause['id']} "
-            + ", ".join(f"{p['name']} {p['value']:.4g} [{p['lower']:.4g}, {p['upper']:.4g}]" for p in cause["parameters"])
+            + ", ".join(
+                f"{p['name']} {p['value']:.4g} [{p['lower']:.4g}, {p['upper']:.4g}]"
+                for p in cause["parameters"]
+            )
             for cause in found["causes"]
         ]
         print(f"{how}: {found['verdict']}; {'; '.join(causes) or 'no cause'}; {seconds:.0f} s", flush=True)

@@ -56,7 +56,9 @@ def test_a_multiplexed_signal_has_samples_where_it_is_sent(suffix, tmp_path):
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_29_bit_identifier_is_not_the_11_bit_one_of_the_same_number(suffix, tmp_path):
-    standard = [can.Message(timestamp=1.7e9, arbitration_id=0x100, is_extended_id=True, data=[255] * 8, channel=1)]
+    standard = [
+        can.Message(timestamp=1.7e9, arbitration_id=0x100, is_extended_id=True, data=[255] * 8, channel=1)
+    ]
     found = Campaign.read(campaign(tmp_path / "bus", suffix, lambda made: standard + made))[0]
     np.testing.assert_allclose(found.commanded[1][:, 0], signals()["current_free_a"], atol=1e-4)
 
@@ -64,7 +66,9 @@ def test_a_29_bit_identifier_is_not_the_11_bit_one_of_the_same_number(suffix, tm
 @pytest.mark.parametrize("suffix", [".blf", ".asc"])
 def test_error_frames_hold_no_signals(suffix, tmp_path):
     def spoilt(made):
-        errors = [can.Message(timestamp=one.timestamp + 1e-3, is_error_frame=True, channel=1) for one in made[::7]]
+        errors = [
+            can.Message(timestamp=one.timestamp + 1e-3, is_error_frame=True, channel=1) for one in made[::7]
+        ]
         return sorted(made + errors, key=lambda one: one.timestamp)
 
     clean = Campaign.read(campaign(tmp_path / "clean", suffix))[0]
@@ -107,7 +111,11 @@ def test_what_is_wrong_with_a_dbc_is_told(tmp_path):
     toml.write_text(text)
     (folder / "truck.dbc").write_text("BO_ 1 x")
     assert raised(Campaign.read, folder).code == "dbc-unreadable"
-    (folder / "truck.dbc").write_text(bus.DBC.replace("BO_ 256", "BO_ 257").replace("BO_ 512", "BO_ 513").replace("2566844672", "2566844673"))
+    (folder / "truck.dbc").write_text(
+        bus.DBC.replace("BO_ 256", "BO_ 257")
+        .replace("BO_ 512", "BO_ 513")
+        .replace("2566844672", "2566844673")
+    )
     assert raised(Campaign.read, folder).code == "dbc-of-another-bus"
     (folder / "truck.dbc").write_text(bus.DBC)
     (folder / "run.blf").write_bytes(b"LOGG" + b"\0" * 200)

@@ -1,4 +1,4 @@
-"""Every signal keeps its clock: noise, counts and the model's own error do not depend on how it was logged."""
+"""Every signal keeps its clock: noise, counts and misfit do not depend on how it was logged."""
 
 from __future__ import annotations
 

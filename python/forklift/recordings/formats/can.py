@@ -139,7 +139,9 @@ def _sources(database: Any, frames: Iterable[_Frame]) -> dict[str, list[_Source]
     found: dict[str, list[_Source]] = defaultdict(list)
     for frame in sorted(frames):
         message = messages.get((frame.identifier, frame.extended))
-        for signal in message.signals if message is not None else ():
+        if message is None:
+            continue
+        for signal in message.signals:
             source = _Source(frame, message, signal)
             long = f"{message.name}.{signal.name}"
             for name in (signal.name, long, f"{long}@{frame.channel}"):

@@ -234,9 +234,7 @@ class Choice:
         """How the values of a source, whose file states `unit`, come to the channel's unit."""
         source = self.source(name)
         channel = table()[source.channel]
-        stated = "" if source.unit else unit.strip()
-        if not stated and not source.unit:
-            stated = units.in_brackets(name) if name != source.channel else ""
+        stated = unit.strip() or (units.in_brackets(name) if name != source.channel else "")
         asked = source.unit or stated
         facts: dict[str, Any] = {
             "channel": source.channel,
@@ -245,8 +243,8 @@ class Choice:
             "unit": channel.unit,
         }
         given = source.given
-        if source.unit and unit.strip() and not units.says_nothing(source.unit):
-            self._check_units(name, source.unit, unit.strip(), facts)
+        if source.unit and stated and not units.says_nothing(source.unit):
+            self._check_units(name, source.unit, stated, facts)
         if units.says_nothing(asked) or not asked:
             return given or units.Linear(1.0, 0.0)
         if units.is_share(asked):

@@ -1,8 +1,8 @@
 """MDF4 through asammdf: every signal on the master (the time, s) of its channel group.
 
 A signal is asked for by its name, or as ``group/name`` with the group's acquisition name or number where
-several groups have the name. A sample whose invalidation bit is set is missing. Where the file holds CAN frames
-and the campaign names a DBC, the signals of the frames are there too.
+several groups have the name. A sample whose invalidation bit is set is missing. Where the file holds CAN
+frames and the campaign names a DBC, the signals of the frames are there too.
 """
 
 from __future__ import annotations
