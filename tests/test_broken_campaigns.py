@@ -419,7 +419,7 @@ BROKEN = [
     Broken(
         "a channel as text",
         "value-invalid",
-        toml(('{ channel = "time_s" }', '"time_s"')),
+        toml(('{ channel = "time_s" }', "7")),
         {"line": 5},
         made="csv",
     ),
@@ -551,8 +551,8 @@ def test_lines_are_found_in_tables_of_their_own(tmp_path):
     folder = make_mapped(tmp_path / "mapped", ".csv")
     text = MAPPED.format(file="run.csv")
     entry = '"pA" = { channel = "pressure_free_pa", scale = 1e5 }\n'
-    own = '[channels."pA"]\nchannel = "pressure_free_pa"\nscale = 1e5\nunit = "bar"\n'
+    own = '[channels."pA"]\nchannel = "pressure_free_pa"\nscale = 1e5\ngain = 1\n'
     (folder / "campaign.toml").write_text(text.replace(entry, own))
     assert raised(Campaign.read, folder).code == "key-unknown"
-    (folder / "campaign.toml").write_text(text.replace(entry, own.replace('unit = "bar"\n', "")))
+    (folder / "campaign.toml").write_text(text.replace(entry, own.replace("gain = 1\n", "")))
     assert len(Campaign.read(folder)[0].channels) == 3

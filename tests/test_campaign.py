@@ -251,6 +251,8 @@ def test_summaries_are_plain_data(folder):
     assert told["recordings"][1]["load_kg"] == 800.0
     assert told["recordings"][0]["channels"]["current_free_a"] == {
         "unit": "A",
+        "samples": 60,
+        "sample_rate_hz": 50.0,
         "missing": 0,
         "least": 0.0,
         "greatest": 0.75,

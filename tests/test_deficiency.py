@@ -141,7 +141,7 @@ def test_shares_of_the_misfit_add_up_and_lie_where_they_were_put():
     phase = np.where(steady, PHASES.index("steady"), PHASES.index("hold"))
     cells = shares(
         [judged(quiet, "a"), judged(loud, "b")],
-        {"r0": RATE},
+        {("r0", "a"): RATE, ("r0", "b"): RATE},
         {"r0": {"a": phase, "b": phase}},
         PHASES,
     )
@@ -156,7 +156,7 @@ def test_shares_of_the_misfit_add_up_and_lie_where_they_were_put():
     assert by["band"][0].name == "2 to 5 Hz"
     assert min(by[kind][0].share for kind in ("signal", "phase", "band")) > 0.9
     assert set(band_names()) == {row.name for row in by["band"]}
-    none = shares([judged(quiet, "a")], {"r0": RATE}, {"r0": {"a": phase}}, PHASES)
+    none = shares([judged(quiet, "a")], {("r0", "a"): RATE}, {"r0": {"a": phase}}, PHASES)
     assert {row.share for row in none} == {0.0}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv as stdlib_csv
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from forklift import Campaign, ForkliftError, convert
-from forklift.recordings.checks import Sampled
+from forklift.recordings.clocks import SAME_INSTANT_S, Sampled, driving, union
 from forklift.recordings.formats import FORMATS, format_of, isolation, mdf4
 from forklift.recordings.formats.csv import _carefully, _quickly
 from forklift.recordings.formats.signals import Place, Signals
-from forklift.recordings.resample import onto_grid
 from small_campaign import (
     MAPPED,
     RATE_HZ,
@@ -190,63 +190,119 @@ def mdf_on_three_clocks(path):
         mdf.save(path, overwrite=True)
 
 
-def test_channels_on_their_own_clocks_come_onto_the_campaign_s(tmp_path):
+def test_channels_on_their_own_clocks_keep_them(tmp_path):
     folder = make_mapped(tmp_path / "mapped", ".mf4")
     mdf_on_three_clocks(folder / "run.mf4")
     line = '[channels]\nT = { channel = "oil_temperature_degc" }'
     (folder / "campaign.toml").write_text(MAPPED.format(file="run.mf4").replace("[channels]", line))
     found = Campaign.read(folder)[0]
-    time = np.arange(ROWS) / RATE_HZ
-    np.testing.assert_array_equal(found.time_s, time)
-    np.testing.assert_array_equal(found["current_free_a"], signals()["current_free_a"])
-    gap = (time >= 0.5) & (time <= 0.6)
-    gap[0] = True  # the pressure begins half a millisecond later
-    np.testing.assert_array_equal(np.isnan(found["pressure_free_pa"]), gap)
-    np.testing.assert_allclose(found["pressure_free_pa"][~gap], (100.0 + time[~gap]) * 1e5, rtol=1e-12)
-    lost = (time > 0.2 + 1e-9) & (time < 0.4 - 1e-9)
-    np.testing.assert_array_equal(np.isnan(found["oil_temperature_degc"]), lost)
-    np.testing.assert_allclose(found["oil_temperature_degc"][~lost], 20.0 + time[~lost], rtol=1e-12)
+    clock, command = found.commanded
+    np.testing.assert_array_equal(clock, np.arange(ROWS) / RATE_HZ)
+    np.testing.assert_array_equal(command[:, 0], signals()["current_free_a"])
+    fast = np.arange(0.0005, 1.2, 0.001)
+    fast = fast[((fast < 0.5) | (fast > 0.6)) & (fast <= clock[-1])]
+    pressure = found.own("pressure_free_pa")
+    np.testing.assert_allclose(pressure.time, fast, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(pressure.values, (100.0 + fast) * 1e5)
+    temperature = found.own("oil_temperature_degc")
+    np.testing.assert_allclose(temperature.time, np.arange(0.0, 1.15, 0.1), atol=1e-12)
+    assert np.flatnonzero(np.isnan(temperature.values)).tolist() == [3]
+    held = np.searchsorted(clock, found.time_s, side="right") - 1
+    np.testing.assert_array_equal(found["current_free_a"], signals()["current_free_a"][held])
+
+
+def test_a_recording_on_several_clocks_is_written_and_read_back_the_same(tmp_path):
+    folder = make_mapped(tmp_path / "mapped", ".mf4")
+    mdf_on_three_clocks(folder / "run.mf4")
+    line = '[channels]\nT = { channel = "oil_temperature_degc" }'
+    (folder / "campaign.toml").write_text(MAPPED.format(file="run.mf4").replace("[channels]", line))
+    plain = convert(folder, tmp_path / "plain")
+    assert plain[0] == replace(Campaign.read(folder)[0], file="run.csv")
+    header = (tmp_path / "plain" / "run.csv").read_text().splitlines()[0]
+    assert header == (
+        "time_s,current_free_a,current_main_a,pressure_free_pa.time_s,pressure_free_pa,"
+        "oil_temperature_degc.time_s,oil_temperature_degc"
+    )
+
+
+def test_a_column_may_have_its_times_in_another_column(tmp_path):
+    columns = foreign()
+    columns |= {"t_p": columns["t"] + 0.007}
+    columns["t_p"][-2:] = columns["pA"][-2:] = np.nan  # a shorter column
+    for suffix in (".csv", ".parquet"):
+        folder = make_mapped(tmp_path / suffix, suffix, columns)
+        assert raised(Campaign.read, folder).code == "column-unknown"
+        toml = folder / "campaign.toml"
+        toml.write_text(toml.read_text().replace('"pressure_free_pa",', '"pressure_free_pa", time = "t_p",'))
+        own = Campaign.read(folder)[0].own("pressure_free_pa")
+        np.testing.assert_allclose(own.time, columns["t_p"][:-2], atol=1e-12)
+        np.testing.assert_array_equal(own.values, (columns["pA"] * 1e5)[:-2])
+        toml.write_text(toml.read_text().replace('time = "t_p"', 'time = "t_q"'))
+        assert raised(Campaign.read, folder).code == "source-missing"
+    columns["pA"][-1] = 20.0
+    folder = make_mapped(tmp_path / "lost", ".csv", columns)
+    toml = folder / "campaign.toml"
+    toml.write_text(toml.read_text().replace('"pressure_free_pa",', '"pressure_free_pa", time = "t_p",'))
+    assert raised(Campaign.read, folder).code == "time-missing"
+
+
+def sampled(*columns):
+    return dict(zip(("current_free_a", "current_main_a", "pressure_free_pa"), columns, strict=False))
 
 
 def test_a_commanded_current_is_held_until_its_next_sample():
-    place = Place("x.mf4", "x.mf4")
     steps = Sampled(np.array([0.0, 0.1, 0.3]), np.array([0.0, 1.0, 2.0]))
     still = Sampled(np.array([0.0, 0.3]), np.zeros(2))
-    fine = Sampled(np.arange(31) / 100, np.zeros(31))
-    found = {"current_free_a": steps, "current_main_a": still, "pressure_free_pa": fine}
-    time, channels = onto_grid(place, found, 20.0)
+    fine = Sampled(np.arange(7) / 20, np.zeros(7))
+    time, channels, rows = union(Place("x.mf4", "x.mf4"), sampled(steps, still, fine))
     np.testing.assert_allclose(time, np.arange(7) / 20)
     assert channels["current_free_a"].tolist() == [0, 0, 1, 1, 1, 1, 2]
+    assert rows["current_free_a"].tolist() == [0, 2, 6]
 
 
 @given(
-    rate=st.floats(1.0, 1000.0),
+    steps=st.lists(st.lists(st.floats(1e-3, 1.0), min_size=2, max_size=20), min_size=3, max_size=3),
     shift=st.floats(-1e3, 1e3),
-    count=st.integers(2, 40),
 )
-def test_a_grid_that_is_the_clock_changes_no_sample(rate, shift, count):
-    time = shift + np.arange(count) / rate
-    values = np.sin(np.arange(count) * 1.7)
-    values[count // 2] = np.nan
-    found = {
-        "current_free_a": Sampled(time, np.cos(np.arange(count))),
-        "current_main_a": Sampled(time, np.arange(count, dtype=float)),
-        "pressure_free_pa": Sampled(time, values),
-    }
-    grid, channels = onto_grid(Place("x", "x"), found, rate)
-    assert len(grid) == count
-    for name, own in found.items():
-        np.testing.assert_array_equal(channels[name], own.values)
+def test_no_measurement_is_moved_or_made_up(steps, shift):
+    clocks = [shift + np.cumsum(own) for own in steps]
+    series = sampled(*(Sampled(time, np.sin(np.arange(len(time)) * 1.7)) for time in clocks))
+    start = max(found.time[0] for name, found in series.items() if "current" in name)
+    end = min(found.time[-1] for name, found in series.items() if "current" in name)
+    if end <= start:
+        assert raised(union, Place("x", "x"), series).code == "time-not-common"
+        return
+    time, channels, rows = union(Place("x", "x"), series)
+    assert np.all(np.diff(time) > 0.0)
+    own = series["pressure_free_pa"]
+    there = (own.time >= start - SAME_INSTANT_S) & (own.time <= end + SAME_INSTANT_S)
+    np.testing.assert_array_equal(channels["pressure_free_pa"][rows["pressure_free_pa"]], own.values[there])
+    np.testing.assert_allclose(time[rows["pressure_free_pa"]] + start, own.time[there], atol=1.1e-6)
+    assert np.isnan(np.delete(channels["pressure_free_pa"], rows["pressure_free_pa"])).all()
+    for name in ("current_free_a", "current_main_a"):
+        assert np.isfinite(channels[name]).all()
+
+
+@given(
+    steps=st.lists(st.floats(1e-3, 0.1), min_size=3, max_size=60),
+    levels=st.lists(st.floats(0.0, 1.75), min_size=61, max_size=61),
+)
+def test_uneven_commands_drive_the_model_by_their_means(steps, levels):
+    time = np.append(0.0, np.cumsum(steps))
+    command = np.column_stack([levels[: len(time)], np.full(len(time), 0.3)])
+    clock, driven = driving(time, command)
+    assert np.all(np.diff(clock) > 0.0)
+    assert np.all(driven[:, 1] == 0.3)
+    charge = float(command[:-1, 0] @ np.diff(time))
+    upto = np.append(np.diff(clock), time[-1] - clock[-1])
+    # What is held after the last sample counts within the last step only.
+    assert float(driven[:, 0] @ upto) == pytest.approx(charge, abs=1.75 * 0.006)
 
 
 def test_currents_that_do_not_overlap_are_no_recording():
     early = Sampled(np.arange(5.0), np.zeros(5))
     late = Sampled(np.arange(5.0) + 10.0, np.zeros(5))
-    found = {"current_free_a": early, "current_main_a": late}
-    assert raised(onto_grid, Place("x.mf4", "x.mf4"), found, 50.0).code == "time-not-common"
-    found = {"current_free_a": early, "current_main_a": Sampled(np.arange(4.0), np.zeros(4))}
-    error = raised(onto_grid, Place("x.mf4", "x.mf4"), found, 1e12)
-    assert (error.code, error.value) == ("sample-rate-mismatch", 1e12)
+    assert raised(union, Place("x.mf4", "x.mf4"), sampled(early, late)).code == "time-not-common"
 
 
 def test_a_signal_that_several_groups_have_must_be_named_with_its_group(tmp_path):

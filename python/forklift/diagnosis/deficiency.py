@@ -208,7 +208,7 @@ def _whiteness(channel: str, own: Sequence[ChannelResidual]) -> Iterator[_Raw]:
 def _correlations(
     channel: str, own: Sequence[ChannelResidual], known: Mapping[str, Columns]
 ) -> Iterator[_Raw]:
-    series = [_series(found, len(next(iter(known[found.file].values())))) for found in own]
+    series = [found.series(len(next(iter(known[found.file].values())))) for found in own]
     whitening = autoregression(series)
     white = [lfilter(whitening, 1.0, values) for values in series]
     samples = sum(found.samples for found in own)
@@ -219,22 +219,13 @@ def _correlations(
         for found, residual in zip(own, white, strict=True):
             given = known[found.file].get(variable)
             if given is not None:
-                seen = np.zeros_like(given)
-                seen[found.rows] = given[found.rows]
-                columns = lfilter(whitening, 1.0, seen, axis=0)
+                columns = lfilter(whitening, 1.0, found.at_samples(given), axis=0)
                 b = b + columns.T @ residual
                 a = a + columns.T @ columns
         q, degrees = quadratic(np.atleast_1d(b), scale * np.atleast_2d(a))
         if degrees:
             p = float(ncx2.sf(q, degrees, SMALL * samples))
             yield _Raw("correlation", channel, variable, q / samples, p)
-
-
-def _series(found: ChannelResidual, length: int) -> Floats:
-    """What is left over at every sample of the recording; 0 where one is missing."""
-    values = np.zeros(length)
-    values[found.rows] = found.left
-    return values
 
 
 def autoregression(series: Sequence[Floats], most: int = ORDER) -> Floats:

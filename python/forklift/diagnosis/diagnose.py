@@ -266,7 +266,7 @@ def _evidence(
         )
         left = shares(
             baseline.judged,
-            {one.file: one.sample_rate_hz for one in recordings},
+            {(one.file, name): one.rate_hz(name) for one in recordings for name in one.channels},
             {one.file: of_recording(one, truck) for one in recordings},
             PHASES,
         )

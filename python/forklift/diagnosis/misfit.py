@@ -54,7 +54,7 @@ class Share:
 
 def shares(
     judged: Sequence[ChannelResidual],
-    rates_hz: Mapping[str, float],
+    rates_hz: Mapping[tuple[str, str], float],
     phases: Mapping[str, Mapping[str, NDArray[np.intp]]],
     names: Sequence[str],
 ) -> tuple[Share, ...]:
@@ -86,7 +86,7 @@ def shares(
         for index in np.unique(phase):
             here = found.left[phase == index]
             put("phase", names[index], len(here), float(here @ here))
-        for name, samples, part in _bands(found, rates_hz[found.file]):
+        for name, samples, part in _bands(found, rates_hz[found.file, found.channel]):
             put("band", name, samples, part)
     return tuple(share for by, cells in kinds.items() for share in _ranked(by, cells))
 
@@ -99,10 +99,11 @@ def band_names() -> tuple[str, ...]:
 
 def _bands(found: ChannelResidual, rate_hz: float) -> Iterator[tuple[str, float, float]]:
     """Name, samples and sum of squares of each band; a missing sample counts as explained."""
-    series = np.zeros(int(found.rows[-1] - found.rows[0]) + 1 if len(found.rows) else 0)
-    if not len(series):
+    if not len(found.rows):
         return
-    series[found.rows - found.rows[0]] = found.left
+    place = found.rows if found.instants is None else np.searchsorted(found.instants, found.rows)
+    series = np.zeros(int(place[-1] - place[0]) + 1)
+    series[place - place[0]] = found.left
     power = np.abs(np.fft.rfft(series)) ** 2 / len(series)
     both = np.full(len(power), 2.0)  # a line stands for its negative frequency, too
     both[0] = 1.0

@@ -26,6 +26,8 @@ class Observed:
     values: Floats
     ends: tuple[float, float] = (-np.inf, np.inf)
     """Between which the sensor reads; a sample at one of them tells that the truth lies there or beyond."""
+    instants: NDArray[np.intp] | None = None
+    """Rows at which a channel on a clock of its own was sampled, missing samples among them; None: all."""
 
     def misfit(self, said: Floats, sigma: float) -> tuple[Floats, Floats]:
         """Residual of each sample and its derivative along what the model says, at weight `sigma`."""

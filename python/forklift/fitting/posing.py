@@ -50,4 +50,6 @@ def posed(machine: Machine, piece: Any, sensors: Mapping[str, Sensor]) -> Sample
     """One recording, or one stretch of it."""
     outputs: Sequence[str] = machine.outputs
     measured: Mapping[str, Floats] = machine.measured(piece)
-    return observing(machine.case(piece, sensors), measured, sensors, outputs, machine.ends)
+    return observing(
+        machine.case(piece, sensors), measured, sensors, outputs, machine.ends, machine.instants(piece)
+    )

@@ -71,6 +71,24 @@ class ChannelResidual:
     """Of slow noise the standard deviation of its variance, as a share of it."""
     blocks: int = 1
     """How many stretches of the recording err independently."""
+    instants: NDArray[np.intp] | None = None
+    """Rows at which a channel on a clock of its own was sampled, missing samples among them; None: all."""
+
+    def series(self, length: int) -> Floats:
+        """The residual at every sample of the channel, 0 where one is missing; `length` rows in all."""
+        if self.instants is None:
+            values = np.zeros(length)
+            values[self.rows] = self.left
+        else:
+            values = np.zeros(len(self.instants))
+            values[np.searchsorted(self.instants, self.rows)] = self.left
+        return values
+
+    def at_samples(self, given: Floats) -> Floats:
+        """What is given at all rows, at the channel's samples; 0 where one is missing."""
+        seen = np.zeros_like(given)
+        seen[self.rows] = given[self.rows]
+        return seen if self.instants is None else seen[self.instants]
 
     @property
     def bound(self) -> float:
@@ -194,7 +212,7 @@ def _judge(
         left = seen.left(said) / sensor.noise
         if sensor.count:
             left = left - np.clip(left.mean(), -ROUNDING, ROUNDING)
-        even = len(left) == len(sample.recording)
+        even = len(left) == (len(sample.recording) if seen.instants is None else len(seen.instants))
         whiteness = ljung_box(left) if even and not sensor.count else None
         judged.append(
             ChannelResidual(
@@ -210,6 +228,7 @@ def _judge(
                 _stretches(seen.values) / len(left) if sensor.count else sensor.independent,
                 sensor.unsure,
                 sample.recording.blocks,
+                seen.instants,
             )
         )
     return judged

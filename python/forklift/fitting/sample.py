@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.fitting.observed import Observed
@@ -25,7 +26,8 @@ def observing(
     measured: Mapping[str, Floats],
     sensors: Mapping[str, Sensor],
     outputs: Sequence[str],
-    ends: Mapping[str, tuple[float, float]] | None = None,
+    ends: Mapping[str, tuple[float, float]],
+    instants: Mapping[str, NDArray[np.intp]],
 ) -> Sample:
     """The case with the finite samples of every channel that has a sensor.
 
@@ -37,6 +39,8 @@ def observing(
         The machine's, in order.
     ends
         By channel, between which its sensor reads.
+    instants
+        By channel on a clock of its own, the times at which it was sampled, by their place.
     """
     seen = []
     for channel, sensor in sensors.items():
@@ -45,7 +49,8 @@ def observing(
             continue
         rows = np.flatnonzero(np.isfinite(values))
         if len(rows):
-            limits = (ends or {}).get(channel, (-np.inf, np.inf))
-            seen.append(Observed(sensor, outputs.index(channel), rows, values[rows], limits))
-    own = {field.name: getattr(case, field.name) for field in fields(Case)}
-    return Sample(**own, observed=tuple(seen))
+            limits = ends.get(channel, (-np.inf, np.inf))
+            own = instants.get(channel)
+            seen.append(Observed(sensor, outputs.index(channel), rows, values[rows], limits, own))
+    fixed = {field.name: getattr(case, field.name) for field in fields(Case)}
+    return Sample(**fixed, observed=tuple(seen))

@@ -9,6 +9,7 @@ from itertools import pairwise
 from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -76,6 +77,10 @@ class NumpyMachine:
     def measured(self, recording: Recording) -> Mapping[str, Floats]:
         """By output."""
         return recording.y
+
+    def instants(self, recording: Recording) -> Mapping[str, NDArray[np.intp]]:
+        """All outputs are on one clock."""
+        return {}
 
     def unknowns(self) -> tuple[Unknown, ...]:
         """The plant's parameters that are not known, and shared free starts."""

@@ -202,6 +202,9 @@ class Machine(Protocol):
     def measured(self, recording: Any) -> Mapping[str, Floats]:
         """By channel, (times,) with NaN where a sample is missing."""
 
+    def instants(self, recording: Any) -> Mapping[str, NDArray[np.intp]]:
+        """By channel on a clock of its own, at which of the recording's times it was sampled."""
+
     def check(self, values: Mapping[str, float]) -> None:
         """Nothing if the machine is possible at these values.
 

@@ -224,7 +224,8 @@ def places(folder: Path, document: CampaignFile) -> Iterable[tuple[Any, Place]]:
     """Each entry of the campaign file, and where its recording stands."""
     for entry in document.recording:
         file = str(PurePosixPath(entry.file))
-        yield entry, Place(file, os.path.abspath(folder / file))
+        dbc = tuple(os.path.abspath(folder / one) for one in document.databases)
+        yield entry, Place(file, os.path.abspath(folder / file), dbc=dbc)
 
 
 def csv_name(file: str) -> str:

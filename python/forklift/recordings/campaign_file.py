@@ -36,12 +36,17 @@ class Entry(BaseModel):
 
 
 class SourceEntry(BaseModel):
-    """``[channels]``: the channel a name in the files stands for; ``value in SI = raw * scale + offset``."""
+    """``[channels]``: the channel a name in the files stands for, and how its values come to SI units.
+
+    By its unit, or by ``value in SI = raw * scale + offset``; `time` names a column with times of its own.
+    """
 
     model_config = _STRICT
     channel: str
-    scale: float = 1.0
-    offset: float = 0.0
+    scale: float | None = None
+    offset: float | None = None
+    unit: str = ""
+    time: str = ""
 
 
 class CampaignFile(BaseModel):
@@ -51,14 +56,21 @@ class CampaignFile(BaseModel):
     name: str
     sample_rate_hz: float
     ignore: list[str] = []
+    dbc: str | list[str] = []
     channels: dict[str, SourceEntry] = {}
     recording: list[Entry]
+
+    @property
+    def databases(self) -> tuple[str, ...]:
+        """The DBCs of CAN logs, as paths below the campaign's folder."""
+        return (self.dbc,) if isinstance(self.dbc, str) else tuple(self.dbc)
 
     @property
     def channel_map(self) -> ChannelMap:
         """``[channels]`` and ``ignore``."""
         sources = {
-            name: Source(found.channel, found.scale, found.offset) for name, found in self.channels.items()
+            name: Source(found.channel, found.scale, found.offset, found.unit, found.time)
+            for name, found in self.channels.items()
         }
         return ChannelMap(sources, frozenset(self.ignore))
 
@@ -99,6 +111,7 @@ def parse(data: bytes, place: Place) -> CampaignFile:
 
 def check(document: Mapping[str, Any], place: Place, text: str = "") -> CampaignFile:
     """`document` as a campaign file; `text` is where its lines are looked up."""
+    document = _with_channels(document)
     try:
         found = CampaignFile.model_validate(document)
     except ValidationError as error:
@@ -113,6 +126,24 @@ def check(document: Mapping[str, Any], place: Place, text: str = "") -> Campaign
     _check_channels(found, place, text)
     _check_entries(found, place, text)
     return found
+
+
+def _with_channels(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The document, with the short forms of ``[channels]`` written out.
+
+    ``P = "pressure_free_pa"`` is a channel, ``pressure_free_pa = "bar"`` a unit.
+    """
+    channels = document.get("channels")
+    if not isinstance(channels, dict):
+        return document
+    written: dict[str, Any] = {}
+    for name, value in channels.items():
+        if isinstance(value, str) and value not in table() and name in table():
+            value = {"channel": name, "unit": value}
+        elif isinstance(value, str):
+            value = {"channel": value}
+        written[name] = value
+    return {**document, "channels": written}
 
 
 def dump(name: str, sample_rate_hz: float, recordings: Iterable[Recording]) -> str:
@@ -251,10 +282,9 @@ def _check_channels(found: CampaignFile, place: Place, text: str) -> None:
                 **at,
             )
         first[source.channel] = name
-        if not 0.0 < abs(source.scale) < float("inf") or not abs(source.offset) < float("inf"):
-            key, value = (
-                ("scale", source.scale) if abs(source.offset) < float("inf") else ("offset", source.offset)
-            )
+        scale, offset = 1.0 if source.scale is None else source.scale, source.offset or 0.0
+        if not 0.0 < abs(scale) < float("inf") or not abs(offset) < float("inf"):
+            key, value = ("scale", scale) if abs(offset) < float("inf") else ("offset", offset)
             raise place.error(
                 "scale-invalid",
                 f"{quoted(name)} is mapped with {key} = {value:g}; write the finite factor (not 0) and "
@@ -275,6 +305,8 @@ def _check_channels(found: CampaignFile, place: Place, text: str) -> None:
 
 
 def _check_entries(found: CampaignFile, place: Place, text: str) -> None:
+    for file in found.databases:
+        _check_path(file, place, line_of(text, ("dbc",)))
     first: dict[str, str] = {}
     for k, entry in enumerate(found.recording):
         _check_path(entry.file, place, line_of(text, ("recording", k, "file")))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from forklift.recordings.channels import (
     conversions,
     looks_like,
 )
+from forklift.recordings.clocks import Sampled as Sampled
 from forklift.recordings.formats.signals import Place
 
 CLOCK_TOLERANCE = 0.01
@@ -33,14 +33,6 @@ AT_REST_A = 0.2
 below the 0.36 A at which the first of the thesis's valves begins to open."""
 FEWEST_ROWS = 2
 """One sample has no duration."""
-
-
-@dataclass(frozen=True)
-class Sampled:
-    """One channel's samples at its times, both (n,)."""
-
-    time: Floats
-    values: Floats
 
 
 def samples(place: Place, name: str, values: Floats) -> None:

@@ -34,6 +34,7 @@ def convert(
     sample_rate_hz: float | None = None,
     channels: Mapping[str, str | Mapping[str, Any]] | None = None,
     ignore: Iterable[str] = (),
+    dbc: str | Path | Sequence[str | Path] = (),
     overwrite: bool = False,
 ) -> Campaign:
     """Write a plain campaign: one CSV file in SI units for each recording, and its ``campaign.toml``.
@@ -59,6 +60,8 @@ def convert(
         stands for its channel, without scale.
     ignore
         Columns to pass over.
+    dbc
+        The DBC of a CAN log, or several.
     overwrite
         See `Campaign.write`.
 
@@ -103,7 +106,9 @@ def convert(
         name = name or Path(out).resolve().name
         document = _document(name, files, str(out), lift, load_kg, role, channels, ignore)
         entries = zip(document.recording, files, strict=True)
-        found = [(entry, Place(entry.file, os.path.abspath(file))) for entry, file in entries]
+        bases = [dbc] if isinstance(dbc, str | Path) else dbc
+        databases = tuple(os.path.abspath(file) for file in bases)
+        found = [(entry, Place(entry.file, os.path.abspath(file), dbc=databases)) for entry, file in entries]
     raws = [(entry, reading.load(place, document.channel_map)) for entry, place in found]
     rate = rate or _rate(raws[0][1])
     recordings = tuple(

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 from math import comb, sqrt
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.optimize import brentq
 
 from forklift.base.arrays import Floats
+from forklift.recordings.clocks import EVEN, Sampled, broken_at_gaps, is_even
 
 DIFFERENCES = 6
 
@@ -51,6 +53,10 @@ MOST_CORRELATED = 0.9
 """Slower than this, short rests cannot tell it from drift."""
 
 
+COLOUR_STEP_S = 0.02
+"""The step over which the correlation of channels at several rates is compared: of the usual 50 Hz [s]."""
+
+
 @dataclass(frozen=True)
 class Sensor:
     """One channel's sensor, the same in all recordings of a campaign."""
@@ -65,6 +71,8 @@ class Sensor:
     unsure: float = 0.0
     """Standard deviation of the noise's variance as a share of it: what short rests leave open of slow noise;
     that of white noise is told by every sample."""
+    step_s: float = COLOUR_STEP_S
+    """From one of its samples to the next [s]."""
 
     @property
     def independent(self) -> float:
@@ -103,6 +111,11 @@ def share_left(rho: float) -> float:
     return float(weights @ rho ** np.abs(lags)) / comb(2 * DIFFERENCES, DIFFERENCES)
 
 
+def over(rho: float, step_s: float, other_s: float) -> float:
+    """The correlation over another step of noise whose correlation over `step_s` is ρ."""
+    return rho if abs(other_s / step_s - 1.0) < EVEN else float(rho ** (other_s / step_s))
+
+
 def encoder_count(columns: Iterable[Floats]) -> float:
     """The step of which all finite samples are whole multiples; 0 if there is no such step worth the name.
 
@@ -131,7 +144,33 @@ def white_noise(columns: Iterable[Floats]) -> float:
 
     From the sixth differences within `CLIPPED` standard deviations: steps and odd samples do not count.
     """
-    differences = [np.diff(column, DIFFERENCES) for column in columns]
+    return _white([np.diff(column, DIFFERENCES) for column in columns])
+
+
+def noise_of(columns: Iterable[Sampled]) -> float:
+    """Standard deviation of the white noise of one channel in several recordings, from its own samples.
+
+    Where the clock is uneven, divided differences of its own instants stand for the sixth differences, scaled
+    so that white noise comes out as large. None reaches across a gap of the clock.
+    """
+    return _white([_differences(broken_at_gaps(column)) for column in columns])
+
+
+def _differences(found: Sampled) -> Floats:
+    """Sixth differences, at the instants that the samples have."""
+    n = DIFFERENCES + 1
+    if is_even(found.time) or len(found.time) < n:
+        return np.diff(found.values, DIFFERENCES)
+    time = sliding_window_view(found.time, n)
+    apart = (time[:, :, None] - time[:, None, :]) / found.step_s
+    apart[:, range(n), range(n)] = 1.0
+    weights = 1.0 / np.prod(apart, axis=2)
+    weights *= sqrt(comb(2 * DIFFERENCES, DIFFERENCES)) / np.linalg.norm(weights, axis=1, keepdims=True)
+    return np.asarray(np.sum(weights * sliding_window_view(found.values, n), axis=1))
+
+
+def _white(differences: list[Floats]) -> float:
+    """Standard deviation of the white noise whose sixth differences these are."""
     pooled = np.concatenate([column[np.isfinite(column)] for column in differences])
     if not len(pooled):
         return 0.0

@@ -1,4 +1,4 @@
-"""A recording's file, read, mapped to channels, checked and brought onto one clock."""
+"""A recording's file, read, mapped to channels and checked; every channel keeps its clock."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.base.errors import ForkliftError
 from forklift.recordings import checks, formats
 from forklift.recordings.channels import COMMANDS, TIME, Lifts, table
-from forklift.recordings.checks import Sampled
+from forklift.recordings.clocks import Rows, Sampled, union
 from forklift.recordings.formats.mapping import ChannelMap, Choice
 from forklift.recordings.formats.signals import Place, Series
 from forklift.recordings.recording import Recording, Role
-from forklift.recordings.resample import onto_grid
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Raw:
     @property
     def command_rate_hz(self) -> float:
         """The sample rate of the slower commanded current [Hz]."""
-        return min(1.0 / float(np.median(np.diff(self.series[name].time))) for name in COMMANDS)
+        return min(1.0 / self.series[name].step_s for name in COMMANDS)
 
 
 def load(place: Place, channel_map: ChannelMap) -> Raw:
@@ -82,37 +80,58 @@ def build(
 ) -> Recording:
     """The recording at the campaign's sample rate.
 
-    Channels on one clock stay as they are if that goes with the rate. On several clocks, or with `regrid`,
-    they are brought onto one, see `forklift.recordings.resample`.
+    Channels on one clock must go with the rate; on several clocks each keeps its own, see
+    `forklift.recordings.clocks`.
 
     Raises
     ------
     ForkliftError
-        Everything `forklift.recordings.checks` and `forklift.recordings.resample` raise about the clock and
-        the lift.
+        Everything `forklift.recordings.checks` and `forklift.recordings.clocks` raise about clock and lift.
     """
-    time, channels = _on_the_clock(raw, sample_rate_hz, regrid)
+    time, channels, rows = _on_their_clocks(raw, sample_rate_hz, regrid)
     checks.length(raw.place, len(time))
     checks.lift(raw.place, lift, channels)
-    return Recording(raw.place.file, lift, load_kg, role, time, channels, raw.sha256, raw.format)
+    return Recording(raw.place.file, lift, load_kg, role, time, channels, raw.sha256, raw.format, rows)
 
 
-def _on_the_clock(raw: Raw, rate_hz: float, regrid: bool) -> tuple[Floats, dict[str, Floats]]:
+def _on_their_clocks(
+    raw: Raw, rate_hz: float, regrid: bool
+) -> tuple[Floats, dict[str, Floats], dict[str, Rows]]:
     time = raw.series[COMMANDS[0]].time
-    if raw.on_one_clock and not (regrid and _uneven(raw, time, rate_hz)):
+    if raw.on_one_clock:
+        values = {name: found.values for name, found in raw.series.items()}
+        if regrid:
+            time, values = _at_rate(time, values, rate_hz)
         clock = table()[TIME]
         checks.unit(raw.place, clock, time)
         checks.clock(raw.place, clock, time, rate_hz)
-        return time, {name: found.values for name, found in raw.series.items()}
-    return onto_grid(raw.place, raw.series, rate_hz)
+        return time, values, {}
+    for name in COMMANDS:
+        checks.unit(raw.place, table()[TIME], raw.series[name].time - raw.series[name].time[0])
+    return union(raw.place, raw.series)
 
 
-def _uneven(raw: Raw, time: Floats, rate_hz: float) -> bool:
-    try:
-        checks.clock(raw.place, table()[TIME], time, rate_hz)
-    except ForkliftError:
-        return True
-    return False
+def _at_rate(time: Floats, values: dict[str, Floats], rate_hz: float) -> tuple[Floats, dict[str, Floats]]:
+    """The samples at this rate, none of them moved or made up.
+
+    Of a clock that is a whole number of times as fast every so-manieth row is kept. Where rows were lost,
+    missing samples stand for them, and the commanded currents are held.
+    """
+    usual = float(np.median(np.diff(time)))
+    every = max(1, round(1.0 / (usual * rate_hz)))
+    lost = np.maximum(np.round(np.diff(time) / usual).astype(np.int64) - 1, 0)
+    if lost.sum() > len(time):
+        return time, values
+    place = np.repeat(np.arange(len(time)), np.append(lost, 0) + 1)
+    first = np.r_[True, np.diff(place) > 0]
+    steps = np.arange(len(place)) - np.flatnonzero(first)[np.cumsum(first) - 1]
+    share = steps / (np.append(lost, 0)[place] + 1)
+    full = time[place] + share * np.append(np.diff(time), 0.0)[place]
+    columns = {
+        name: column[place] if name in COMMANDS else np.where(first, column[place], np.nan)
+        for name, column in values.items()
+    }
+    return full[::every], {name: column[::every] for name, column in columns.items()}
 
 
 def _time(choice: Choice, series: Series, common: Series | None, name: str) -> Floats:

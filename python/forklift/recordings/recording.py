@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,6 +14,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, Lifts, table
+from forklift.recordings.clocks import TIME_SUFFIX, Rows, Sampled, nearest
 
 if TYPE_CHECKING:
     import polars as pl
@@ -40,7 +41,7 @@ class Recording:
     role
         ``"estimate"`` may be fitted on; ``"validate"`` is only ever judged on.
     time_s
-        (n,), strictly increasing [s].
+        (n,), strictly increasing [s]: all instants at which any channel has a sample.
     channels
         Name to (n,) samples, NaN where one is missing; the commanded currents have none missing. Units and
         meanings: `forklift.recordings.channels.table`.
@@ -48,6 +49,10 @@ class Recording:
         Of the file as it was read; of the CSV file `to_csv` gives, if there was none.
     format
         Of that file: ``"csv"``, ``"parquet"``, ``"mat"``, ``"mdf4"``; ``"memory"`` if there was none.
+    rows
+        Name to the rows at which a channel on a clock of its own was sampled, in increasing order; a channel
+        that is not named was sampled at every row. Between its rows a measurement is NaN and a commanded
+        current is held.
 
     Raises
     ------
@@ -63,6 +68,7 @@ class Recording:
     channels: Mapping[str, Floats]
     sha256: str = ""
     format: str = "memory"
+    rows: Mapping[str, Rows] = field(default_factory=dict)
 
     @property
     def group(self) -> str:
@@ -94,6 +100,7 @@ class Recording:
         ordered = {name: given[name] for name in known if name in given}
         object.__setattr__(self, "time_s", time)
         object.__setattr__(self, "channels", MappingProxyType(ordered))
+        object.__setattr__(self, "rows", MappingProxyType(self._own_rows()))
         if not self.sha256:
             object.__setattr__(self, "sha256", hashlib.sha256(self.to_csv().encode()).hexdigest())
 
@@ -115,9 +122,52 @@ class Recording:
         return len(self.time_s)
 
     @property
+    def on_one_clock(self) -> bool:
+        """Whether all channels were sampled at all instants."""
+        return not self.rows
+
+    def rows_of(self, name: str) -> Rows:
+        """The rows at which the channel was sampled, samples that are missing among them."""
+        return self.rows[name] if name in self.rows else np.arange(len(self))
+
+    def own(self, name: str) -> Sampled:
+        """The channel's own samples at its own instants, as the logger has them."""
+        if name not in self.rows:
+            return Sampled(self.time_s, self[name])
+        return Sampled(self.time_s[self.rows[name]], self[name][self.rows[name]])
+
+    @property
     def command(self) -> Floats:
         """(n, 2), the commanded currents of free and main lift [A]."""
         return np.column_stack([self.channels[name] for name in COMMANDS])
+
+    @property
+    def commanded(self) -> tuple[Floats, Floats]:
+        """Instants at which a commanded current was sampled (m,) [s], and both currents there (m, 2) [A]."""
+        if not any(name in self.rows for name in COMMANDS):
+            return self.time_s, self.command
+        at = np.unique(np.concatenate([self.rows_of(name) for name in COMMANDS]))
+        return self.time_s[at], self.command[at]
+
+    def thinned(self, names: Iterable[str]) -> Recording:
+        """The recording at an even pace, for a look at several channels at once; itself if on one clock.
+
+        The pace is that of the slowest of these channels; of every channel the nearest sample stands there,
+        unchanged. Noise, counts and a model are never taken from it.
+        """
+        steps = [
+            self.own(name).step_s for name in names if name in self.channels and len(self.own(name).time) > 2
+        ]
+        if self.on_one_clock or not steps:
+            return self
+        at = np.arange(self.time_s[0], self.time_s[-1], max(steps))
+        held = np.searchsorted(self.time_s, at, side="right") - 1
+        channels = {
+            name: values[held] if name in COMMANDS else nearest(at, self.own(name))
+            for name, values in self.channels.items()
+        }
+        given = (self.file, self.lift, self.load_kg, self.role, at, channels, self.sha256, self.format)
+        return Recording(*given)
 
     @property
     def duration_s(self) -> float:
@@ -129,6 +179,11 @@ class Recording:
         """The mean sample rate [Hz]."""
         return (len(self) - 1) / self.duration_s
 
+    def rate_hz(self, name: str) -> float:
+        """The mean rate of the channel's own samples [Hz]."""
+        time = self.own(name).time
+        return (len(time) - 1) / float(time[-1] - time[0]) if len(time) > 1 else self.sample_rate_hz
+
     def to_polars(self) -> pl.DataFrame:
         """A column each for time and channels; a missing sample is null."""
         import polars as pl
@@ -136,8 +191,30 @@ class Recording:
         return pl.DataFrame({TIME: self.time_s, **self.channels}).fill_nan(None)
 
     def to_csv(self) -> str:
-        """The recording as a CSV file holds it: every number reads back the same, to the bit."""
-        return self.to_polars().write_csv()
+        """The recording as a CSV file holds it: every number reads back the same, to the bit.
+
+        A channel on a clock of its own stands after a column of its times, ``NAME.time_s``; the shorter
+        columns end in empty cells.
+        """
+        import polars as pl
+
+        if self.on_one_clock:
+            return self.to_polars().write_csv()
+        first = self.own(COMMANDS[0])
+        columns = {TIME: first.time, COMMANDS[0]: first.values}
+        for name in self.channels:
+            own = self.own(name)
+            if name == COMMANDS[0]:
+                continue
+            if not np.array_equal(own.time, first.time):
+                columns[name + TIME_SUFFIX] = own.time
+            columns[name] = own.values
+        longest = max(len(column) for column in columns.values())
+        full = {
+            name: np.append(column, np.full(longest - len(column), np.nan))
+            for name, column in columns.items()
+        }
+        return pl.DataFrame(full).fill_nan(None).write_csv()
 
     def to_xarray(self) -> xr.Dataset:
         """Channels over ``time_s`` with ``units`` and ``long_name``, and what was entered as attributes."""
@@ -168,16 +245,20 @@ class Recording:
             "format": self.format,
             "sha256": self.sha256,
             "samples": len(self),
+            "clocks": len({self.own(name).time.tobytes() for name in self.channels}),
             "duration_s": self.duration_s,
             "sample_rate_hz": self.sample_rate_hz,
             "channels": {name: self._summary(name) for name in self.channels},
         }
 
     def _summary(self, name: str) -> dict[str, Any]:
-        values = self.channels[name]
+        own = self.own(name)
+        values = own.values
         finite = values[np.isfinite(values)]
         return {
             "unit": table()[name].unit,
+            "samples": len(values),
+            "sample_rate_hz": float(f"{1.0 / own.step_s:.6g}") if own.step_s else None,
             "missing": len(values) - len(finite),
             "least": float(finite.min()) if finite.size else None,
             "greatest": float(finite.max()) if finite.size else None,
@@ -190,6 +271,8 @@ class Recording:
         digest = hashlib.sha256(repr(entered).encode())
         for values in (self.time_s, *self.channels.values()):
             digest.update(np.where(np.isnan(values), np.nan, values + 0.0).astype("<f8").tobytes())
+        for name, rows in self.rows.items():
+            digest.update(name.encode() + rows.astype("<i8").tobytes())
         return digest.hexdigest()
 
     def __eq__(self, other: object) -> bool:
@@ -200,7 +283,7 @@ class Recording:
 
     def __reduce__(self) -> tuple[Any, ...]:
         given = (self.file, self.lift, self.load_kg, self.role, self.time_s, dict(self.channels))
-        return (Recording, (*given, self.sha256, self.format))
+        return (Recording, (*given, self.sha256, self.format, dict(self.rows)))
 
     def __repr__(self) -> str:
         names = ", ".join(self.channels)
@@ -208,6 +291,26 @@ class Recording:
             f"Recording({self.file!r}, {self.lift} lift, {self.load_kg:g} kg, {self.role}, "
             f"{len(self)} samples in {self.duration_s:g} s; {names})"
         )
+
+    def _own_rows(self) -> dict[str, Rows]:
+        """`rows` without those that are all rows, checked, in the channels' order."""
+        found = {}
+        for name in self.rows:
+            if name not in self.channels:
+                raise self._error("channel-unknown", f"rows are given of {name}, which is not there", name)
+        for name, values in self.channels.items():
+            if name not in self.rows:
+                continue
+            rows = np.array(self.rows[name], dtype=np.intp)
+            inside = rows.ndim == 1 and (not len(rows) or (rows[0] >= 0 and rows[-1] < len(values)))
+            if not inside or np.any(np.diff(rows) <= 0):
+                raise self._error(
+                    "lengths-differ", f"the rows of {name} are not increasing places among its samples", name
+                )
+            if len(rows) < len(values):
+                rows.setflags(write=False)
+                found[name] = rows
+        return found
 
     def _error(self, code: str, sentence: str, channel: str) -> ForkliftError:
         return ForkliftError(code, f"{self.file}: {sentence}", file=self.file, channel=channel)

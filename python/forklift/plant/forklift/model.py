@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forklift import _core
 from forklift.base.arrays import Floats
@@ -23,6 +24,7 @@ from forklift.plant.forklift.variables import variables
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Place, Run, Steps
 from forklift.recordings.channels import LIFTS, Lift
+from forklift.recordings.clocks import driving
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.simulate import Simulation
@@ -40,8 +42,31 @@ WARMING_WIDTH_K = 1.0
 """Standard deviation of how much the oil warms up during a recording: lowering heats it, and a sensor in the
 tank lags by more than a recording lasts."""
 
+USUAL_TICK_S = 0.02
+"""Of the commands: the control unit's, to which a number of substeps refers [s]."""
+
 START_WIDTH_M = 3e-4
 """Standard deviation of a cylinder's position at the start where no encoder tells it better."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A recording as the core runs it.
+
+    Attributes
+    ----------
+    case
+        Times of the outputs, and what drives the lifts on a clock of its own.
+    tick_s
+        Step of that clock [s].
+    """
+
+    case: _core.Case
+    tick_s: float
+
+    def substeps(self, usual: int) -> int:
+        """Substeps of a tick, where the usual tick has so many: as long ones, whatever the command's rate."""
+        return max(1, round(usual * self.tick_s / USUAL_TICK_S))
 
 
 @dataclass(frozen=True)
@@ -96,6 +121,10 @@ class Forklift:
         """By channel."""
         return recording.channels
 
+    def instants(self, recording: Recording) -> Mapping[str, NDArray[np.intp]]:
+        """Of channels on clocks of their own."""
+        return recording.rows
+
     def case(self, recording: Recording, sensors: Mapping[str, Sensor]) -> Case:
         """A recording with what is unknown about its conditions.
 
@@ -103,10 +132,12 @@ class Forklift:
         tells.
         """
         truck = self.truck
-        temperature = np.full(len(recording), mean_temperature(recording, self.oil_temperature_degc))
+        clock, command = driving(*recording.commanded) if recording.rows else recording.commanded
+        tick_s = float(np.median(np.diff(clock))) if len(clock) > 1 else USUAL_TICK_S
+        temperature = np.full(len(clock), mean_temperature(recording, self.oil_temperature_degc))
         at_rest = simulate(
             truck,
-            Command(recording.time_s, *recording.command.T),
+            Command(clock, *command.T),
             time=recording.time_s[:1],
             load_kg=recording.load_kg,
             oil_temperature_degc=float(temperature[0]),
@@ -120,7 +151,7 @@ class Forklift:
             np.array([*widths, *(start[1] for start in starts)]),
             np.where(np.array(OWN) == "load", 0.0, -np.inf),  # no load is below zero
             np.full(len(OWN), np.inf),
-            _core.Case(recording.time_s, recording.time_s, recording.command, temperature),
+            Prepared(_core.Case(recording.time_s, clock, command, temperature), tick_s),
         )
 
     def at(self, values: Mapping[str, float], source: str = "fit") -> Truck:
@@ -149,13 +180,20 @@ class Forklift:
         steps: Steps | None = None,
     ) -> list[Run]:
         """Every recording at once, on all cores, with exact slopes; see `forklift.plant.protocol.Machine`."""
-        runs = self.at(values).core.differentiate(
-            [case.prepared for case in cases],
-            np.array(conditions),
-            [*along, *(OWN[place] for place in own)],
-            substeps=substeps,
-        )
-        return [Run(*run) for run in runs]
+        core, wanted = self.at(values).core, [*along, *(OWN[place] for place in own)]
+        runs: list[Run] = [Run(np.empty(0), np.empty(0))] * len(cases)
+        each = [case.prepared.substeps(substeps) for case in cases]
+        for count in sorted(set(each)):
+            some = [k for k, one in enumerate(each) if one == count]
+            found = core.differentiate(
+                [cases[k].prepared.case for k in some],
+                np.array([conditions[k] for k in some]),
+                wanted,
+                substeps=count,
+            )
+            for k, run in zip(some, found, strict=True):
+                runs[k] = Run(*run)
+        return runs
 
     def respond(
         self,
@@ -170,7 +208,10 @@ class Forklift:
     ) -> Floats:
         """(times, outputs, hats), exact; see `forklift.plant.protocol.Machine`."""
         core = self.at(values).core
-        answers = core.responses(case.prepared, conditions, [port], centres, width_s, substeps=substeps)
+        own: Prepared = case.prepared
+        answers = core.responses(
+            own.case, conditions, [port], centres, width_s, substeps=own.substeps(substeps)
+        )
         return answers[:, :, 0, :]
 
     @property

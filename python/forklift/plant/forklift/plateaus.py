@@ -84,6 +84,8 @@ def plateaus(recording: Recording, truck: Truck, lift: Lift) -> tuple[Plateau, .
         return ()
     if not np.isfinite(temperature).any():
         return ()
+    recording = recording.thinned((f"position_{lift}_m", "fork_height_m"))
+    pressure, temperature = (recording[name] for name in (f"pressure_{lift}_pa", "oil_temperature_degc"))
     sources = _sources(recording, lift)
     last = _before_the_stop(recording, lift, sources)
     constant = [run for run in _constant(recording[f"current_{lift}_a"]) if run[0] < last]

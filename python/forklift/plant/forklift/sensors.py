@@ -18,15 +18,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from forklift import _core
-from forklift.base.arrays import Floats
 from forklift.recordings.channels import channels
+from forklift.recordings.clocks import Sampled
 from forklift.recordings.noise import (
+    COLOUR_STEP_S,
     MEDIAN_EFFICIENCY,
     Sensor,
     correlation,
     encoder_count,
+    noise_of,
+    over,
     share_left,
-    white_noise,
 )
 
 if TYPE_CHECKING:
@@ -59,8 +61,8 @@ def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
     found = {}
     recordings = tuple(recordings)
     for channel in MEASURED:
-        columns = [recording.channels[channel] for recording in recordings if channel in recording.channels]
-        columns = [column for column in columns if np.isfinite(column).any()]
+        columns = [recording.own(channel) for recording in recordings if channel in recording.channels]
+        columns = [column for column in columns if np.isfinite(column.values).any()]
         if columns:
             found[channel] = _sensor(channel, columns)
     colours = _colours(recordings, found)
@@ -68,8 +70,8 @@ def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
 
 
 def _colours(recordings: Iterable[Recording], found: Mapping[str, Sensor]) -> dict[str, tuple[float, int]]:
-    """By unit, from one sample to the next the correlation of noise at rest, at least 0; and how many samples
-    of a channel tell it."""
+    """By unit, over `COLOUR_STEP_S` the correlation of noise at rest, at least 0; and how many samples of a
+    channel tell it."""
     colours: dict[str, list[tuple[float, int]]] = {}
     for channel, sensor in found.items():
         if sensor.count:
@@ -77,36 +79,42 @@ def _colours(recordings: Iterable[Recording], found: Mapping[str, Sensor]) -> di
         at_rest = [
             values[:first]
             for recording in recordings
-            if (values := recording.channels.get(channel)) is not None
-            and (first := _first_command(recording)) >= REST_SAMPLES
-            and np.isfinite(values[:first]).all()
+            if channel in recording.channels
+            and (first := _at_rest(recording, channel)) >= REST_SAMPLES
+            and np.isfinite((values := recording.own(channel).values)[:first]).all()
         ]
         if at_rest:
             ratio = float(np.median([np.var(values, ddof=1) for values in at_rest])) / sensor.noise**2
             length = int(np.median([len(values) for values in at_rest]))
-            told = correlation(ratio, length), sum(map(len, at_rest))
+            rho = over(correlation(ratio, length), sensor.step_s, COLOUR_STEP_S)
+            told = rho, sum(map(len, at_rest))
             colours.setdefault(channels()[channel]["unit"], []).append(told)
     return {unit: min(found) for unit, found in colours.items() if len(found) > 1}
 
 
-def _first_command(recording: Recording) -> int:
-    """How many samples there are before a valve is commanded."""
-    open_at = np.flatnonzero(recording.command.max(axis=1) > RESTING_A)
-    return int(open_at[0]) if len(open_at) else len(recording)
+def _at_rest(recording: Recording, channel: str) -> int:
+    """How many samples of the channel there are before a valve is commanded."""
+    time, command = recording.commanded
+    open_at = np.flatnonzero(command.max(axis=1) > RESTING_A)
+    own = recording.own(channel).time
+    return int(np.searchsorted(own, time[open_at[0]])) if len(open_at) else len(own)
 
 
 def _coloured(sensor: Sensor, colours: Mapping[str, tuple[float, int]]) -> Sensor:
     rho, samples = colours.get(channels()[sensor.channel]["unit"], (0.0, 0))
+    rho = over(rho, COLOUR_STEP_S, sensor.step_s)
     if sensor.count or not rho:
         return sensor
     slow = replace(sensor, noise=sensor.noise / sqrt(share_left(rho)), correlation=rho)
     return replace(slow, unsure=sqrt(2.0 / (MEDIAN_EFFICIENCY * samples * slow.independent)))
 
 
-def _sensor(channel: str, columns: list[Floats]) -> Sensor:
-    noise, count = white_noise(columns), encoder_count(columns)
-    if channel in POSITIONS and all(np.nanmin(column) == np.nanmax(column) for column in columns):
+def _sensor(channel: str, columns: list[Sampled]) -> Sensor:
+    values = [column.values for column in columns]
+    noise, count = noise_of(columns), encoder_count(values)
+    if channel in POSITIONS and all(np.nanmin(column) == np.nanmax(column) for column in values):
         count = _core.ENCODER_COUNT_M  # it never moved by a count: the thesis's
+    step_s = float(np.median([column.step_s for column in columns])) or COLOUR_STEP_S
     if count and noise < count:
-        return Sensor(channel, count / sqrt(12.0), count)
-    return Sensor(channel, max(noise, LEAST_NOISE[channels()[channel]["unit"]]), 0.0)
+        return Sensor(channel, count / sqrt(12.0), count, step_s=step_s)
+    return Sensor(channel, max(noise, LEAST_NOISE[channels()[channel]["unit"]]), 0.0, step_s=step_s)

@@ -49,9 +49,9 @@ def signals(recording: Recording, simulation: Simulation) -> Iterator[Signal]:
     for lift in moved:
         for source, ratio in _velocity_sources(lift, len(moved)):
             if has(source):
-                velocity = derivative.derivative(recording.time_s, measured[source]) / ratio
+                velocity = _derivative(recording, source, measured[source]) / ratio
                 if np.isfinite(velocity).any():
-                    simulated = derivative.derivative(recording.time_s, simulation[source]) / ratio
+                    simulated = _derivative(recording, source, simulation[source]) / ratio
                     yield Signal(lift, f"velocity_{lift}_m_s", True, source, velocity, simulated)
                     break
     for lift in LIFTS:
@@ -67,6 +67,16 @@ def signals(recording: Recording, simulation: Simulation) -> Iterator[Signal]:
             measured["fork_height_m"],
             simulation["fork_height_m"],
         )
+
+
+def _derivative(recording: Recording, source: str, values: Floats) -> Floats:
+    """The derivative over the source's own samples; missing at all other instants."""
+    if source not in recording.rows:
+        return derivative.derivative(recording.time_s, values)
+    rows = recording.rows[source]
+    found = np.full(len(recording), np.nan)
+    found[rows] = derivative.derivative(recording.time_s[rows], values[rows])
+    return found
 
 
 def _velocity_sources(lift: Lift, lifts_moved: int) -> list[tuple[str, float]]:

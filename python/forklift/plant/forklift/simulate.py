@@ -267,12 +267,14 @@ def predict(
     arguments.of_kind(Truck, truck=truck)
     arguments.of_kind(Recording, recording=recording)
     _check_settings(settings)
-    command = Command(recording.time_s, *(recording.channels[name] for name in COLUMNS[1:]))
+    clock, currents = recording.commanded
+    command = Command(clock, *currents.T)
     temperature = mean_temperature(recording, oil_temperature_degc)
     conditions = {"load_kg": recording.load_kg, "oil_temperature_degc": temperature, **settings}
     try:
         at_rest = simulate(truck, command, time=command.time_s[:1], **conditions)
-        return simulate(truck, command, start=_recorded_start(recording, at_rest), **conditions)
+        start = _recorded_start(recording, at_rest)
+        return simulate(truck, command, time=recording.time_s, start=start, **conditions)
     except ForkliftError as error:
         sentence = f"{recording.file}: {error.message[:1].lower()}{error.message[1:]}"
         raise ForkliftError(error.code, sentence, **error.facts | {"file": recording.file}) from None

@@ -1,7 +1,8 @@
 """Formats of recordings: one file each, and the registry that finds them by suffix.
 
 CSV and Parquet are tables: one time column, and every column must be known. MAT and MDF4 carry many
-signals, of which the wanted ones are picked, each on its own time if the file has one.
+signals, of which the wanted ones are picked, each on its own time if the file has one; CAN logs carry frames,
+which a DBC decodes.
 """
 
 from __future__ import annotations
@@ -58,6 +59,7 @@ FORMATS = (
     Format(
         "mdf4", (".mf4", ".mdf"), "forklift.recordings.formats.mdf4", picks=True, timed=True, isolated=True
     ),
+    Format("can", (".blf", ".asc"), "forklift.recordings.formats.can", picks=True, timed=True, isolated=True),
 )
 
 _BY_SUFFIX = {suffix: format for format in FORMATS for suffix in format.suffixes}

@@ -1,33 +1,54 @@
-"""From the names and units of a file to channels: the ``[channels]`` table of a campaign."""
+"""From the names and units of a file to channels: the ``[channels]`` table of a campaign.
+
+A unit that the file or the table states converts the values. A scale and an offset do so where there is no
+unit, and must not contradict one.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from typing import Any
 
 import numpy as np
 
-from forklift.recordings.channels import REQUIRED, TIME
+from forklift.recordings import units
+from forklift.recordings.channels import REQUIRED, TIME, table
+from forklift.recordings.clocks import TIME_SUFFIX
 from forklift.recordings.formats import Format
 from forklift.recordings.formats.signals import Place, Series, Signals, quoted
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a channel comes from: ``value in SI = raw * scale + offset``."""
+    """Where a channel comes from.
+
+    Attributes
+    ----------
+    channel
+        What it is.
+    scale, offset
+        ``value in the channel's unit = raw * scale + offset``; None: as the unit has it.
+    unit
+        Of the raw values; empty: as the file states it, if it does; ``"raw"``: none, whatever it states.
+    time
+        The column with its own time [s]; empty: the file's time.
+    """
 
     channel: str
-    scale: float = 1.0
-    offset: float = 0.0
+    scale: float | None = None
+    offset: float | None = None
+    unit: str = ""
+    time: str = ""
 
-    def apply(self, series: Series) -> Series:
-        """The series in the channel's unit; a time of its own is in seconds already."""
-        if self.scale == 1.0 and self.offset == 0.0:
-            return series
-        with np.errstate(over="ignore"):  # what becomes infinite is found among the samples
-            return replace(series, values=series.values * self.scale + self.offset)
+    @property
+    def given(self) -> units.Linear | None:
+        """What scale and offset say; None if neither is given."""
+        if self.scale is None and self.offset is None:
+            return None
+        return units.Linear(1.0 if self.scale is None else self.scale, self.offset or 0.0)
 
 
 @dataclass(frozen=True)
@@ -80,8 +101,10 @@ class Choice:
         for name, source in self.map.sources.items():
             if name not in present and not (self.format.timed and source.channel == TIME):
                 raise self._missing_source(name, source, names)
-        wanted = [name for name in present if self._wanted(name)]
+        self._check_times(present, names)
+        wanted = [name for name in present if self._wanted(name, present)]
         found: dict[str, str] = {}
+        clocks = set(self._times(present).values())
         for name in wanted:
             if present[name] > 1:
                 raise self.place.error(
@@ -91,6 +114,8 @@ class Choice:
                     column=name,
                     value=present[name],
                 )
+            if name in clocks:
+                continue
             channel = self.source(name).channel
             if channel in found:
                 raise self.place.error(
@@ -102,8 +127,10 @@ class Choice:
                     value=[found[channel], name],
                 )
             found[channel] = name
+        own = self._times(present)
+        all_timed = bool(found) and all(name in own for name in found.values())
         for channel in REQUIRED:
-            if channel not in found and not (self.format.timed and channel == TIME):
+            if channel not in found and not (channel == TIME and (self.format.timed or all_timed)):
                 raise self.missing(channel, names)
         return wanted
 
@@ -112,16 +139,40 @@ class Choice:
         return self.map.sources.get(name) or Source(name)
 
     def apply(self, signals: Signals) -> dict[str, Series]:
-        """Channel to series in SI units, in the table's order."""
-        found = {
-            self.source(name).channel: self.source(name).apply(own) for name, own in signals.series.items()
-        }
+        """Channel to series in the channels' units, in the table's order.
+
+        Raises
+        ------
+        ForkliftError
+            ``"unit-unknown"``, ``"unit-of-another-kind"``, ``"unit-contradicts-unit"``,
+            ``"unit-contradicts-scale"``, ``"unit-needs-scale"``, ``"time-missing"``.
+        """
+        clocks = self._times(signals.series)
+        found = {}
+        for name, own in signals.series.items():
+            if name in clocks.values():
+                continue
+            if name in clocks:
+                own = self._timed(name, own, signals.series[clocks[name]])
+            found[self.source(name).channel] = self._converted(name, own)
+        if clocks and TIME in found:  # columns of several lengths end in empty cells
+            common = found[TIME]
+            for channel, own in found.items():
+                if own.time is None and channel != TIME:
+                    found[channel] = replace(self._timed(self._name(channel), own, common), time=None)
+            found[TIME] = self._timed(self._name(TIME), common, common)
+            found[TIME] = replace(found[TIME], time=None)
         return {channel: found[channel] for channel in self.known if channel in found}
+
+    def _name(self, channel: str) -> str:
+        """The name in the file that stands for a channel."""
+        return next((name for name, source in self.map.sources.items() if source.channel == channel), channel)
 
     def located(self, signals: Signals) -> Place:
         """The place, with the names of columns and the lines of rows."""
-        columns = {self.source(name).channel: name for name in signals.series}
-        return replace(self.place, columns=columns, lines=signals.lines)
+        clocks = set(self._times(signals.series).values())
+        columns = {self.source(name).channel: name for name in signals.series if name not in clocks}
+        return replace(self.place, columns=columns, lines=None if clocks else signals.lines)
 
     def missing(self, channel: str, names: Sequence[str]) -> Exception:
         """The error that nothing in the file is `channel`."""
@@ -133,7 +184,125 @@ class Choice:
             channel=channel,
         )
 
-    def _wanted(self, name: str) -> bool:
+    def _times(self, present: Collection[str]) -> dict[str, str]:
+        """By name of a channel's column that of its own time."""
+        own = {name: source.time for name, source in self.map.sources.items() if source.time}
+        if not self.format.picks:
+            for name in present:
+                if name.endswith(TIME_SUFFIX) and name.removesuffix(TIME_SUFFIX) in present:
+                    own.setdefault(name.removesuffix(TIME_SUFFIX), name)
+        return {name: time for name, time in own.items() if name in present and time in present}
+
+    def _check_times(self, present: Collection[str], names: Sequence[str]) -> None:
+        for name, source in self.map.sources.items():
+            if source.time and source.time not in present:
+                raise self.place.error(
+                    "source-missing",
+                    f"[channels] takes the time of {quoted(name)} from {quoted(source.time)}, which the file "
+                    f"does not have{_near(source.time, names)}; correct the name",
+                    line=self._header,
+                    channel=source.channel,
+                    column=source.time,
+                    value=source.time,
+                )
+
+    def _timed(self, name: str, own: Series, clock: Series) -> Series:
+        """The series on its own time; rows in which both are empty are no samples."""
+        if clock.values.shape != own.values.shape:
+            return replace(own, time=clock.values)  # told as lengths that differ
+        there = np.isfinite(clock.values)
+        lost = np.flatnonzero(~there & np.isfinite(own.values))
+        if len(lost):
+            raise self.place.error(
+                "time-missing",
+                f"{quoted(name)} has a sample where its time has none; give the sample its time, or empty it",
+                row=int(lost[0]),
+                channel=self.source(name).channel,
+                column=name,
+            )
+        return replace(own, values=own.values[there], time=clock.values[there])
+
+    def _converted(self, name: str, own: Series) -> Series:
+        """The series in the channel's unit."""
+        found = self.linear(name, own.unit)
+        if found.scale == 1.0 and found.offset == 0.0:
+            return own
+        with np.errstate(over="ignore"):  # what becomes infinite is found among the samples
+            return replace(own, values=own.values * found.scale + found.offset)
+
+    def linear(self, name: str, unit: str) -> units.Linear:
+        """How the values of a source, whose file states `unit`, come to the channel's unit."""
+        source = self.source(name)
+        channel = table()[source.channel]
+        stated = unit.strip() or (units.in_brackets(name) if name != source.channel else "")
+        asked = source.unit or stated
+        facts: dict[str, Any] = {
+            "channel": source.channel,
+            "column": name,
+            "value": asked,
+            "unit": channel.unit,
+        }
+        given = source.given
+        if source.unit and stated and not units.says_nothing(source.unit):
+            self._check_units(name, source.unit, stated, facts)
+        if units.says_nothing(asked) or not asked:
+            return given or units.Linear(1.0, 0.0)
+        if units.is_share(asked):
+            if given is None:
+                raise self.place.error(
+                    "unit-needs-scale",
+                    f"{quoted(name)} is in {quoted(asked)}, of which only you know what 100 % is in "
+                    f"{channel.unit}; give scale in [channels], the {channel.unit} of one of them",
+                    **facts,
+                )
+            return given
+        if source.unit and not units.known(asked):
+            raise self.place.error(
+                "unit-unknown",
+                f"{quoted(name)} is mapped with the unit {quoted(asked)}, which is not known; write one such "
+                f"as {channel.unit}, or scale and offset",
+                **facts,
+            )
+        meant = units.conversion(asked, channel.unit)
+        if meant is None and units.known(asked):
+            raise self.place.error(
+                "unit-of-another-kind",
+                f"{quoted(name)} is in {quoted(asked)}, which is no unit of {source.channel} "
+                f'({channel.unit}); map another signal, or write unit = "raw" and scale if the unit is wrong',
+                **facts,
+            )
+        if meant is None:
+            return given or units.Linear(1.0, 0.0)
+        if given is not None and given != meant:
+            where = "[channels] says" if source.unit else "the file states"
+            raise self.place.error(
+                "unit-contradicts-scale",
+                f"{quoted(name)} is mapped with scale = {given.scale:g} and offset = {given.offset:g}, but "
+                f"{where} {quoted(asked)}, which is scale = {meant.scale:g} and offset = {meant.offset:g}; "
+                'take one of them out, or write unit = "raw" if the unit is wrong',
+                scale=meant.scale,
+                offset=meant.offset,
+                **facts,
+            )
+        return meant
+
+    def _check_units(self, name: str, asked: str, stated: str, facts: dict[str, Any]) -> None:
+        channel = table()[self.source(name).channel]
+        if units.says_nothing(stated) or not units.known(stated) or units.is_share(asked):
+            return
+        if units.conversion(asked, channel.unit) != units.conversion(stated, channel.unit):
+            raise self.place.error(
+                "unit-contradicts-unit",
+                f"{quoted(name)} is mapped with the unit {quoted(asked)}, but the file states "
+                f'{quoted(stated)}; take the unit out of [channels], or write unit = "raw" and scale if the '
+                "file is wrong",
+                stated=stated,
+                **facts,
+            )
+
+    def _wanted(self, name: str, present: Collection[str]) -> bool:
+        if name in self._times(present).values():
+            return True
         if name in self.map.sources:
             return not (
                 self.format.timed and self.map.sources[name].channel == TIME and self.format.name == "mdf4"

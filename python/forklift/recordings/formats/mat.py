@@ -2,7 +2,8 @@
 
 Every numeric vector is a signal; the field ``pressure`` of the struct ``log`` is ``log.pressure``, and a
 struct array's elements are ``log(1)``, ``log(2)``, … Vectors of a struct that has a vector ``time``, directly
-or further up, are on that time; all others are on the vector that is ``time_s``.
+or further up, are on that time; all others are on the vector that is ``time_s``. A text ``unit`` or ``units``
+in a struct is the unit of the vectors beside it; in version 7.3 a vector may have it as an attribute.
 
 Not read: timeseries and other objects, cells, complex numbers, struct arrays of version 7.3.
 """
@@ -10,6 +11,7 @@ Not read: timeseries and other objects, cells, complex numbers, struct arrays of
 from __future__ import annotations
 
 import importlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USERBLOCKS = (0, 512, 1024, 2048)  # HDF5 File Format Specification, III.A: where the signature may stand
 _DEEPEST = 8
 _TIME = "time"
+_UNITS = ("unit", "units")
 
 
 def read(place: Place, choose: Choose) -> Signals:
@@ -42,21 +45,39 @@ def read(place: Place, choose: Choose) -> Signals:
     return Signals({name: series[name] for name in choose(list(series))})
 
 
-def _collect(name: str, node: Any, time: Floats | None, series: dict[str, Series]) -> None:
+@dataclass(frozen=True)
+class _Leaf:
+    """A vector with the unit that the file gives it."""
+
+    values: Any
+    unit: str
+
+
+def _collect(name: str, node: Any, time: Floats | None, series: dict[str, Series], unit: str = "") -> None:
     """All vectors in the tree below `node`."""
     if isinstance(node, dict):
         own = _vector(node.get(_TIME))
+        unit = next((text for field in _UNITS if (text := _text(node.get(field)))), "")
         for field, child in node.items():
             if own is None or field != _TIME:
-                _collect(f"{name}.{field}", child, time if own is None else own, series)
+                _collect(f"{name}.{field}", child, time if own is None else own, series, unit)
     elif isinstance(node, list):
         for k, child in enumerate(node, start=1):
             _collect(f"{name}({k})", child, time, series)
     elif (values := _vector(node)) is not None:
-        series[name] = Series(values, time)
+        series[name] = Series(values, time, node.unit if isinstance(node, _Leaf) else unit)
+
+
+def _text(node: Any) -> str:
+    """What a char array says; empty if it is none."""
+    if isinstance(node, np.ndarray) and node.dtype.kind == "U" and node.size == 1:
+        return str(node.item()).strip()
+    return node.strip() if isinstance(node, str) else ""
 
 
 def _vector(node: Any) -> Floats | None:
+    if isinstance(node, _Leaf):
+        node = node.values
     if not isinstance(node, np.ndarray) or node.dtype.kind not in "fiub":
         return None
     if node.size < 2 or node.size != max(node.shape):
@@ -98,8 +119,15 @@ def _group(h5py: Any, group: Any, depth: int) -> dict[str, Any]:
         if isinstance(node, h5py.Group):
             tree[name] = _group(h5py, node, depth + 1)
         elif isinstance(node, h5py.Dataset) and node.dtype.kind in "fiub" and not _is_text(node):
-            tree[name] = node[()]
+            stated = next((str(_plain_text(node.attrs[of])) for of in _UNITS if of in node.attrs), "")
+            tree[name] = _Leaf(node[()], stated.strip()) if stated else node[()]
+        elif isinstance(node, h5py.Dataset) and name in _UNITS and node.dtype.kind == "u":
+            tree[name] = "".join(map(chr, node[()].ravel()))
     return tree
+
+
+def _plain_text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def _is_text(dataset: Any) -> bool:

@@ -1,7 +1,8 @@
 """MDF4 through asammdf: every signal on the master (the time, s) of its channel group.
 
 A signal is asked for by its name, or as ``group/name`` with the group's acquisition name or number where
-several groups have the name. A sample whose invalidation bit is set is missing.
+several groups have the name. A sample whose invalidation bit is set is missing. Where the file holds CAN
+frames and the campaign names a DBC, the signals of the frames are there too.
 """
 
 from __future__ import annotations
@@ -12,8 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from forklift.recordings.formats.can import Bus
 from forklift.recordings.formats.optional import require
 from forklift.recordings.formats.signals import Choose, Place, Series, Signals
+
+_FRAMES = "CAN_DataFrame.DataBytes"
+"""ASAM MDF bus logging: the channel that holds the frames' data."""
 
 
 def read(place: Place, choose: Choose) -> Signals:
@@ -29,7 +34,15 @@ def read(place: Place, choose: Choose) -> Signals:
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)
     with asammdf.MDF(place.path) as mdf:
         found = _found(mdf)
-        return Signals({name: _series(mdf, name, found[name], place) for name in choose(list(found))})
+        bus = None
+        if place.dbc and _FRAMES in mdf.channels_db:
+            bus = Bus.read(place, origin_s=mdf.start_time.timestamp())
+        on_bus = [name for name in (bus.names if bus else ()) if name not in found]
+        chosen = choose([*found, *on_bus])
+        series = {name: _series(mdf, name, found[name], place) for name in chosen if name in found}
+        if bus:
+            series |= bus.series([name for name in chosen if name not in found])
+        return Signals({name: series[name] for name in chosen})
 
 
 def _found(mdf: Any) -> dict[str, list[tuple[int, int]]]:
@@ -64,4 +77,4 @@ def _series(mdf: Any, name: str, places: list[tuple[int, int]], place: Place) ->
     values = samples.astype(np.float64)
     if signal.invalidation_bits is not None:
         values[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
-    return Series(values, np.asarray(signal.timestamps, dtype=np.float64))
+    return Series(values, np.asarray(signal.timestamps, dtype=np.float64), str(signal.unit or "").strip())

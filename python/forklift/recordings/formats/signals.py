@@ -23,10 +23,13 @@ class Series:
         (n,), in the file's unit.
     time
         (n,), s; None: on the file's time column.
+    unit
+        As the file states it; empty if it does not.
     """
 
     values: Floats
     time: Floats | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,12 +62,15 @@ class Place:
         Channel to the name of its column or signal in the file, where these differ.
     lines
         See `Signals`.
+    dbc
+        Where the DBCs of a CAN log stand.
     """
 
     file: str
     path: str
     columns: Mapping[str, str] = field(default_factory=dict)
     lines: NDArray[np.int64] | None = None
+    dbc: tuple[str, ...] = ()
 
     def label(self, channel: str) -> str:
         """The channel, and its column's name where that differs."""

@@ -29,6 +29,7 @@ def faults(recordings: Sequence[Recording], truck: Truck) -> Iterator[Finding]:
     yield from found
     if any(isinstance(finding, ForkliftError) for finding in found):
         return  # a recording that could not have been read
+    recordings = [recording.thinned(motion.LOOKED_AT) for recording in recordings]
     known = scale.pressures_at_rest(truck)
     stops = {lift: motion.lowest(recordings, truck, lift) for lift in LIFTS}
     yield from stuck.stuck(recordings)

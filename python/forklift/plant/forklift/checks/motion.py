@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
 Mask = NDArray[np.bool_]
 
+LOOKED_AT = tuple(
+    f"{what}_{lift}_{unit}" for what, unit in (("position", "m"), ("pressure", "pa")) for lift in LIFTS
+)
+LOOKED_AT += ("fork_height_m",)
+"""The channels that the checks look at together."""
 SPAN_S = 0.1
 """Half the time over which a lift's motion is told: ten encoder counts at 0.1 m/s, and short beside the
 0.4 s of its oscillation."""

@@ -15,7 +15,7 @@ from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.phases import shut_current
 from forklift.plant.forklift.simulate import simulate
 from forklift.recordings import checks
-from forklift.recordings.channels import LIFTS, TIME, Lift, commanded, conversions, table
+from forklift.recordings.channels import COMMANDS, LIFTS, TIME, Lift, commanded, conversions, table
 from forklift.recordings.formats.signals import Place
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ LOWERING_M_S = 0.1
 
 def as_read(recordings: Sequence[Recording]) -> Iterator[Finding]:
     """What reading a file refuses, of recordings made in Python too; and clocks that no recorder has."""
-    rates = [found.sample_rate_hz for found in recordings if len(found) > 1]
+    rates = [found.sample_rate_hz for found in recordings if len(found) > 1 and found.on_one_clock]
     for recording in recordings:
         place = Place(recording.file, recording.file)
         try:
@@ -49,12 +49,14 @@ def as_read(recordings: Sequence[Recording]) -> Iterator[Finding]:
             for name, values in recording.channels.items():
                 checks.samples(place, name, values)
                 checks.unit(place, table()[name], values)
-            checks.clock(place, table()[TIME], recording.time_s, float(np.median(rates)))
+            if recording.on_one_clock:
+                checks.clock(place, table()[TIME], recording.time_s, float(np.median(rates)))
             checks.lift(place, recording.lift, recording.channels)
         except ForkliftError as error:
             yield error
             continue
-        rate = recording.sample_rate_hz
+        step_s = min(recording.own(name).step_s for name in COMMANDS)
+        rate = recording.sample_rate_hz if recording.on_one_clock or not step_s else 1.0 / step_s
         if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
             yield fault(
                 recording,

@@ -89,6 +89,7 @@ def suitability(recordings: Sequence[Recording], truck: Truck) -> Suitability:
     errors = [finding for finding in found if isinstance(finding, ForkliftError)]
     if errors:
         raise _first(errors)
+    recordings = [one.thinned(motion.LOOKED_AT) for one in recordings]
     lifts, group_folds = _excited(recordings, truck)
     cautions = [finding for finding in found if isinstance(finding, Caution)]
     return Suitability(lifts, (*group_folds, *_untold(recordings, lifts), *cautions))
