@@ -19,6 +19,7 @@ from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.engine import VERDICTS as VERDICTS
 from forklift.diagnosis.engine import Clock, investigate, loudest, verdict
 from forklift.diagnosis.engine import Verdict as Verdict
+from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.proposals import CONDITIONS, propose
@@ -26,8 +27,9 @@ from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.screening import Screening
 from forklift.diagnosis.selection import Selection
-from forklift.fitting.compare import Comparison, check_temperature, compare
+from forklift.fitting.compare import Comparison, check_temperature, compare_fitted
 from forklift.fitting.posing import pose
+from forklift.fitting.predict import Predicted, predict_all
 from forklift.fitting.sample import Sample
 from forklift.plant.forklift import ports as unknown_ports
 from forklift.plant.forklift import variables as operation
@@ -212,8 +214,8 @@ def diagnose(
     fitted_truck = _truck(campaign, truck, baseline)
     with clock.stage("simulating before and after"):
         before, after = (
-            compare(campaign, shown, oil_temperature_degc=oil_temperature_degc)
-            for shown in (fitted_truck, best)
+            compare_fitted(campaign, shown, _predicted(refitter, refit), oil_temperature_degc)
+            for shown, refit in ((fitted_truck, baseline), (best, final))
         )
     return Diagnosis(
         campaign,
@@ -309,6 +311,13 @@ def _location(
     acts_on = unknown_ports.lift_of(inputs[0].port) or "main"
     region = diagnosis_files.region(seen, acts_on)
     return Location(lift or "both", equation, signal, region, float(np.clip(share, 0.0, 1.0)))
+
+
+def _predicted(refitter: Refitter, refit: Refit) -> tuple[Predicted, ...]:
+    """What a refit says of every recording, those held out too."""
+    found = refit.found.problem
+    problem = with_hypotheses(refitter.everyone, refit.hypotheses).weighted(found.sigma, found.substeps)
+    return predict_all(problem, refit.found.x[: len(found.unknowns)])
 
 
 def _truck(campaign: Campaign, start: Truck, refit: Refit) -> Truck:

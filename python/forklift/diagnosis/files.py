@@ -14,6 +14,7 @@ from scipy.stats import norm
 from forklift.base import output, present
 from forklift.base.numbers import defined
 from forklift.base.result_files import PAGE, earlier_files
+from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.ledger import considered
 from forklift.fitting.compare import (
     campaign_facts,
@@ -83,8 +84,8 @@ def sentence(found: Diagnosis) -> str:
 
 
 def _rise(found: Diagnosis) -> str:
-    """What the causes gain: in the velocity, unless they are none of the truck's, whose curves keep them."""
-    if any(cause.hypothesis.kind in ("sensor", "parameter") for cause in found.causes):
+    """What the causes gain: in the velocity, unless a sensor reads wrongly, which may not touch it."""
+    if any(cause.hypothesis.kind == "sensor" for cause in found.causes):
         return (
             f"; what is left over falls from {found.baseline.worst.mean_square:.3g} to "
             f"{found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
@@ -268,9 +269,19 @@ def _cause(found: Diagnosis, cause: Cause) -> dict[str, Any]:
 
 def _parameters(found: Diagnosis, hypothesis: Hypothesis) -> Iterator[dict[str, Any]]:
     """The hypothesis's parameters in the final model, with intervals widened by what is left over."""
-    if hypothesis.amplitude is None:
-        return
     final = found.final
+    if hypothesis.amplitude is None:
+        if hypothesis in final.hypotheses:
+            for one in offsets(final, hypothesis, LEVEL):
+                yield {
+                    "name": f"{hypothesis.id}.{one.name}{f' in {one.file}' if one.file else ''}",
+                    "value": one.value,
+                    "unit": one.unit,
+                    "lower": one.lower,
+                    "upper": one.upper,
+                    "level": LEVEL,
+                }
+        return
     half = float(norm.ppf(0.5 + 0.5 * LEVEL)) * float(np.sqrt(max(1.0, final.reduced_chi2)))
     head = hypothesis.amplitude.rpartition(".")[0]
     for estimate, theta in zip(final.knowledge.estimates, final.found.x.tolist(), strict=False):

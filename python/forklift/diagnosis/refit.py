@@ -16,6 +16,7 @@ from forklift.diagnosis.screening import loo_log_score
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
+from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Progress, Stage, search
 from forklift.plant.protocol import Hypothesis
@@ -159,9 +160,9 @@ class First(NamedTuple):
 class Refitter:
     """All that refits have in common."""
 
-    start: Problem
+    start: LeastSquares
     """Over the recordings to be fitted, at the start truck."""
-    everyone: Problem
+    everyone: LeastSquares
     """The same over all recordings."""
     sensors: Mapping[str, Sensor]
     progress: Progress | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,6 +31,7 @@ from forklift.recordings.channels import LIFTS, Lift, channels, commanded, table
 
 if TYPE_CHECKING:
     from forklift.base.arrays import Floats
+    from forklift.fitting.predict import Predicted
     from forklift.recordings.recording import Recording
 
 PREDICTED = (
@@ -78,11 +79,22 @@ PHASE_COLUMNS = {
 
 
 @dataclass(frozen=True, eq=False)
+class Outputs:
+    """What a model says of a recording: ``outputs["pressure_free_pa"]`` at `time_s`."""
+
+    time_s: Floats
+    values: Mapping[str, Floats]
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.values[name]
+
+
+@dataclass(frozen=True, eq=False)
 class Prediction:
     """A recording, its free-running simulation, and the signals that both have."""
 
     recording: Recording
-    simulation: Simulation
+    simulation: Simulation | Outputs
     oil_temperature_degc: float
     signals: tuple[Signal, ...]
 
@@ -246,7 +258,7 @@ def compare(
         temperature = mean_temperature(recording, oil_temperature_degc)
         return Prediction(recording, simulation, temperature, tuple(signals(recording, simulation)))
 
-    predictions = []
+    predictions: list[Prediction] = []
     with ThreadPoolExecutor(cpu_count()) as pool:
         try:
             for prediction in pool.map(one, campaign.recordings):
@@ -256,6 +268,29 @@ def compare(
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+    return _judged(campaign, truck, predictions)
+
+
+def compare_fitted(
+    campaign: Campaign,
+    truck: Truck,
+    predicted: Sequence[Predicted],
+    oil_temperature_degc: float | None = None,
+) -> Comparison:
+    """The comparison of a campaign with a model as it was judged: see `forklift.fitting.predict`.
+
+    Fits are of what the sensors read; predictions are the machine's own.
+    """
+    predictions = []
+    for one in predicted:
+        entered = mean_temperature(one.recording, oil_temperature_degc)
+        temperature = entered + one.conditions["oil_temperature"]
+        seen = tuple(signals(one.recording, Outputs(one.time_s, one.readings)))
+        predictions.append(Prediction(one.recording, Outputs(one.time_s, one.outputs), temperature, seen))
+    return _judged(campaign, truck, predictions)
+
+
+def _judged(campaign: Campaign, truck: Truck, predictions: list[Prediction]) -> Comparison:
     table = pl.DataFrame(
         [row for found in predictions for row in _fit_rows(found)], schema=FIT_COLUMNS, orient="row"
     )

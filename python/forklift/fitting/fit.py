@@ -17,10 +17,11 @@ from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.fitting import words
-from forklift.fitting.compare import Comparison, check_temperature, compare
+from forklift.fitting.compare import Comparison, check_temperature, compare, compare_fitted
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import QUANTILE, Knowledge, knowledge
 from forklift.fitting.posing import pose
+from forklift.fitting.predict import predict_all
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
@@ -305,9 +306,16 @@ def fit(
         known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
     found = ends.best
     best = _fitted_truck(campaign, truck, moved, found, known)
-    before, after = (
-        stop.finish(lambda shown=shown: compare(campaign, shown, oil_temperature_degc=oil_temperature_degc))  # type: ignore[misc]
-        for shown in (truck, best)
+    before = stop.finish(lambda: compare(campaign, truck, oil_temperature_degc=oil_temperature_degc))
+    after = stop.finish(
+        lambda: compare_fitted(
+            campaign,
+            best,
+            predict_all(
+                everyone.weighted(found.problem.sigma, found.problem.substeps), found.x[: len(moved)]
+            ),
+            oil_temperature_degc,
+        )
     )
     result = Fit(
         campaign,

@@ -70,6 +70,12 @@ class NumpyMachine:
         return {one.name: (one.lower, one.upper) for one in self.plant.outputs}
 
     @property
+    def condition_units(self) -> Mapping[str, str]:
+        """Of free starts, and of parameters that each recording has of its own."""
+        starts = {f"{one.name}.start": one.unit for one in self.plant.states}
+        return starts | {one.name: one.unit for one in self.plant.params if one.per == "recording"}
+
+    @property
     def lag_share(self) -> float:
         """One in `CORRELATED`."""
         return 1.0 / CORRELATED

@@ -190,6 +190,10 @@ class Machine(Protocol):
         """By output, between which its sensor reads, where that is known."""
 
     @property
+    def condition_units(self) -> Mapping[str, str]:
+        """By condition, its unit."""
+
+    @property
     def lag_share(self) -> float:
         """Over which share of a recording's samples residuals may be correlated."""
 

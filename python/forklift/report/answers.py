@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 ENTERED = ("sensor", "parameter")
-"""Kinds of cause that are not put right in the curves: they are none of the machine's."""
+"""Kinds of cause that are none of the machine's: a sensor, or what was entered."""
 NRMSE = "NRMSE: 100 % less the normalised root mean square error"
 USE = "The model with it is truck.toml, beside this page: how to simulate with it, see Next steps."
 
@@ -246,15 +246,11 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             f"it, altogether by {words.number(found.final.loo_log_score)} in ln probability, which "
             f"decides here."
         )
-    if not gain or any(cause.hypothesis.kind in ENTERED for cause in found.causes):
+    if not gain or any(cause.hypothesis.kind == "sensor" for cause in found.causes):
         return Fact(
             "How much better does the model get?",
             f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}",
-            [
-                *details,
-                "The curves and fits of the velocity below are the truck's own: what a sensor reads wrongly, "
-                "or was entered wrongly, is not put right in them.",
-            ][: 2 if gain else 1],
+            details[:1],
         )
     return Fact(
         "How much better does the model get?",

@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from forklift.fitting.observed import Observed
     from forklift.recordings.channels import Lift
 
-NOT_PUT_RIGHT = (
-    "The curves are the truck's own: what a sensor reads wrongly, or was entered wrongly, is not put right "
-    "in them, but in what is said to be left over."
-)
 TELLING = 0.05
 """A variable that explains less than this share of the input is not worth a drawing."""
 
@@ -73,12 +69,11 @@ def explorer(found: Diagnosis, changed: bool) -> Explorer:
             said.append(f"left over {' → '.join(squares if changed else squares[:1])} times the noise")
         return "; ".join(said)
 
-    misread = any(cause.hypothesis.kind in ("sensor", "parameter") for cause in found.causes)
     sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
     recordings = replays(sides, note, {one.sensor.channel: one.sensor for one in _observed(found)})
     return Explorer(
         "Measured, before and after" if changed else "Measured and simulated",
-        f"{HOW_TO_READ} {BAND}{f' {NOT_PUT_RIGHT}' if misread else ''}",
+        f"{HOW_TO_READ} {BAND}",
         list(sides),
         recordings,
         place(recordings, found.baseline.worst.file, found.baseline.worst.channel),

@@ -109,6 +109,11 @@ class Forklift:
         return {}
 
     @property
+    def condition_units(self) -> Mapping[str, str]:
+        """Of `OWN`."""
+        return dict(zip(OWN, ("kg", "K", "K", "m", "m"), strict=True))
+
+    @property
     def lag_share(self) -> float:
         """None beyond the usual: a truck's noise is as slow as its sensors'."""
         return 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -13,11 +13,16 @@ from forklift.recordings.channels import LIFTS, Lift, commanded
 
 if TYPE_CHECKING:
     from forklift.base.arrays import Floats
-    from forklift.plant.forklift.simulate import Simulation
     from forklift.recordings.recording import Recording
 
 FORKS_PER_SENSOR: Mapping[Lift, float] = {"free": 1.0, "main": 2.0}
 """How far the forks move for a metre on the lift's own position sensor (x_G = 2 x_ML + x_FL, section 2.1)."""
+
+
+class Named(Protocol):
+    """Outputs by name, each (times,): a simulation's, or what a fitted model says."""
+
+    def __getitem__(self, name: str, /) -> Floats: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +37,7 @@ class Signal:
     simulated: Floats
 
 
-def signals(recording: Recording, simulation: Simulation) -> Iterator[Signal]:
+def signals(recording: Recording, simulation: Named) -> Iterator[Signal]:
     """Velocity of each commanded lift, then positions, pressures and fork height, as far as measured.
 
     The velocity is the derivative (`forklift.base.derivative.derivative`) of ``fork_height_m`` where that

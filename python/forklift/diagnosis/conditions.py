@@ -1,0 +1,67 @@
+"""The numbers of a condition that was entered wrongly: a load in kg, an oil temperature in K.
+
+Of every recording that was fitted the offset from what was entered, o_k, and of all of them the mean
+ō = Σ o_k / K. Both come with intervals from the covariance C = (JᵀJ)⁻¹ of all unknowns together, so that what
+the machine's own parameters make up for is counted: var ō = 1ᵀ C_o 1 / K².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from scipy.stats import norm
+
+from forklift.diagnosis.refit import Refit
+from forklift.plant.protocol import Hypothesis
+
+
+@dataclass(frozen=True)
+class Offset:
+    """How far a condition is off what was entered.
+
+    Attributes
+    ----------
+    name
+        Of the condition.
+    file
+        The recording; empty for the mean of all that were fitted.
+    value, lower, upper
+        In the condition's unit: what acts, less what was entered.
+    """
+
+    name: str
+    unit: str
+    file: str
+    value: float
+    lower: float
+    upper: float
+
+
+def offsets(refit: Refit, hypothesis: Hypothesis, level: float) -> Iterator[Offset]:
+    """Of every condition that the hypothesis doubts: the mean over the recordings fitted, then each.
+
+    Intervals hold with probability `level`; they are widened by what the refit leaves over.
+    """
+    problem, x = refit.found.problem, refit.found.x
+    covariance = np.linalg.inv(refit.found.jacobian.T @ refit.found.jacobian)
+    half = float(norm.ppf(0.5 + 0.5 * level)) * sqrt(max(1.0, refit.reduced_chi2))
+    units = problem.machine.condition_units
+    doubted = [name for name, _ in hypothesis.addition.widened] if hypothesis.amplitude is None else []
+    for name in doubted:
+        files, places, widths = [], [], []
+        for k, sample in enumerate(problem.samples):
+            place = sample.names.index(name)
+            files.append(sample.recording.file)
+            places.append(problem.starts[k] + int(np.searchsorted(sample.free, place)))
+            widths.append(float(sample.width[place]))
+        scale = np.array(widths)
+        values = scale * x[places]
+        spread = scale[:, None] * covariance[np.ix_(places, places)] * scale
+        rows = [("", float(values.mean()), float(np.sqrt(spread.sum())) / len(values))]
+        rows += zip(files, values.tolist(), np.sqrt(np.diag(spread)).tolist(), strict=True)
+        for file, value, deviation in rows:
+            reach = half * deviation
+            yield Offset(name, units[name], file, value, value - reach, value + reach)
