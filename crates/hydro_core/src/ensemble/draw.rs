@@ -4,12 +4,17 @@ use crate::random::Random;
 
 /// The sequence of a member that its parameters are drawn from.
 pub fn of_parameters(index: u64) -> u64 {
-    2 * index
+    3 * index
 }
 
 /// The sequence of a member that its sensors' noise is drawn from.
 pub fn of_sensors(index: u64) -> u64 {
-    2 * index + 1
+    3 * index + 1
+}
+
+/// The sequence of a member that its encoders' zeros are drawn from.
+pub fn of_zeros(index: u64) -> u64 {
+    3 * index + 2
 }
 
 /// Uniform numbers in (0, 1) of the members `first`, `first` + 1, …: (count, dimensions), row-major.

@@ -6,7 +6,12 @@
 
 pub mod distribution;
 pub mod draw;
+pub mod faults;
+pub mod linear;
+pub mod lowerings;
 pub mod measures;
+pub mod member;
+pub mod open_loop;
 pub mod requirement;
 pub mod verdict;
 pub mod window;

@@ -14,6 +14,7 @@
 //! | `responds` | G (step → F_[0,within] (abs(x − asked for) ≤ (1 − share) · abs(step))) |
 //! | `reaches` | F_[from,to] (lower ≤ x ∧ x ≤ upper) |
 
+use super::verdict::{of_broken, Verdict};
 use super::window::Extremes;
 use crate::scalar::{Mask, Scalar};
 
@@ -137,6 +138,11 @@ impl<S: Scalar> Watch<S> {
             tolerance: S::zero(),
             waited: S::constant(f64::INFINITY),
         }
+    }
+
+    /// What a member becomes that breaks it, whose oscillation grew by `growth` in its last second.
+    pub fn broken(&self, growth: f64) -> Verdict {
+        of_broken(&self.requirement.template, self.requirement.signal, growth)
     }
 
     /// The margin so far.

@@ -1,0 +1,1 @@
+"""Many seeded runs: stability sweeps, their intervals, and rare failures."""
