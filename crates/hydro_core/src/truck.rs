@@ -322,10 +322,12 @@ impl Limits {
         let rise = self.tables.iter().all(|(knots, strictly)| {
             values[knots.clone()].windows(2).all(|pair| if *strictly { pair[0] < pair[1] } else { pair[0] <= pair[1] })
         });
-        within && rise && LiftName::BOTH.iter().all(|&lift| {
-            let p = self.parameters(lift, values);
-            p.stroke_lower < p.stroke_upper
-        })
+        within
+            && rise
+            && LiftName::BOTH.iter().all(|&lift| {
+                let p = self.parameters(lift, values);
+                p.stroke_lower < p.stroke_upper
+            })
     }
 
     /// A lift's scalars among the values.

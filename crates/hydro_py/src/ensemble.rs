@@ -9,7 +9,7 @@ use hydro_core::ensemble::member::{Column, Makeup, CONDITIONS, DEFAULTS};
 use hydro_core::ensemble::open_loop::OpenLoop;
 use hydro_core::ensemble::requirement::{Requirement, Signal, Template, SIGNALS};
 use hydro_core::ensemble::verdict::VERDICTS;
-use hydro_core::ensemble::{draw, lowerings};
+use hydro_core::ensemble::{draw, linear, lowerings};
 use hydro_core::error::Error;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::Controller;
@@ -46,9 +46,7 @@ fn distribution(name: &str, kind: &str, of: &[f64]) -> Result<Distribution, Erro
     let found = match (kind, of) {
         ("uniform", &[lower, upper]) => Distribution::Uniform { lower, upper },
         ("log_uniform", &[lower, upper]) => Distribution::LogUniform { lower, upper },
-        ("normal", &[mean, deviation]) => {
-            Distribution::Normal { mean, deviation, lower: -infinite, upper: infinite }
-        }
+        ("normal", &[mean, deviation]) => Distribution::Normal { mean, deviation, lower: -infinite, upper: infinite },
         ("normal", &[mean, deviation, lower, upper]) => Distribution::Normal { mean, deviation, lower, upper },
         ("log_normal", &[median, deviation]) => {
             Distribution::LogNormal { median, deviation, lower: 0.0, upper: infinite }
@@ -58,7 +56,8 @@ fn distribution(name: &str, kind: &str, of: &[f64]) -> Result<Distribution, Erro
         }
         ("choice", values) => Distribution::Choice(values.to_vec()),
         (kind, of) => {
-            let requirement = "uniform or log_uniform with two numbers, normal or log_normal with two or four, or choice";
+            let requirement =
+                "uniform or log_uniform with two numbers, normal or log_normal with two or four, or choice";
             return Err(argument(name, &format!("{kind} with {} numbers", of.len()), requirement));
         }
     };
@@ -194,7 +193,8 @@ impl PyEnsemble {
         let array = given.as_array();
         let width = self.trial.makeup.columns.len();
         if array.shape()[1] != width {
-            let (got, expected) = (format!("{:?}", array.shape()), format!("(n, {width}), one column per varied quantity"));
+            let (got, expected) =
+                (format!("{:?}", array.shape()), format!("(n, {width}), one column per varied quantity"));
             return Err(Error::Shape { name: name.into(), got, expected });
         }
         Ok(array.iter().copied().collect())
@@ -266,16 +266,11 @@ impl PyEnsemble {
         numbers.into_pyarray(py).reshape([count, dimensions])
     }
 
-    fn values<'py>(
-        &self,
-        py: Python<'py>,
-        uniform: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn values<'py>(&self, py: Python<'py>, uniform: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let numbers = self.rows("uniform", &uniform).map_err(|e| raise(py, &e))?;
         let (count, dimensions) = (uniform.as_array().shape()[0], self.trial.makeup.columns.len());
         let makeup = &self.trial.makeup;
-        let values: Vec<f64> =
-            py.detach(|| numbers.chunks(dimensions.max(1)).flat_map(|u| makeup.at(u)).collect());
+        let values: Vec<f64> = py.detach(|| numbers.chunks(dimensions.max(1)).flat_map(|u| makeup.at(u)).collect());
         values.into_pyarray(py).reshape([count, dimensions])
     }
 
@@ -362,9 +357,11 @@ fn ensemble_tables(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     }
     tables.set_item("conditions", conditions)?;
     let all = |rows: Vec<[(&str, &str); 3]>| rows.iter().map(|pairs| row(pairs)).collect::<PyResult<Vec<_>>>();
-    let signals = SIGNALS.iter().map(|(_, name, unit, meaning)| [("name", *name), ("unit", *unit), ("meaning", *meaning)]);
+    let signals =
+        SIGNALS.iter().map(|(_, name, unit, meaning)| [("name", *name), ("unit", *unit), ("meaning", *meaning)]);
     tables.set_item("signals", all(signals.collect())?)?;
-    let measures = MEASURES.iter().map(|(name, unit, meaning)| [("name", *name), ("unit", *unit), ("meaning", *meaning)]);
+    let measures =
+        MEASURES.iter().map(|(name, unit, meaning)| [("name", *name), ("unit", *unit), ("meaning", *meaning)]);
     tables.set_item("measures", all(measures.collect())?)?;
     let verdicts = VERDICTS.iter().map(|(_, name, meaning)| [("name", *name), ("unit", "1"), ("meaning", *meaning)]);
     tables.set_item("verdicts", all(verdicts.collect())?)?;
@@ -372,7 +369,31 @@ fn ensemble_tables(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(tables)
 }
 
+type LinearArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// Rates, and their derivatives along the states and the command, of one lift about a state.
+#[pyfunction]
+fn linearise<'py>(
+    py: Python<'py>,
+    truck: &PyTruck,
+    lift: &str,
+    state: PyReadonlyArray1<'py, f64>,
+    command: f64,
+    load: f64,
+    oil_temperature: f64,
+) -> PyResult<LinearArrays<'py>> {
+    let make = || match lifts_of(lift)?.1[..] {
+        [lift] => linear::linearise(&truck.0, lift, &state.as_array().to_vec(), command, load, oil_temperature),
+        _ => Err(argument("lift", lift, "free or main")),
+    };
+    let found = make().map_err(|e| raise(py, &e))?;
+    let n = found.rates.len();
+    let a = found.a.into_pyarray(py).reshape([n, n])?;
+    Ok((found.rates.into_pyarray(py), a, found.b.into_pyarray(py)))
+}
+
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<PyEnsemble>()?;
+    m.add_function(wrap_pyfunction!(linearise, m)?)?;
     m.add_function(wrap_pyfunction!(ensemble_tables, m)?)
 }

@@ -17,8 +17,8 @@ import polars as pl
 
 from forklift.ensemble.members import Members
 from forklift.ensemble.tables import measures, verdicts
-from forklift.errors import ForkliftError
-from forklift.names import commanded
+from forklift.base.errors import ForkliftError
+from forklift.recordings.channels import commanded
 
 FOLDER = "members"
 """Of the chunks' files, in a sweep's folder."""

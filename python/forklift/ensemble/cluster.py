@@ -11,8 +11,8 @@ from functools import lru_cache
 from forklift.ensemble import chunks
 from forklift.ensemble.members import Members
 from forklift.ensemble.specification import Specification, check
-from forklift.errors import ForkliftError
-from forklift.truck import Truck
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.truck import Truck
 
 Runner = Callable[[list[int]], Iterator[tuple[int, bytes]]]
 

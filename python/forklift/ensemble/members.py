@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from forklift import _core
 from forklift.ensemble.specification import Specification, Vary
 from forklift.ensemble.tables import conditions
-from forklift.errors import ForkliftError
-from forklift.names import commanded
-from forklift.truck import Truck
+from forklift.base.errors import ForkliftError
+from forklift.recordings.channels import commanded
+from forklift.plant.forklift.truck import Truck
 
 Floats = NDArray[np.float64]
 Streams = NDArray[np.uint64]

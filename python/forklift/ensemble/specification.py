@@ -12,8 +12,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from forklift.ensemble.tables import conditions, signals
-from forklift.errors import ForkliftError
-from forklift.names import Lift, Lifts
+from forklift.base.errors import ForkliftError
+from forklift.recordings.channels import Lift, Lifts
 
 Sampling = Literal["independent", "sobol", "grid"]
 

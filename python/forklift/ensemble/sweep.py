@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from forklift import output
+from forklift.base import output
 from forklift.ensemble import chunks, specification
 from forklift.ensemble.intervals import ConfidenceSequence, Interval, clopper_pearson, over_scrambles
 from forklift.ensemble.members import Members
 from forklift.ensemble.reduce import SCALED, STABLE, Tally, axis
 from forklift.ensemble.specification import Specification
-from forklift.errors import ForkliftError
-from forklift.truck import Truck
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.truck import Truck
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -287,7 +287,7 @@ def replay(spec: Specification, truck: Truck, index: int) -> Trajectory:
         ``"argument-invalid"`` for a member that the sweep does not have.
     """
     from forklift.ensemble.tables import verdicts
-    from forklift.names import outputs
+    from forklift.plant.forklift.tables import outputs
 
     members = Members(spec, truck, 1)
     if not 0 <= index < members.count:

@@ -33,3 +33,9 @@ def measures() -> dict[str, QuantitySpec]:
 def verdicts() -> dict[str, QuantitySpec]:
     """What may become of a member, by rising gravity; a verdict's number is its place."""
     return {spec["name"]: spec for spec in _core.ensemble_tables()["verdicts"]}
+
+
+@cache
+def tick_s() -> float:
+    """Seconds of a controller's tick."""
+    return _core.ensemble_tables()["tick_s"]

@@ -32,10 +32,12 @@ impl Distribution {
             Distribution::LogUniform { lower, upper } if !(rises(*lower, *upper) && *lower > 0.0) => {
                 refuse(format!("[{lower}, {upper}]"), "two positive numbers that rise")
             }
-            Distribution::Normal { mean, deviation, lower, upper } if !(*deviation > 0.0 && mean.is_finite()) => refuse(
-                format!("mean {mean}, standard deviation {deviation}, from {lower} to {upper}"),
-                "a finite mean and a positive standard deviation",
-            ),
+            Distribution::Normal { mean, deviation, lower, upper } if !(*deviation > 0.0 && mean.is_finite()) => {
+                refuse(
+                    format!("mean {mean}, standard deviation {deviation}, from {lower} to {upper}"),
+                    "a finite mean and a positive standard deviation",
+                )
+            }
             Distribution::LogNormal { median, deviation, .. } if !(*deviation > 0.0 && *median > 0.0) => refuse(
                 format!("median {median}, standard deviation of the logarithm {deviation}"),
                 "a positive median and a positive standard deviation",
@@ -68,9 +70,7 @@ impl Distribution {
                 let standard = |x: f64| if x > 0.0 { libm::log(x / median) / deviation } else { f64::NEG_INFINITY };
                 (median * libm::exp(deviation * cut(standard(*lower), standard(*upper), u))).clamp(*lower, *upper)
             }
-            Distribution::Choice(values) => {
-                values[((u * values.len() as f64) as usize).min(values.len() - 1)]
-            }
+            Distribution::Choice(values) => values[((u * values.len() as f64) as usize).min(values.len() - 1)],
         }
     }
 }

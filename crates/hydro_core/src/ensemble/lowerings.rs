@@ -371,8 +371,7 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> Watched<'a, S, N, L> 
     /// Of the first `count` lanes.
     fn outcomes(&self, count: usize) -> Vec<Outcome> {
         let margins: Vec<[f64; N]> = self.watches.iter().map(|(_, watch)| watch.margin().lanes()).collect();
-        let measures: Vec<[f64; N]> =
-            self.measures.iter().flat_map(|m| m.finish().map(S::lanes)).collect();
+        let measures: Vec<[f64; N]> = self.measures.iter().flat_map(|m| m.finish().map(S::lanes)).collect();
         let growth = MEASURES.iter().position(|(name, ..)| *name == "growth").expect("the table has it");
         let alive = S::select(self.finite, S::one(), S::zero()).lanes();
         (0..count)
@@ -399,12 +398,13 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for Watched<'
     fn tick(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
         self.inner.tick(k, x, oil_temperature_degc);
         let orders = &self.inner.orders()[k];
-        let in_lanes = |of: &dyn Fn(usize) -> i32| S::from_lanes(std::array::from_fn(|lane| 1e-3 * f64::from(of(lane))));
+        let in_lanes =
+            |of: &dyn Fn(usize) -> i32| S::from_lanes(std::array::from_fn(|lane| 1e-3 * f64::from(of(lane))));
         let last = self.requests.len() - 1;
         let request = in_lanes(&|lane| self.requests[lane.min(last)][k]);
-        let ordered = self.places.map(|lift| {
-            [in_lanes(&|lane| orders[lane].reference[lift]), in_lanes(&|lane| orders[lane].current[lift])]
-        });
+        let ordered = self
+            .places
+            .map(|lift| [in_lanes(&|lane| orders[lane].reference[lift]), in_lanes(&|lane| orders[lane].current[lift])]);
         widest(Look { watched: self, k, x, request, ordered });
     }
 
@@ -447,8 +447,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
             let aloft = x[l * STATES + POSITION].lt(watched.landed[l]).not();
             watched.counted[l] = watched.counted[l].and(aloft).and(watched.finite);
             let speed = -velocity;
-            let moment =
-                Moment { speed, error: speed - reference, pressure, position, current, request, step, since };
+            let moment = Moment { speed, error: speed - reference, pressure, position, current, request, step, since };
             watched.measures[l].see(k, &moment, watched.counted[l]);
             moments[l] = Some(moment);
         }

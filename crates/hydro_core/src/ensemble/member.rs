@@ -130,9 +130,10 @@ impl Makeup {
                 Column::Level(k) => profile[k].1 = value,
             }
         }
-        let fit = conditions.iter().zip(CONDITIONS).all(|(value, (_, _, _, lower, upper, _))| {
-            value >= lower && value <= upper
-        });
+        let fit = conditions
+            .iter()
+            .zip(CONDITIONS)
+            .all(|(value, (_, _, _, lower, upper, _))| value >= lower && value <= upper);
         if !fit || !self.limits.hold(&values) {
             return None;
         }

@@ -29,11 +29,8 @@ impl<S: Scalar> Extremes<S> {
     #[inline(always)]
     pub fn push(&mut self, value: S) -> (S, S) {
         let length = self.high.len();
-        let (high, low) = if self.at == 0 {
-            (value, value)
-        } else {
-            (self.so_far.0.max(value), self.so_far.1.min(value))
-        };
+        let (high, low) =
+            if self.at == 0 { (value, value) } else { (self.so_far.0.max(value), self.so_far.1.min(value)) };
         self.so_far = (high, low);
         self.high[self.at] = value;
         self.low[self.at] = value;
