@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use hydro_core::ensemble::controllers::{self, Fleet};
 use hydro_core::ensemble::distribution::Distribution;
 use hydro_core::ensemble::lowerings::{Make, Trial, Width};
 use hydro_core::ensemble::measures::{Settling, MEASURES};
@@ -18,6 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::ThreadPool;
 
+use crate::control::{self, GivenLift};
 use crate::errors::raise;
 use crate::truck::{argument, lifts_of, PyTruck};
 
@@ -28,10 +30,13 @@ const TICK_S: f64 = 0.02;
 #[pyclass(name = "Ensemble", module = "forklift._core", frozen)]
 pub struct PyEnsemble {
     trial: Trial,
+    fleet: Option<Fleet>,
     names: Vec<String>,
     pool: ThreadPool,
 }
 
+/// Shared numbers, both lifts, bits of the word.
+type GivenController = (Vec<f64>, GivenLift, GivenLift, u32);
 type Varied = (String, String, Vec<f64>);
 type Asked = BTreeMap<String, Scalar>;
 
@@ -65,7 +70,11 @@ fn distribution(name: &str, kind: &str, of: &[f64]) -> Result<Distribution, Erro
     Ok(found)
 }
 
-fn column(name: &str, trucks: &[String], stretches: usize) -> Result<Column, Error> {
+fn column(name: &str, trucks: &[String], stretches: usize, controlled: bool) -> Result<Column, Error> {
+    let controller = name.strip_prefix("controller.").filter(|_| controlled);
+    if let Some(k) = controller.and_then(|own| controllers::names().iter().position(|known| known == own)) {
+        return Ok(Column::Controller(k));
+    }
     if let Some(k) = trucks.iter().position(|known| known == name) {
         return Ok(Column::Parameter(k));
     }
@@ -77,7 +86,8 @@ fn column(name: &str, trucks: &[String], stretches: usize) -> Result<Column, Err
         _ => Err(argument(
             "vary",
             name,
-            "a parameter of the truck, a condition, or profile.K with the number of one of its stretches, from 0",
+            "a parameter of the truck, a condition, controller.SETTING such as controller.main.delay where there is \
+             a controller, or profile.K with the number of one of its stretches, from 0",
         )),
     }
 }
@@ -185,8 +195,11 @@ fn open_loop(_: &[f64]) -> Result<Box<dyn Controller>, Error> {
 }
 
 impl PyEnsemble {
-    fn make(&self) -> Make<'_> {
-        &open_loop
+    fn with_make<T>(&self, run: impl FnOnce(Make<'_>) -> T) -> T {
+        match &self.fleet {
+            Some(fleet) => run(&|numbers: &[f64]| fleet.controller(numbers)),
+            None => run(&open_loop),
+        }
     }
 
     fn rows(&self, name: &str, given: &PyReadonlyArray2<'_, f64>) -> Result<Vec<f64>, Error> {
@@ -205,7 +218,7 @@ impl PyEnsemble {
 impl PyEnsemble {
     #[new]
     #[pyo3(signature = (truck, lifts, *, conditions, profile, vary, require, settle_s, band_m_s, duration_s, substeps,
-                        seed, threads=0))]
+                        seed, controller=None, threads=0))]
     #[allow(clippy::too_many_arguments)] // keyword arguments in Python
     fn new(
         py: Python<'_>,
@@ -220,6 +233,7 @@ impl PyEnsemble {
         duration_s: f64,
         substeps: usize,
         seed: u64,
+        controller: Option<GivenController>,
         threads: usize,
     ) -> PyResult<Self> {
         let make = || -> Result<PyEnsemble, Error> {
@@ -231,21 +245,30 @@ impl PyEnsemble {
                 };
                 fixed[k] = *value;
             }
-            let known = truck.0.names();
+            let fleet = match controller {
+                None => None,
+                Some((shared, free, main, word)) => {
+                    let lifts = [free.0.clone(), main.0.clone()];
+                    let (settings, word) = control::settings(&shared, free, main, word)?;
+                    Some(Fleet::new(settings, &shared, [&lifts[0], &lifts[1]], word)?)
+                }
+            };
+            let numbers = fleet.as_ref().map_or(Vec::new(), |fleet| fleet.numbers().to_vec());
+            let known = truck.core().names();
             let mut columns = Vec::new();
             for (name, kind, of) in &vary {
-                columns.push((column(name, &known, profile.len())?, distribution(name, kind, of)?));
+                columns.push((column(name, &known, profile.len(), fleet.is_some())?, distribution(name, kind, of)?));
             }
             let requirements =
                 require.into_iter().map(|asked| Wanted(asked).requirement()).collect::<Result<Vec<_>, _>>()?;
-            let makeup = Makeup::new(truck.0.clone(), lifts, fixed, profile.clone(), Vec::new(), columns, seed)?;
+            let makeup = Makeup::new(truck.core().clone(), lifts, fixed, profile.clone(), numbers, columns, seed)?;
             let ticks = lowerings::whole_ticks(duration_s, TICK_S)?;
             let settling = Settling { after_s: settle_s, band_m_s };
             let trial = Trial { makeup, requirements, settling, tick_s: TICK_S, ticks, substeps };
             trial.check()?;
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.map_err(|e| argument("threads", &threads.to_string(), &format!("possible here ({e})")))?;
-            Ok(PyEnsemble { trial, names: vary.into_iter().map(|(name, ..)| name).collect(), pool })
+            Ok(PyEnsemble { trial, fleet, names: vary.into_iter().map(|(name, ..)| name).collect(), pool })
         };
         make().map_err(|e| raise(py, &e))
     }
@@ -295,7 +318,7 @@ impl PyEnsemble {
             16 => Width::Sixteen,
             other => return Err(fail(argument("lanes", &other.to_string(), "1 or 16"))),
         };
-        let run = || self.trial.run(&columns, &streams, self.make(), width, &|| false);
+        let run = || self.with_make(|make| self.trial.run(&columns, &streams, make, width, &|| false));
         let outcomes = py.detach(|| self.pool.install(run)).map_err(fail)?;
         let verdicts: Vec<u8> = outcomes.iter().map(|outcome| outcome.verdict as u8).collect();
         let numbers: Vec<f64> = outcomes.into_iter().flat_map(|outcome| outcome.numbers).collect();
@@ -315,7 +338,7 @@ impl PyEnsemble {
             let got = columns.len().to_string();
             return Err(raise(py, &Error::Shape { name: "values".into(), got, expected }));
         }
-        let run = || self.trial.trace(&columns, stream, self.make(), &|| false);
+        let run = || self.with_make(|make| self.trial.trace(&columns, stream, make, &|| false));
         let (outcome, trace) = py.detach(run).map_err(|e| raise(py, &e))?;
         let ticks = trace.orders.len();
         let answer = PyDict::new(py);
@@ -383,7 +406,7 @@ fn linearise<'py>(
     oil_temperature: f64,
 ) -> PyResult<LinearArrays<'py>> {
     let make = || match lifts_of(lift)?.1[..] {
-        [lift] => linear::linearise(&truck.0, lift, &state.as_array().to_vec(), command, load, oil_temperature),
+        [lift] => linear::linearise(truck.core(), lift, &state.as_array().to_vec(), command, load, oil_temperature),
         _ => Err(argument("lift", lift, "free or main")),
     };
     let found = make().map_err(|e| raise(py, &e))?;

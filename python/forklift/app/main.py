@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 import typer.core
 
-from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, telling
+from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, sweeping, telling
 from forklift.base.errors import ForkliftError
 from forklift.recordings.channels import channels
 
@@ -311,6 +311,62 @@ def diagnose(
     else:
         typer.echo(str(result))
         say_written(out / PAGE, out / diagnosis_files.TRUCK, out / diagnosis_files.MARK)
+
+
+@app.command(epilog="Example: forklift sweep examples/sweep.toml --out swept")
+def sweep(
+    spec: Annotated[Path, typer.Argument(help="The sweep's TOML file: what varies and what is asked.")],
+    out: Annotated[
+        Path,
+        typer.Option("--out", help="Folder for members, result.json and report.html; part of a sweep goes on."),
+    ],
+    threads: Annotated[int, typer.Option("--threads", min=0, help="Threads; 0 takes all.")] = 0,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a Dask scheduler that runs the chunks.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Lower thousands of varied trucks and tell how many fail what is asked, where, and how surely."""
+    from forklift.base import output, present
+    from forklift.ensemble.sweep import PAGE
+    from forklift.ensemble.sweep import sweep as verb
+
+    with sweeping() as progress:
+        result = verb(spec, out=out, threads=threads, scheduler=scheduler, progress=progress)
+    output.write_text(out / PAGE, present.page(result))
+    if as_json:
+        print_json(result.to_dict())
+        return
+    typer.echo(str(result))
+    say_written(out / PAGE, out / "result.json", out / "members")
+
+
+@app.command(epilog="Example: forklift replay swept 4711 --out member.csv")
+def replay(
+    folder: Annotated[Path, typer.Argument(help="A sweep's folder.")],
+    member: Annotated[int, typer.Argument(min=0, help="The member's index.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write its trajectory: a .csv or .parquet file.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run one member of a sweep again, to the bit, and show what it does."""
+    from forklift.base import output
+    from forklift.ensemble.sweep import of_folder
+    from forklift.ensemble.sweep import replay as verb
+
+    if out:
+        output.check_file(out)
+        output.check_suffix(out, (".csv", ".parquet"))
+    found = verb(*of_folder(folder), member)
+    if out:
+        found.write(out)
+    if as_json:
+        print_json(found.to_dict())
+        return
+    typer.echo(str(found))
+    if out:
+        say_written(out)
 
 
 @app.command(epilog="Example: forklift info thesis")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp, inf, log, sqrt
+from math import exp, log, sqrt
 
 import numpy as np
 
@@ -118,7 +118,8 @@ class ConfidenceSequence:
         mixed = float(betaln(a + self.failures, b + good) - betaln(a, b)) + log(1.0 - self.level)
 
         def beyond(p: float) -> float:
-            return mixed - self.failures * log(p) - good * log1m(p)
+            # Nothing of what never happened, whose logarithm may be infinite.
+            return mixed - (self.failures * log(p)) - (good * float(np.log1p(-p)) if good else 0.0)
 
         share = self.failures / self.members
         tiny = 1e-300
@@ -128,11 +129,6 @@ class ConfidenceSequence:
             start = max(share, tiny)
             upper = float(brentq(beyond, start, 1.0 - 1e-16, xtol=1e-12 * max(share, 1.0 / self.members)))
         return lower, upper
-
-
-def log1m(p: float) -> float:
-    """ln(1 − p)."""
-    return float(np.log1p(-p)) if p < 1.0 else -inf
 
 
 def over_scrambles(shares: Sequence[float], level: float = LEVEL) -> Interval:

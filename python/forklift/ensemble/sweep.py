@@ -63,6 +63,25 @@ class Trajectory:
     margins: Mapping[str, float]
     table: pl.DataFrame
 
+    def to_dict(self) -> dict[str, Any]:
+        """The member without its trajectory, for JSON."""
+        return {
+            "index": self.index,
+            "verdict": self.verdict,
+            "varied": dict(self.varied),
+            "margins": {name: _plain(value) for name, value in self.margins.items()},
+        }
+
+    def write(self, path: str | Path) -> Path:
+        """The trajectory as ``.csv`` or ``.parquet``."""
+        return _written(path, self.table)
+
+    def __str__(self) -> str:
+        varied = [f"{name:>40} {value:>14.6g}" for name, value in self.varied.items()]
+        margins = [f"{name:>40} {value:>14.6g}" for name, value in self.margins.items()]
+        head = f"Member {self.index} is {self.verdict.replace('_', ' ')}."
+        return "\n".join([head, "", "varied", *varied, "", "margins, negative where broken", *margins])
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
@@ -180,11 +199,7 @@ class Sweep:
 
     def write(self, path: str | Path) -> Path:
         """All members as one ``.parquet`` or ``.csv`` file."""
-        output.check_suffix(path, (".parquet", ".csv"))
-        table = self.to_polars()
-        if Path(path).suffix.lower() == ".csv":
-            return output.write_file(path, lambda temporary: table.write_csv(temporary))
-        return output.write_file(path, lambda temporary: table.write_parquet(temporary))
+        return _written(path, self.to_polars())
 
     def __repr__(self) -> str:
         return f"Sweep({self.specification.name!r}, {self.tally.members} members, {self.tally.failures} failures)"
@@ -377,6 +392,13 @@ def _folder(folder: Path, members: Members) -> Path:
     folder.mkdir(exist_ok=True)
     output.write_text(mark, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     return folder
+
+
+def _written(path: str | Path, table: pl.DataFrame) -> Path:
+    output.check_suffix(path, (".parquet", ".csv"))
+    if Path(path).suffix.lower() == ".csv":
+        return output.write_file(path, table.write_csv)
+    return output.write_file(path, table.write_parquet)
 
 
 def _tupled(value: Any) -> Any:

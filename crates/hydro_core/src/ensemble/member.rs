@@ -1,5 +1,6 @@
 //! What varies from member to member, and what a member is then made of.
 
+use super::controllers::within_bounds;
 use super::distribution::Distribution;
 use super::draw;
 use crate::error::Error;
@@ -134,7 +135,7 @@ impl Makeup {
             .iter()
             .zip(CONDITIONS)
             .all(|(value, (_, _, _, lower, upper, _))| value >= lower && value <= upper);
-        if !fit || !self.limits.hold(&values) {
+        if !fit || !self.limits.hold(&values) || !within_bounds(&controller) {
             return None;
         }
         let factor = conditions[Condition::Reference as usize];

@@ -4,6 +4,7 @@
 //! members are cut into chunks, nor on the number of threads. What is asked of a member is worked out while it runs,
 //! so that no trajectory is kept. A member that fails has a status and disturbs no other.
 
+pub mod controllers;
 pub mod distribution;
 pub mod draw;
 pub mod faults;
