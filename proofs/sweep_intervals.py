@@ -2,12 +2,15 @@
 
     python proofs/sweep_intervals.py [--repeats 200] [--out sweep_intervals.md]
 
-Six problems whose probabilities are known: RP8, RP22, RP25, RP31 and RP107 of TNO's reliability problems (Rózsás &
-Slobbe 2019) and the four-branch system (Waarts 2000). Each kind of interval is made anew from other seeds, and it is
-counted how often it holds the known value. Printed beside: the band that 95 % leaves to so many repeats.
+Six problems whose probabilities are known: RP8, RP22, RP25, RP31 and RP107 of TNO's reliability problems
+(Rózsás & Slobbe 2019) and the four-branch system (Waarts 2000). Each kind of interval is made anew from
+other seeds,
+and it is counted how often it holds the known value. Printed beside: the band that 95 % leaves to so many
+repeats.
 """
 
 import argparse
+import itertools
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -40,7 +43,8 @@ class Problem:
     margin: object
     probability: float
     members: int
-    """Independent ones of a Clopper-Pearson interval: some twenty failures or more; none: too rare to count."""
+    """Independent ones of a Clopper-Pearson interval: some twenty failures or more; none: too rare to
+    count."""
     points: int
     """Of each scramble; none: too rare."""
 
@@ -108,7 +112,12 @@ PROBLEMS = (
         2,
         rp25,
         # Fails where y lies above (x^2 + 16)/8 and below 16 x - 32.
-        _over(lambda x: max(ndtr(16.0 * x - 32.0) - ndtr((x * x + 16.0) / 8.0), 0.0), 1.5, 12.0, points=(2.0, 2.5)),
+        _over(
+            lambda x: max(ndtr(16.0 * x - 32.0) - ndtr((x * x + 16.0) / 8.0), 0.0),
+            1.5,
+            12.0,
+            points=(2.0, 2.5),
+        ),
         1_000_000,
         32768,
     ),
@@ -145,7 +154,12 @@ def rare(problem, repeat):
     return problem.probability in found.interval
 
 
-KINDS = {"Clopper-Pearson": fixed, "confidence sequence": watched, "t over scrambles": sobol, "subset simulation": rare}
+KINDS = {
+    "Clopper-Pearson": fixed,
+    "confidence sequence": watched,
+    "t over scrambles": sobol,
+    "subset simulation": rare,
+}
 
 
 def possible(kind, problem):
@@ -184,7 +198,7 @@ def main():
                     continue
                 clock = time.perf_counter()
                 cuts = np.linspace(0, options.repeats, 2 * options.jobs + 1).astype(int)
-                tasks = [(kind, problem.name, int(a), int(b)) for a, b in zip(cuts, cuts[1:], strict=False)]
+                tasks = [(kind, problem.name, int(a), int(b)) for a, b in itertools.pairwise(cuts)]
                 share = sum(pool.map(held, tasks)) / options.repeats
                 fine = judge(kind, share, options.repeats)
                 good &= fine
@@ -194,7 +208,10 @@ def main():
                 )
                 print(lines[-1], flush=True)
     low, high = binom.ppf((0.025, 0.975), options.repeats, 0.95) / options.repeats
-    lines += ["", f"{options.repeats} repeats of exact 95 % intervals hold in {100 * low:.1f} to {100 * high:.1f} %."]
+    lines += [
+        "",
+        f"{options.repeats} repeats of exact 95 % intervals hold in {100 * low:.1f} to {100 * high:.1f} %.",
+    ]
     print(lines[-1])
     if options.out:
         options.out.write_text("\n".join(lines) + "\n", encoding="utf-8")

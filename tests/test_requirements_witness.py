@@ -33,8 +33,13 @@ def found():
             "substeps": 2,
             "members": 6,
             "profile": [{"from_s": 0.2, "level": 0.6}, {"from_s": 1.5, "level": 0.75}],
-            "vary": {"load_kg": {"uniform": [200.0, 1500.0]}, "oil_temperature_degc": {"uniform": [20.0, 60.0]}},
-            "require": [{"name": name, "template": name, "scale": 1.0} | own for name, own in REQUIRE.items()],
+            "vary": {
+                "load_kg": {"uniform": [200.0, 1500.0]},
+                "oil_temperature_degc": {"uniform": [20.0, 60.0]},
+            },
+            "require": [
+                {"name": name, "template": name, "scale": 1.0} | own for name, own in REQUIRE.items()
+            ],
         }
     )
 
@@ -70,7 +75,9 @@ def robustness(name, own, table):
         signals["left"] = tolerance - signals["distance"]
         text = f"always((trigger <= 0) or (eventually[0:{within}](left >= 0)))"
     else:
-        bound, least = (own["upper"], ticks["after_s"]) if "upper" in own else (own["band"], ticks["within_s"])
+        bound, least = (
+            (own["upper"], ticks["after_s"]) if "upper" in own else (own["band"], ticks["within_s"])
+        )
         signals["calm"] = np.where(since >= least, -FAR, FAR)
         signals["size"] = np.abs(x)
         text = f"always((calm >= 0) or (size <= {bound}))"

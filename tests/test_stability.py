@@ -45,7 +45,8 @@ def test_a_late_held_input_is_sampled_exactly(delay_s):
 
 
 def test_margins_of_an_integrator_with_delay():
-    """L = k e^(−sT)/s, sampled finely: gain margin π/(2 k T), delay margin π/(2 k) − T (Åström & Murray 2008)."""
+    """L = k e^(−sT)/s, sampled finely: gain margin π/(2 k T), delay margin π/(2 k) − T (Åström & Murray
+    2008)."""
     zero, one = np.zeros((1, 1)), np.ones((1, 1))
     loop = sampled(StateSpace(zero, 2.0 * one, one, zero, None, ("y",)), 1e-3, 0.2)
     found = margins(loop)
@@ -91,7 +92,15 @@ def test_eigenvalues_are_those_of_differenced_ticks(point):
         time = np.array([0.0, TICK])
         oil, command = np.array([20.0]), np.array([[0.0, 0.7]])
         run = THESIS.core.simulate(
-            time, np.zeros(1), command, oil, 1500.0, lifts="main", solver="adaptive", tolerance=1e-11, start=start
+            time,
+            np.zeros(1),
+            command,
+            oil,
+            1500.0,
+            lifts="main",
+            solver="adaptive",
+            tolerance=1e-11,
+            start=start,
         )
         return run["states"][1]
 
@@ -121,7 +130,15 @@ def test_a_small_kick_decays_as_the_slowest_oscillation_says(point):
 
     def lower(start):
         return THESIS.core.simulate(
-            time, np.zeros(1), command, oil, 1500.0, lifts="main", solver="adaptive", tolerance=1e-11, start=start
+            time,
+            np.zeros(1),
+            command,
+            oil,
+            1500.0,
+            lifts="main",
+            solver="adaptive",
+            tolerance=1e-11,
+            start=start,
         )["states"]
 
     away = lower(point.state + kick.real) - lower(point.state)
@@ -132,7 +149,8 @@ def test_a_small_kick_decays_as_the_slowest_oscillation_says(point):
 
 def test_a_slower_loop_is_further_from_instability(point):
     loops = [
-        series(pid(factor * 0.5, factor * 1.0, 0.0, 20.0), sampled(plant(point), delay_s=0.16)) for factor in (0.1, 1.0)
+        series(pid(factor * 0.5, factor * 1.0, 0.0, 20.0), sampled(plant(point), delay_s=0.16))
+        for factor in (0.1, 1.0)
     ]
     near, far = (margins(loop) for loop in reversed(loops))
     assert far.gain > near.gain

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -150,10 +149,10 @@ def test_a_member_by_itself_has_its_numbers_and_its_trajectory(swept):
 
 
 def test_the_single_run_of_the_same_steps_has_the_same_bits(swept):
-    """The open loop is a recording replayed, delayed by the eight ticks between sensors and coil."""
+    """The open loop is a recording replayed, delayed by the four ticks between sensors and coil."""
     one = swept.replay(3)
     time_s = one.table["time_s"].to_numpy()
-    current = np.concatenate([np.zeros(8), one.table["current_free_a"].to_numpy()[:-8]])
+    current = np.concatenate([np.zeros(4), one.table["current_free_a"].to_numpy()[:-4]])
     truck = THESIS.with_values({"free.viscosity.nu_0": one.varied["free.viscosity.nu_0"]})
     run = truck.core.simulate(
         time_s,
@@ -182,7 +181,11 @@ def test_a_sobol_sweep_has_an_interval_over_scrambles_and_a_grid_has_none():
     assert "16 scrambles" in found.probability.method
     assert found.probability.estimate == pytest.approx(found.tally.failures / 256)
     # A member does not depend on the chunk that holds it.
-    assert sweep(document(sampling="sobol", members=256, scrambles=16, chunk=3)).to_polars().equals(found.to_polars())
+    assert (
+        sweep(document(sampling="sobol", members=256, scrambles=16, chunk=3))
+        .to_polars()
+        .equals(found.to_polars())
+    )
     vary = {"load_kg": {"grid": [0.0, 1500.0, 4]}, "oil_temperature_degc": {"choice": [20.0, 40.0, 60.0]}}
     grid = sweep(document(sampling="grid", vary=vary))
     assert grid.probability is None
@@ -222,7 +225,8 @@ def test_a_mistake_is_one_sentence(change, code):
 @pytest.mark.parametrize("template", list(specification.FORMULAS))
 def test_every_template_has_its_formula(template):
     given = {
-        "name": "x", "template": template, "signal": "speed", "scale": 1.0, "lower": 0.0, "upper": 1.0, "from_s": 0.5,
+        "name": "x", "template": template, "signal": "speed", "scale": 1.0, "lower": 0.0, "upper": 1.0,
+        "from_s": 0.5,
         "to_s": 2.0, "after_s": 1.0, "within_s": 1.0, "band": 0.1, "share": 0.8,
     }  # fmt: skip
     assert "speed" in specification.Require(**given).formula

@@ -245,7 +245,12 @@ class Trace(TypedDict):
 
 def ensemble_tables() -> EnsembleTables: ...
 def linearise(
-    truck: Truck, lift: Literal["free", "main"], state: _Floats, command: float, load: float, oil_temperature: float
+    truck: Truck,
+    lift: Literal["free", "main"],
+    state: _Floats,
+    command: float,
+    load: float,
+    oil_temperature: float,
 ) -> tuple[_Floats, _Floats, _Floats]:
     """Rates (n,) of one lift about a state, their derivatives (n, n) along the states and (n,) along the command."""
 

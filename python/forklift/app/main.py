@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 import typer.core
 
-from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, sweeping, telling
+from forklift.app.terminal import (
+    busy,
+    counting,
+    print_json,
+    print_tables,
+    say_written,
+    searching,
+    sweeping,
+    telling,
+)
 from forklift.base.errors import ForkliftError
 from forklift.recordings.channels import channels
 
@@ -318,7 +327,9 @@ def sweep(
     spec: Annotated[Path, typer.Argument(help="The sweep's TOML file: what varies and what is asked.")],
     out: Annotated[
         Path,
-        typer.Option("--out", help="Folder for members, result.json and report.html; part of a sweep goes on."),
+        typer.Option(
+            "--out", help="Folder for members, result.json and report.html; part of a sweep goes on."
+        ),
     ],
     threads: Annotated[int, typer.Option("--threads", min=0, help="Threads; 0 takes all.")] = 0,
     scheduler: Annotated[

@@ -1,4 +1,5 @@
-"""A sweep piece by piece: one file a chunk, written whole, so that a run that was killed goes on where it stood.
+"""A sweep piece by piece: one file a chunk, written whole, so that a run that was killed goes on where it
+stood.
 
 A chunk's file has the same bytes whenever, wherever and by however many threads it was made.
 """
@@ -15,9 +16,9 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from forklift.base.errors import ForkliftError
 from forklift.ensemble.members import Members
 from forklift.ensemble.tables import measures, verdicts
-from forklift.base.errors import ForkliftError
 from forklift.recordings.channels import commanded
 
 FOLDER = "members"
@@ -86,7 +87,8 @@ def store(folder: Path, chunk: int, data: bytes) -> None:
             temporary.unlink(missing_ok=True)
         raise ForkliftError(
             "not-writable",
-            f"{target} cannot be written ({(error.strerror or 'it is not allowed').lower()}); make room and run "
+            f"{target} cannot be written ({(error.strerror or 'it is not allowed').lower()}); make room and "
+            f"run "
             "the same command again",
             file=str(target),
         ) from None
@@ -114,7 +116,8 @@ def load(folder: Path, chunk: int) -> pl.DataFrame:
     except (OSError, pl.exceptions.PolarsError) as error:
         raise ForkliftError(
             "file-unreadable",
-            f"{path(folder, chunk)} cannot be read ({type(error).__name__}); delete it and run the sweep again",
+            f"{path(folder, chunk)} cannot be read ({type(error).__name__}); delete it and run the sweep "
+            f"again",
             file=str(path(folder, chunk)),
         ) from None
 

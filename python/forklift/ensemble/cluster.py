@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 
+from forklift.base.errors import ForkliftError
 from forklift.ensemble import chunks
 from forklift.ensemble.members import Members
 from forklift.ensemble.specification import Specification, check
-from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.truck import Truck
 
 Runner = Callable[[list[int]], Iterator[tuple[int, bytes]]]
@@ -39,7 +39,8 @@ def runner(members: Members, address: str) -> Runner:
     except (OSError, ValueError) as error:
         raise ForkliftError(
             "scheduler-unreachable",
-            f"no Dask scheduler answers at {address} ({type(error).__name__}); start one, or correct the address",
+            f"no Dask scheduler answers at {address} ({type(error).__name__}); start one, or correct the "
+            f"address",
             name="scheduler",
             value=address,
         ) from None

@@ -1,8 +1,10 @@
 """Intervals of a failure probability that hold, one for each way of sampling.
 
-Fixed number of independent members: `clopper_pearson`. Watched live and stopped at will: `ConfidenceSequence`.
-Scrambled Sobol points: `over_scrambles`. Subset simulation: `over_replicates`. None of them rests on a printed
-coefficient of variation; `proofs/sweep_intervals.py` counts how often each covers a known probability.
+Fixed number of independent members: `clopper_pearson`. Watched live and stopped at will:
+`ConfidenceSequence`. Scrambled Sobol points: `over_scrambles`. Subset simulation: `over_replicates`. None of
+them rests on a
+printed coefficient of variation; `proofs/sweep_intervals.py` counts how often each covers a known
+probability.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ import numpy as np
 LEVEL = 0.95
 """The usual level of an interval."""
 LEAST_REPLICATES = 10
-"""Fewer independent runs give a Student interval whose factor alone exceeds 2.3 (t of 8 degrees of freedom)."""
+"""Fewer independent runs give a Student interval whose factor alone exceeds 2.3 (t of 8 degrees of
+freedom)."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +61,9 @@ class Interval:
 def clopper_pearson(failures: int, members: int, level: float = LEVEL) -> Interval:
     """The interval of a binomial share, for a number of independent members that was fixed beforehand.
 
-    Its ends are where a binomial tail holds (1 − level)/2: it covers with at least `level` (Clopper & Pearson 1934).
-    Without a failure, or without a success, all of 1 − level is given to the one end that is open, so that the upper
-    end without failures is 1 − (1 − level)^(1/n), nearly 3/n.
+    Its ends are where a binomial tail holds (1 − level)/2: it covers with at least `level` (Clopper &
+    Pearson 1934). Without a failure, or without a success, all of 1 − level is given to the one end that is
+    open, so that the upper end without failures is 1 − (1 − level)^(1/n), nearly 3/n.
 
     Parameters
     ----------
@@ -83,9 +86,11 @@ def clopper_pearson(failures: int, members: int, level: float = LEVEL) -> Interv
 class ConfidenceSequence:
     """Intervals that hold at all times together: one may look after every member, and stop at will.
 
-    A beta distribution as the alternative mixes all probabilities; the likelihood ratio of that mixture to a true p
-    is a martingale that starts at 1, so that it ever exceeds 1/(1 − level) with a probability of at most 1 − level
-    (Ville 1939). The interval holds those p whose ratio does not (Robbins 1970; Waudby-Smith & Ramdas 2024, section
+    A beta distribution as the alternative mixes all probabilities; the likelihood ratio of that mixture to a
+    true p is a martingale that starts at 1, so that it ever exceeds 1/(1 − level) with a probability of at
+    most 1 − level (Ville 1939). The interval holds those p whose ratio does not (Robbins 1970; Waudby-Smith
+    & Ramdas
+    2024, section
     3), and all earlier intervals are intersected.
     """
 
@@ -134,7 +139,8 @@ class ConfidenceSequence:
 def over_scrambles(shares: Sequence[float], level: float = LEVEL) -> Interval:
     """Student's interval of the mean over independent scrambles of a Sobol sequence, cut off at 0 and 1.
 
-    Points of one scramble depend on each other, so that only the scrambles count (Owen 1997; L'Ecuyer et al. 2023:
+    Points of one scramble depend on each other, so that only the scrambles count (Owen 1997; L'Ecuyer et al.
+    2023:
     16 or more).
     """
     found = np.asarray(shares, np.float64)
@@ -147,8 +153,10 @@ def over_scrambles(shares: Sequence[float], level: float = LEVEL) -> Interval:
 def over_replicates(probabilities: Sequence[float], level: float = LEVEL) -> Interval:
     """The interval of a probability from independent runs of subset simulation, on the logarithm.
 
-    The estimates are right in the mean and nearly lognormal, so that their mean is exp(m + s²/2) and the variance of
-    its logarithm s²/n + s⁴/(2 (n − 1)), with mean m and variance s² of the logarithms (Cox's interval: Zhou & Gao
+    The estimates are right in the mean and nearly lognormal, so that their mean is exp(m + s²/2) and the
+    variance of its logarithm s²/n + s⁴/(2 (n − 1)), with mean m and variance s² of the logarithms (Cox's
+    interval: Zhou
+    & Gao
     1997; with Student's factor: Olsson 2005). A run that found no failure makes the lower end 0.
 
     Parameters
@@ -170,9 +178,7 @@ def over_replicates(probabilities: Sequence[float], level: float = LEVEL) -> Int
     m, s2 = float(logs.mean()), float(logs.var(ddof=1))
     half = float(t.ppf(0.5 + level / 2.0, n - 1)) * sqrt(s2 / n + s2 * s2 / (2.0 * (n - 1)))
     middle = m + s2 / 2.0
-    return Interval(
-        mean, exp(middle - half), min(exp(middle + half), 1.0), level, f"t on ln p over {n} runs"
-    )
+    return Interval(mean, exp(middle - half), min(exp(middle + half), 1.0), level, f"t on ln p over {n} runs")
 
 
 def _student(found: np.ndarray, level: float) -> tuple[float, float]:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift import _core
+from forklift.base.errors import ForkliftError
 from forklift.ensemble.specification import Specification, Vary
 from forklift.ensemble.tables import conditions
-from forklift.base.errors import ForkliftError
-from forklift.recordings.channels import commanded
 from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import commanded
 
 Floats = NDArray[np.float64]
 Streams = NDArray[np.uint64]
@@ -78,18 +78,18 @@ class Members:
             ``"value-invalid"`` for a number that the sampling cannot have.
         """
         spec = self.specification
-        if spec.sampling == "grid":
-            found = prod(self.grid)
-        else:
-            found = spec.members
+        found = prod(self.grid) if spec.sampling == "grid" else spec.members
         if not 1 <= found <= MOST_MEMBERS:
-            raise ForkliftError("value-invalid", f"members is {found}; give 1 to 2^40", name="members", value=found)
+            raise ForkliftError(
+                "value-invalid", f"members is {found}; give 1 to 2^40", name="members", value=found
+            )
         if spec.sampling == "sobol":
             each = found // spec.scrambles if spec.scrambles > 0 else 0
             if spec.scrambles < 2 or each * spec.scrambles != found or each & (each - 1) or each < 1:
                 raise ForkliftError(
                     "value-invalid",
-                    f"members is {found} in {spec.scrambles} scrambles; give two scrambles or more and a power of "
+                    f"members is {found} in {spec.scrambles} scrambles; give two scrambles or more and a "
+                    f"power of "
                     f"two times as many members, such as {spec.scrambles * 2 ** max(each, 1).bit_length()}",
                     name="members",
                     value=found,
@@ -146,7 +146,7 @@ class Members:
         kind = vary.kind(name)
         numbers = [float(x) for x in getattr(vary, kind)]
         if kind == "grid":
-            low, high, count = numbers
+            low, high, _ = numbers
             kind, numbers = "choice", list(np.linspace(low, high, _count(name, vary)))
         if vary.relative:
             base = self._base(name)
@@ -174,12 +174,14 @@ class Members:
 def _count(name: str, vary: Vary) -> int:
     if vary.grid is not None:
         if vary.grid[2] < 1:
-            raise ForkliftError("value-invalid", f"vary.{name} has a grid of {vary.grid[2]} values", name=name)
+            raise ForkliftError(
+                "value-invalid", f"vary.{name} has a grid of {vary.grid[2]} values", name=name
+            )
         return int(vary.grid[2])
     if vary.choice is not None:
         return len(vary.choice)
     raise ForkliftError(
         "value-invalid",
-        f"vary.{name} has no number of values; a sweep with sampling = \"grid\" needs grid or choice",
+        f'vary.{name} has no number of values; a sweep with sampling = "grid" needs grid or choice',
         name=f"vary.{name}",
     )

@@ -54,8 +54,9 @@ class WorstCase:
 def worst_case(members: Members, *, generations: int = 40, stream: int = 0) -> WorstCase:
     """The values within their ranges that come nearest to a failure, or fail the most.
 
-    Differential evolution (Storn & Price 1997, as SciPy has it) with one sequence of noise, which is frozen: the worst
-    case is that of the values, such as the levels of a reference. A search finds a case; it proves no bound.
+    Differential evolution (Storn & Price 1997, as SciPy has it) with one sequence of noise, which is frozen:
+    the worst case is that of the values, such as the levels of a reference. A search finds a case; it proves
+    no bound.
     """
     from scipy.optimize import differential_evolution
 

@@ -1,7 +1,7 @@
 """What the members of a sweep come to: counts, the worst, a map; chunk after chunk, in constant memory.
 
-Chunks are taken in order, and everything kept is a count, an extreme or a member: the result is the same however the
-members were cut into chunks.
+Chunks are taken in order, and everything kept is a count, an extreme or a member: the result is the same
+however the members were cut into chunks.
 """
 
 from __future__ import annotations
@@ -124,7 +124,9 @@ class Tally:
 
 def scaled(specification: Specification, table: pl.DataFrame) -> Floats:
     """(n,) the least margin of each member over its requirements, each divided by its scale."""
-    margins = [table[f"margin.{require.name}"].to_numpy() / require.scale for require in specification.require]
+    margins = [
+        table[f"margin.{require.name}"].to_numpy() / require.scale for require in specification.require
+    ]
     least: Floats = np.min(np.stack(margins), axis=0)
     return least
 

@@ -11,8 +11,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from forklift.ensemble.tables import conditions, signals
 from forklift.base.errors import ForkliftError
+from forklift.ensemble.tables import conditions, signals
 from forklift.recordings.channels import Lift, Lifts
 
 Sampling = Literal["independent", "sobol", "grid"]
@@ -59,7 +59,8 @@ class Vary(BaseModel):
 
 
 class Stretch(BaseModel):
-    """``[[profile]]``: from a time on, the lowering speed asked for [m/s]; without a controller a current [A]."""
+    """``[[profile]]``: from a time on, the lowering speed asked for [m/s]; without a controller a current
+    [A]."""
 
     model_config = _STRICT
     from_s: float
@@ -67,7 +68,8 @@ class Stretch(BaseModel):
 
 
 class Require(BaseModel):
-    """``[[require]]``: a template with its bounds, in the signal's unit, and the scale that margins are divided by."""
+    """``[[require]]``: a template with its bounds, in the signal's unit, and the scale that margins are
+    divided by."""
 
     model_config = _STRICT
     name: str
@@ -93,7 +95,11 @@ class Require(BaseModel):
     @property
     def formula(self) -> str:
         """The requirement in signal temporal logic."""
-        x = self.signal if self.peak_to_peak_s is None else f"peak_to_peak({self.signal}, {self.peak_to_peak_s:g} s)"
+        x = (
+            self.signal
+            if self.peak_to_peak_s is None
+            else f"peak_to_peak({self.signal}, {self.peak_to_peak_s:g} s)"
+        )
         numbers = self.model_dump(exclude={"name", "template", "signal"})
         ends = {"from_s": 0.0, "to_s": float("inf"), "lower": float("-inf"), "upper": float("inf")}
         filled = {key: ends.get(key) if value is None else value for key, value in numbers.items()}
@@ -115,12 +121,13 @@ class Specification(BaseModel):
     members
         How many; a grid has its own number.
     scrambles
-        Of a Sobol sequence: independent ones, which alone give an interval; members / scrambles is a power of two.
+        Of a Sobol sequence: independent ones, which alone give an interval; members / scrambles is a power
+        of two.
     substeps
         Of the integrator in a tick of 20 ms.
     settle_s, band_m_s
-        After a step of what is asked for, how long it has to stand to be steady, and the error that counts as settled:
-        of the measures, not of the requirements.
+        After a step of what is asked for, how long it has to stand to be steady, and the error that counts
+        as settled: of the measures, not of the requirements.
     worst
         How many members with the least scaled margin are kept with their trajectories.
     chunk
@@ -171,7 +178,9 @@ def read(path: str | Path) -> Specification:
             "file-unreadable", f"{path} cannot be read ({why}); name a sweep's TOML file", file=str(path)
         ) from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ForkliftError("toml-syntax", f"{path} is not TOML ({error}); correct it", file=str(path)) from None
+        raise ForkliftError(
+            "toml-syntax", f"{path} is not TOML ({error}); correct it", file=str(path)
+        ) from None
     truck = document.get("truck")
     if isinstance(truck, str) and truck.endswith(".toml") and not Path(truck).is_absolute():
         document["truck"] = str((path.parent / truck).resolve())
@@ -194,7 +203,10 @@ def check(document: Mapping[str, Any], where: str = "sweep") -> Specification:
         code = "key-unknown" if wrong["type"] == "extra_forbidden" else "value-invalid"
         what = "there is no such key" if code == "key-unknown" else wrong["msg"]
         raise ForkliftError(
-            code, f"{where}: {name} is wrong ({what[:1].lower()}{what[1:]}); correct it", name=name, file=where
+            code,
+            f"{where}: {name} is wrong ({what[:1].lower()}{what[1:]}); correct it",
+            name=name,
+            file=where,
         ) from None
     for name, vary in found.vary.items():
         vary.kind(name)
@@ -208,14 +220,18 @@ def check(document: Mapping[str, Any], where: str = "sweep") -> Specification:
     names = [require.name for require in found.require]
     if not names or len(set(names)) < len(names):
         raise ForkliftError(
-            "value-invalid", f"{where}: give one or more [[require]], each with a name of its own", name="require"
+            "value-invalid",
+            f"{where}: give one or more [[require]], each with a name of its own",
+            name="require",
         )
     lifts = ("free", "main") if found.lifts == "both" else (found.lifts,)
     for require in found.require:
         problem = _wrong(require, lifts)
         if problem:
             raise ForkliftError(
-                "value-invalid", f"{where}: require {require.name!r} {problem}", name=f"require.{require.name}"
+                "value-invalid",
+                f"{where}: require {require.name!r} {problem}",
+                name=f"require.{require.name}",
             )
     return found
 

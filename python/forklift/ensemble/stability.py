@@ -1,9 +1,11 @@
 """The linear view of a lift under its controller: the sampled loop, its eigenvalues and its margins.
 
-The plant is linearised at a steady lowering by dual numbers in the core. Over a tick its input is held, so that the
-sampled plant is exact: the matrix exponential of the augmented [A B; 0 0]; a delay of whole ticks is as many shift
-states (Åström & Wittenmark 1997, sections 2.3 and 2.4). Matrices are those that ``control.StateSpace(A, B, C, D, dt)``
-takes. The valve's hysteresis has no linearisation at rest: `describing_function` says what a sine sees of it.
+The plant is linearised at a steady lowering by dual numbers in the core. Over a tick its input is held, so
+that the sampled plant is exact: the matrix exponential of the augmented [A B; 0 0]; a delay of whole ticks
+is as many shift states (Åström & Wittenmark 1997, sections 2.3 and 2.4). Matrices are those that
+``control.StateSpace(A, B, C, D, dt)`` takes. The valve's hysteresis has no linearisation at rest:
+`describing_function` says what a
+sine sees of it.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ SETTLING_S = 8.0
 """How long the lift is lowered to be steady: twenty periods of its oscillation."""
 PIECE_S = 0.25
 """Of that, without an end of the stroke on the way: a cylinder at 1 m/s travels a quarter of a metre."""
-FORKS = {"free": 2.0, "main": 1.0}
+FORKS = 2.0
+"""Travel of the forks over that of either cylinder (Fri & Fahlén 2017, section 2.1)."""
 POINTS = 4000
 """Frequencies at which margins are looked for, even in the logarithm up to half the sampling rate."""
 
@@ -55,7 +58,8 @@ class StateSpace:
         s = np.exp(1j * omega * self.dt) if self.dt else 1j * omega
         eye = np.eye(len(self.a))
         gains = [
-            self.c[0] @ np.linalg.solve(z * eye - self.a, self.b[:, 0]) + self.d[0, 0] for z in np.atleast_1d(s)
+            self.c[0] @ np.linalg.solve(z * eye - self.a, self.b[:, 0]) + self.d[0, 0]
+            for z in np.atleast_1d(s)
         ]
         return np.array(gains)
 
@@ -143,7 +147,7 @@ def operating_point(
         found = run["states"][1].copy()
         found[position] = middle
     assert found is not None
-    speed = -FORKS[lift] * float(found[velocity])
+    speed = -FORKS * float(found[velocity])
     if speed < 1e-3:
         raise ForkliftError(
             "no-steady-state",
@@ -155,13 +159,14 @@ def operating_point(
 
 
 def plant(point: OperatingPoint) -> StateSpace:
-    """From the current [A] at the valve to the lowering speed of the forks [m/s] and the pressure [Pa], continuous."""
+    """From the current [A] at the valve to the lowering speed of the forks [m/s] and the pressure [Pa],
+    continuous."""
     _, a, b = _core.linearise(
         point.truck.core, point.lift, point.state, point.command_a, point.load_kg, point.oil_temperature_degc
     )
     names = tuple(states())
     c = np.zeros((2, len(a)))
-    c[0, names.index("velocity")] = -FORKS[point.lift]
+    c[0, names.index("velocity")] = -FORKS
     c[1, names.index("cylinder_pressure")] = 1.0
     return StateSpace(a, b[:, None], c, np.zeros((2, 1)), None, names)
 
@@ -169,8 +174,8 @@ def plant(point: OperatingPoint) -> StateSpace:
 def sampled(system: StateSpace, dt: float | None = None, delay_s: float = 0.0) -> StateSpace:
     """The system under an input that is held over ticks of `dt` and comes late by `delay_s`, exactly.
 
-    Over a tick the late input is first the older value, for the part of a tick by which the delay exceeds whole
-    ticks, then the newer one: two exponentials. Older values are shift states.
+    Over a tick the late input is first the older value, for the part of a tick by which the delay exceeds
+    whole ticks, then the newer one: two exponentials. Older values are shift states.
     """
     from scipy.linalg import expm
 
@@ -227,10 +232,14 @@ def closed(loop: StateSpace) -> StateSpace:
     """The first output fed back, with a minus, to the first input."""
     factor = 1.0 / (1.0 + loop.d[0, 0])
     a = loop.a - factor * loop.b[:, :1] @ loop.c[:1]
-    return StateSpace(a, factor * loop.b[:, :1], factor * loop.c[:1], factor * loop.d[:1, :1], loop.dt, loop.names)
+    return StateSpace(
+        a, factor * loop.b[:, :1], factor * loop.c[:1], factor * loop.d[:1, :1], loop.dt, loop.names
+    )
 
 
-def pid(proportional: float, integral: float, derivative: float, filter_rate: float, dt: float | None = None) -> StateSpace:
+def pid(
+    proportional: float, integral: float, derivative: float, filter_rate: float, dt: float | None = None
+) -> StateSpace:
     """The thesis's PID (4.12) on a speed error, forward Euler in its integral, its derivative through (A.17).
 
     Parameters
@@ -259,7 +268,11 @@ def least_damped(loop: StateSpace) -> Mode | None:
         return None
     poles = [np.log(z) / loop.dt for z in found]
     worst = min(poles, key=lambda s: -s.real / abs(s))
-    return Mode(float(worst.imag / (2.0 * np.pi)), float(-worst.real / abs(worst)), float(np.exp(worst.real * loop.dt)))
+    return Mode(
+        float(worst.imag / (2.0 * np.pi)),
+        float(-worst.real / abs(worst)),
+        float(np.exp(worst.real * loop.dt)),
+    )
 
 
 def margins(loop: StateSpace) -> Margins:
@@ -284,7 +297,8 @@ def margins(loop: StateSpace) -> Margins:
 
 
 def describing_function(amplitude_a: Floats, half_width_a: float) -> Complex:
-    """What a sine of a current sees of a valve's hysteresis of half width f_hs: backlash (Gelb & Vander Velde 1968).
+    """What a sine of a current sees of a valve's hysteresis of half width f_hs: backlash (Gelb & Vander
+    Velde 1968).
 
     Below f_hs nothing comes through; far above, all of it without a lag. With x = 1 − 2 f_hs/a:
     N = (1/π) (π/2 + arcsin x + x √(1 − x²)) − (j/π) (1 − x²), of amplitude a > f_hs.

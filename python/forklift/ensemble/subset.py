@@ -1,13 +1,13 @@
 """Subset simulation: probabilities too small to count failures of independent members.
 
-A probability is a product of larger ones, of a margin falling below one threshold after the other; each level is
-explored by Markov chains that start from what the level before found (Au & Beck 2001). The chains propose by
-conditional sampling in standard normal space (Papaioannou et al. 2015). Noise belongs to a member and moves with it,
-as an independent proposal. Where margins jump, ties are broken by one more uniform number of the member that moves
-too, so that every level has the share it is meant to have (Walter 2015).
+A probability is a product of larger ones, of a margin falling below one threshold after the other; each
+level is explored by Markov chains that start from what the level before found (Au & Beck 2001). The chains
+propose by conditional sampling in standard normal space (Papaioannou et al. 2015). Noise belongs to a member
+and moves with it, as an independent proposal. Where margins jump, ties are broken by one more uniform number
+of the member that moves too, so that every level has the share it is meant to have (Walter 2015).
 
-Every random number is a function of seed, run, level and step: a run that was broken off goes on where it stood, to
-the bit.
+Every random number is a function of seed, run, level and step: a run that was broken off goes on where it
+stood, to the bit.
 """
 
 from __future__ import annotations
@@ -23,12 +23,14 @@ from forklift.ensemble.intervals import LEAST_REPLICATES, LEVEL, Interval, over_
 Floats = NDArray[np.float64]
 Streams = NDArray[np.uint64]
 Margin = Callable[[Floats, Streams], Floats]
-"""Margins (n,) of members at standard normal coordinates (n, d) and sequences of noise (n,); negative is a failure."""
+"""Margins (n,) of members at standard normal coordinates (n, d) and sequences of noise (n,); negative is a
+failure."""
 
 SHARE = 0.1
 """Of a level that lies below the next threshold (Au & Beck 2001, section 4: 0.1)."""
 CORRELATION = 0.8
-"""Between a member and its proposal: near where the acceptance is 0.44 (Papaioannou et al. 2015, section 4)."""
+"""Between a member and its proposal: near where the acceptance is 0.44 (Papaioannou et al. 2015, section
+4)."""
 MOST_LEVELS = 20
 """After which a run is given up: a probability below SHARE^20."""
 
@@ -110,7 +112,9 @@ def levels(
     """One run, level by level; the last has its probability. `after` goes on from a level that was kept."""
     seeds = round(SHARE * members)
     if seeds < 1 or members % seeds:
-        raise ValueError(f"{members} members cannot be chains of {seeds} seeds; take a multiple of {1 / SHARE:g}")
+        raise ValueError(
+            f"{members} members cannot be chains of {seeds} seeds; take a multiple of {1 / SHARE:g}"
+        )
     if after is None:
         draw = _numbers(seed, run, 0, 0)
         u = draw.standard_normal((members, dimensions))

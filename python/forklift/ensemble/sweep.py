@@ -13,12 +13,12 @@ import numpy as np
 import polars as pl
 
 from forklift.base import output
+from forklift.base.errors import ForkliftError
 from forklift.ensemble import chunks, specification
 from forklift.ensemble.intervals import ConfidenceSequence, Interval, clopper_pearson, over_scrambles
 from forklift.ensemble.members import Members
-from forklift.ensemble.reduce import SCALED, STABLE, Tally, axis
+from forklift.ensemble.reduce import STABLE, Tally, axis
 from forklift.ensemble.specification import Specification
-from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.truck import Truck
 
 if TYPE_CHECKING:
@@ -118,7 +118,8 @@ class Sweep:
         else:
             worst = max((v for v in tally.verdicts if v != STABLE), key=lambda v: tally.verdicts[v])
             said = (
-                f"{tally.failures} of {count} members of {name!r} fail ({100 * tally.failures / count:.3g} %), "
+                f"{tally.failures} of {count} members of {name!r} fail ({100 * tally.failures / count:.3g} "
+                f"%), "
                 f"most often by {worst.replace('_', ' ')} ({tally.verdicts[worst]})"
             )
         if self.probability is None:
@@ -154,7 +155,10 @@ class Sweep:
 
         table = self.to_polars()
         data = {
-            name: ("member", table[name].cast(pl.String).to_numpy() if name == "verdict" else table[name].to_numpy())
+            name: (
+                "member",
+                table[name].cast(pl.String).to_numpy() if name == "verdict" else table[name].to_numpy(),
+            )
             for name in table.columns
             if name != "index"
         }
@@ -202,7 +206,8 @@ class Sweep:
         return _written(path, self.to_polars())
 
     def __repr__(self) -> str:
-        return f"Sweep({self.specification.name!r}, {self.tally.members} members, {self.tally.failures} failures)"
+        name, tally = self.specification.name, self.tally
+        return f"Sweep({name!r}, {tally.members} members, {tally.failures} failures)"
 
     def __str__(self) -> str:
         rows = [f"{name:>22} {count:>10d}" for name, count in self.tally.verdicts.items() if count]
@@ -227,8 +232,8 @@ def sweep(
     truck
         In the place of the one that the specification names.
     out
-        A folder to keep the members in, one file a chunk. If it holds a part of the same sweep, only what is missing
-        is run.
+        A folder to keep the members in, one file a chunk. If it holds a part of the same sweep, only what is
+        missing is run.
     threads
         Of this machine; 0 takes all. No bit depends on it.
     scheduler
@@ -237,7 +242,8 @@ def sweep(
     Raises
     ------
     ForkliftError
-        ``"output-exists"`` if `out` holds something else, ``"value-invalid"``, ``"argument-invalid"``, and those of
+        ``"output-exists"`` if `out` holds something else, ``"value-invalid"``, ``"argument-invalid"``, and
+        those of
         `specification.read` and `Truck.read`.
     """
     spec = _specified(given)
@@ -249,7 +255,9 @@ def sweep(
     elsewhere = None
     if scheduler is not None:
         if folder is None:
-            raise ForkliftError("argument-invalid", "a sweep on a scheduler needs a folder; give out", name="out")
+            raise ForkliftError(
+                "argument-invalid", "a sweep on a scheduler needs a folder; give out", name="out"
+            )
         from forklift.ensemble.cluster import runner
 
         elsewhere = runner(members, scheduler)
@@ -314,7 +322,9 @@ def replay(spec: Specification, truck: Truck, index: int) -> Trajectory:
         )
     values, streams = members.draw(index, index + 1)
     run = members.core.trace(values[0], int(streams[0]))
-    table = pl.DataFrame({"time_s": run["tick_s"] * np.arange(len(run["request"])), "request": run["request"]})
+    table = pl.DataFrame(
+        {"time_s": run["tick_s"] * np.arange(len(run["request"])), "request": run["request"]}
+    )
     extra = {name: run["outputs"][:, k] for k, name in enumerate(outputs())}
     for k, lift in enumerate(("free", "main")):
         extra[f"reference_{lift}_m_s"] = run["reference"][:, k]
@@ -323,7 +333,11 @@ def replay(spec: Specification, truck: Truck, index: int) -> Trajectory:
     margins = {name: float(x) for name, x in zip(names, run["numbers"], strict=False)}
     varied = {name: float(x) for name, x in zip(spec.vary, values[0], strict=True)}
     return Trajectory(
-        index, list(verdicts())[run["verdict"]], varied, margins, table.with_columns(**{k: pl.Series(v) for k, v in extra.items()})
+        index,
+        list(verdicts())[run["verdict"]],
+        varied,
+        margins,
+        table.with_columns(**{k: pl.Series(v) for k, v in extra.items()}),
     )
 
 
@@ -343,7 +357,9 @@ def of_folder(folder: str | Path) -> tuple[Specification, Truck]:
         return spec, Truck(document["truck"]["name"], values)
     except (OSError, ValueError, KeyError, TypeError):
         raise ForkliftError(
-            "file-unreadable", f"{folder} holds no sweep ({MARK} cannot be read); name a sweep's folder", file=str(path)
+            "file-unreadable",
+            f"{folder} holds no sweep ({MARK} cannot be read); name a sweep's folder",
+            file=str(path),
         ) from None
 
 
@@ -378,13 +394,16 @@ def _folder(folder: Path, members: Members) -> Path:
     if mark.is_file():
         try:
             earlier = json.loads(mark.read_text(encoding="utf-8"))
-            same = earlier["specification_sha256"] == spec.sha256 and earlier["truck"]["sha256"] == truck.sha256
+            same = (
+                earlier["specification_sha256"] == spec.sha256 and earlier["truck"]["sha256"] == truck.sha256
+            )
         except (ValueError, KeyError, TypeError):
             same = False
         if not same:
             raise ForkliftError(
                 "output-exists",
-                f"{folder} holds another sweep, or one of another truck; name a folder that does not exist yet",
+                f"{folder} holds another sweep, or one of another truck; name a folder that does not exist "
+                f"yet",
                 file=str(folder),
             )
         return folder

@@ -1,4 +1,5 @@
-"""The page of a sweep: how many members fail and how surely, where, by which requirement, and the worst of them."""
+"""The page of a sweep: how many members fail and how surely, where, by which requirement, and the worst of
+them."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ def sweep_page(sweep: Sweep) -> str:
     trajectories = [sweep.replay(int(k)) for k in sweep.worst["index"][:MOST_DRAWN] if _runs(sweep, int(k))]
     lifts = "both lifts" if spec.lifts == "both" else f"the {spec.lifts} lift"
     about = (
-        f"Sweep of truck {sweep.truck.name}: {tally.members} lowerings of {lifts}, {spec.duration_s:g} s each, "
+        f"Sweep of truck {sweep.truck.name}: {tally.members} lowerings of {lifts}, {spec.duration_s:g} s "
+        f"each, "
         f"{_sampling(sweep)}"
     )
     sections = [_map(sweep), _requirements(sweep), _worst(sweep, trajectories), _provenance(sweep)]
@@ -39,7 +41,8 @@ def sweep_page(sweep: Sweep) -> str:
             _facts(sweep),
             [section for section in sections if section],
             {
-                "member": "One simulated lowering: a truck, its load, its oil and its sensors' noise, drawn at random.",
+                "member": "One simulated lowering: a truck, its load, its oil and its sensors' noise, drawn "
+                "at random.",
                 "margin": "How far a member is from breaking a requirement, in the requirement's unit. "
                 "Negative: it is broken.",
                 "scaled margin": "A margin divided by the scale that the sweep declares for the requirement. "
@@ -80,7 +83,11 @@ def _facts(sweep: Sweep) -> list[Fact]:
         worst = sweep.worst.row(0, named=True)
         varied = ", ".join(f"{name} {worst[name]:.4g}" for name in sweep.specification.vary)
         found.append(
-            Fact("Which is the worst?", f"member {worst['index']}", [varied, f"Verdict: {_said(worst['verdict'])}."])
+            Fact(
+                "Which is the worst?",
+                f"member {worst['index']}",
+                [varied, f"Verdict: {_said(worst['verdict'])}."],
+            )
         )
     return found
 
@@ -99,7 +106,8 @@ def _densest(sweep: Sweep) -> str:
     share = tally.failed / np.maximum(tally.seen, 1)
     place = np.unravel_index(int(np.argmax(share)), share.shape)
     where = [
-        f"{axis.name} {axis.edges[k]:.4g} to {axis.edges[k + 1]:.4g}" for axis, k in zip(tally.axes, place, strict=True)
+        f"{axis.name} {axis.edges[k]:.4g} to {axis.edges[k + 1]:.4g}"
+        for axis, k in zip(tally.axes, place, strict=True)
     ]
     return f"{100 * share[place]:.3g} % at " + ", ".join(where)
 
@@ -111,7 +119,9 @@ def _map(sweep: Sweep) -> Section | None:
     lead = "The share of members in a cell that fail. Cells without members are blank."
     x = tally.axes[0]
     if len(tally.axes) == 1:
-        share = [f / n if n else None for f, n in zip(tally.failed.tolist(), tally.seen.tolist(), strict=True)]
+        share = [
+            f / n if n else None for f, n in zip(tally.failed.tolist(), tally.seen.tolist(), strict=True)
+        ]
         bars = {
             "type": "bar", "x": numbers(x.middles), "y": share, "marker": {"color": "@hot"},
             "customdata": tally.seen.tolist(),
@@ -156,7 +166,8 @@ def _requirements(sweep: Sweep) -> Section:
         ["Requirement", "Formula in signal temporal logic", "Broken", "Never asked"],
         rows,
         [False, False, True, True],
-        "Never asked: no step, or no steady stretch before the lift landed. since: time since the speed asked for "
+        "Never asked: no step, or no steady stretch before the lift landed. since: time since the speed "
+        "asked for "
         "changed; step: by how much.",
     )
     return Section("requirements", "What was asked", "One member may break several.", [table])

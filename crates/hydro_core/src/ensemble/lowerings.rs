@@ -319,6 +319,15 @@ impl Block<'_, '_> {
 /// Where a signal stands among the states, with factors.
 type Channel = Vec<(usize, f64)>;
 
+/// Travel of the forks over that of a lift's position, as the outputs have both.
+fn forks_per_output(lift: LiftName) -> f64 {
+    let factor = |name: &str| {
+        let output = OUTPUTS.iter().find(|output| output.name == name).expect("the table has it");
+        output.of.iter().find_map(|&(of, _, factor)| (of == lift).then_some(factor)).expect("it has this lift")
+    };
+    factor("fork_height_m") / factor(&format!("position_{}_m", lift.as_str()))
+}
+
 /// A closed loop with an eye on it.
 struct Watched<'a, S: Scalar, const N: usize, const L: usize> {
     inner: ClosedLoop<'a, S, N, L>,
@@ -326,6 +335,8 @@ struct Watched<'a, S: Scalar, const N: usize, const L: usize> {
     places: [usize; L],
     /// Velocity, pressure and position of each lift.
     channels: [[Channel; 3]; L],
+    /// Downward speed of the forks over each lift's velocity.
+    forks: [f64; L],
     /// Below this cylinder position a lift has landed.
     landed: [S; L],
     watches: Vec<(usize, Watch<S>)>,
@@ -358,6 +369,7 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> Watched<'a, S, N, L> 
             requests,
             places: which.map(|lift| usize::from(lift == LiftName::Main)),
             channels: which.map(|lift| names.map(|name| channel(name, lift))),
+            forks: which.map(|lift| -forks_per_output(lift)),
             landed,
             watches: trial.requirements.iter().map(|&r| (r.lift, Watch::new(r, trial.tick_s))).collect(),
             measures: std::array::from_fn(|_| Measures::new(trial.settling, trial.tick_s)),
@@ -446,7 +458,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
             watched.finite = watched.finite.and(finite);
             let aloft = x[l * STATES + POSITION].lt(watched.landed[l]).not();
             watched.counted[l] = watched.counted[l].and(aloft).and(watched.finite);
-            let speed = -velocity;
+            let speed = S::constant(watched.forks[l]) * velocity;
             let moment = Moment { speed, error: speed - reference, pressure, position, current, request, step, since };
             watched.measures[l].see(k, &moment, watched.counted[l]);
             moments[l] = Some(moment);
