@@ -111,6 +111,12 @@ def separability(*arguments):
     return run(PYTHON, "proofs/separability.py", *arguments)
 
 
+def sweep_intervals(*arguments):
+    """do a sweep's intervals hold known probabilities; further arguments go to proofs/sweep_intervals.py"""
+    install()
+    return run(PYTHON, "proofs/sweep_intervals.py", *arguments)
+
+
 def rigs(*arguments):
     """what diagnoses say of two rigs that others recorded; further arguments go to proofs/rigs.py"""
     install()
@@ -174,7 +180,7 @@ def run(*command, cwd=ROOT):
     return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
 
 
-PROOFS = (coverage, starts, campaigns, variations, separability, rigs)
+PROOFS = (coverage, starts, campaigns, variations, separability, rigs, sweep_intervals)
 TASKS = (demo, test, lint, docs, bench, bench_fit, *PROOFS)
 PASSED_ON = (test, bench, bench_fit, *PROOFS)
 """Tasks that take further arguments."""
