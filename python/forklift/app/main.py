@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 import typer.core
 
+from forklift.app.control import control
 from forklift.app.terminal import (
     busy,
     counting,
@@ -58,6 +59,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+app.add_typer(control)
 
 
 class _Lift(StrEnum):

@@ -5,14 +5,19 @@ Needs the extra ``cluster`` (`distributed`). A worker that dies costs its chunk,
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 
 from forklift.base.errors import ForkliftError
 from forklift.ensemble import chunks
+from forklift.ensemble.controllers import of_data, to_data
 from forklift.ensemble.members import Members
 from forklift.ensemble.specification import Specification, check
 from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck_file import Value
+
+NamedValues = tuple[str, tuple[tuple[str, Value], ...]]
 
 Runner = Callable[[list[int]], Iterator[tuple[int, bytes]]]
 
@@ -46,10 +51,13 @@ def runner(members: Members, address: str) -> Runner:
         ) from None
     spec = members.specification.model_dump_json()
     truck = (members.truck.name, tuple(members.truck.values.items()))
+    controller = json.dumps(to_data(members.controller)) if members.controller else ""
 
     def run(missing: list[int]) -> Iterator[tuple[int, bytes]]:
         with client:
-            futures = client.map(lambda chunk: (chunk, made(spec, truck, chunk)), missing, pure=False)
+            futures = client.map(
+                lambda chunk: (chunk, made(spec, truck, controller, chunk)), missing, pure=False
+            )
             for future in as_completed(futures):
                 yield future.result()
                 future.release()
@@ -57,14 +65,13 @@ def runner(members: Members, address: str) -> Runner:
     return run
 
 
-def made(spec: str, truck: tuple[str, tuple[tuple[str, object], ...]], chunk: int) -> bytes:
+def made(spec: str, truck: NamedValues, controller: str, chunk: int) -> bytes:
     """The bytes of one chunk, on a worker: one thread, as the cluster has one task a thread."""
-    return chunks.encoded(chunks.run(_members(spec, truck), chunk))
+    return chunks.encoded(chunks.run(_members(spec, truck, controller), chunk))
 
 
 @lru_cache(maxsize=2)
-def _members(spec: str, truck: tuple[str, tuple[tuple[str, object], ...]]) -> Members:
-    import json
-
+def _members(spec: str, truck: NamedValues, controller: str) -> Members:
     found: Specification = check(json.loads(spec))
-    return Members(found, Truck(truck[0], dict(truck[1])), 1)  # type: ignore[arg-type]
+    own = of_data(json.loads(controller)) if controller else None
+    return Members(found, Truck(truck[0], dict(truck[1])), own, 1)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from forklift import _core
 from forklift.base.errors import ForkliftError
+from forklift.control.controller import Controller
+from forklift.ensemble.controllers import given, names, value
 from forklift.ensemble.specification import Specification, Vary
 from forklift.ensemble.tables import conditions
 from forklift.plant.forklift.truck import Truck
@@ -29,12 +31,15 @@ class Members:
 
     Attributes
     ----------
+    controller
+        None: the profile gives the current.
     threads
         Of the core; 0 takes as many as there are processors. No bit depends on it.
     """
 
     specification: Specification
     truck: Truck
+    controller: Controller | None = None
     threads: int = 0
 
     @cached_property
@@ -60,6 +65,7 @@ class Members:
             duration_s=spec.duration_s,
             substeps=spec.substeps,
             seed=spec.seed,
+            controller=given(self.controller, spec.lifts) if self.controller else None,
             threads=self.threads,
         )
 
@@ -158,12 +164,15 @@ class Members:
 
     def _base(self, name: str) -> float:
         """What `relative` counts from."""
-        names = self.truck.core.names
-        if name in names:
-            return float(self.truck.core.values[names.index(name)])
+        known = self.truck.core.names
+        if name in known:
+            return float(self.truck.core.values[known.index(name)])
         given = self.specification.conditions.get(name)
         if given is not None:
             return float(given)
+        own = name.removeprefix("controller.")
+        if self.controller and own != name and own in names():
+            return value(self.controller, own)
         if name in conditions():
             return float(conditions()[name]["default"])
         raise ForkliftError(

@@ -14,7 +14,9 @@ import polars as pl
 
 from forklift.base import output
 from forklift.base.errors import ForkliftError
+from forklift.control.controller import Controller
 from forklift.ensemble import chunks, specification
+from forklift.ensemble.controllers import of_data, to_data
 from forklift.ensemble.intervals import ConfidenceSequence, Interval, clopper_pearson, over_scrambles
 from forklift.ensemble.members import Members
 from forklift.ensemble.reduce import STABLE, Tally, axis
@@ -101,6 +103,7 @@ class Sweep:
 
     specification: Specification
     truck: Truck
+    controller: Controller | None
     tally: Tally
     probability: Interval | None
     folder: Path | None
@@ -141,7 +144,7 @@ class Sweep:
         if self.folder is None:
             yield from self.kept
             return
-        found = Members(self.specification, self.truck)
+        found = Members(self.specification, self.truck, self.controller)
         for chunk in range(found.chunks):
             yield chunks.load(self.folder, chunk)
 
@@ -166,7 +169,7 @@ class Sweep:
 
     def replay(self, index: int) -> Trajectory:
         """One member again, with its trajectory; its numbers have the bits they had in the sweep."""
-        return replay(self.specification, self.truck, index)
+        return replay(self.specification, self.truck, self.controller, index)
 
     def to_dict(self) -> dict[str, Any]:
         """The result without its members, for JSON."""
@@ -177,6 +180,7 @@ class Sweep:
             "specification": self.specification.model_dump(mode="json"),
             "specification_sha256": self.specification.sha256,
             "truck": {"name": self.truck.name, "sha256": self.truck.sha256},
+            "controller": self.controller and {"name": self.controller.name, "hash": self.controller.hash},
             "members": tally.members,
             "failures": tally.failures,
             "verdict": self.verdict,
@@ -218,6 +222,7 @@ def sweep(
     given: Specification | Mapping[str, Any] | str | Path,
     *,
     truck: Truck | None = None,
+    controller: Controller | None = None,
     out: str | Path | None = None,
     threads: int = 0,
     scheduler: str | None = None,
@@ -229,8 +234,8 @@ def sweep(
     ----------
     given
         A specification, its content as a mapping, or the path of its TOML file.
-    truck
-        In the place of the one that the specification names.
+    truck, controller
+        In the place of those that the specification names.
     out
         A folder to keep the members in, one file a chunk. If it holds a part of the same sweep, only what is
         missing is run.
@@ -248,7 +253,8 @@ def sweep(
     """
     spec = _specified(given)
     truck = truck or Truck.read(spec.truck)
-    members = Members(spec, truck, threads)
+    controller = controller or (Controller.read(spec.controller) if spec.controller else None)
+    members = Members(spec, truck, controller, threads)
     total = members.count
     tally = begun(members)
     folder = _folder(Path(out), members) if out is not None else None
@@ -275,7 +281,7 @@ def sweep(
             spent = time.perf_counter() - clock
             progress(Progress(tally.members, total, tally.failures, made / spent if spent else 0.0, now))
     seconds = time.perf_counter() - clock
-    found = Sweep(spec, truck, tally, probability(tally), folder, seconds, made, tuple(kept))
+    found = Sweep(spec, truck, controller, tally, probability(tally), folder, seconds, made, tuple(kept))
     if folder is not None:
         text = json.dumps(found.to_dict(), indent=1, ensure_ascii=False) + "\n"
         output.write_text(folder / RESULT, text)
@@ -301,7 +307,7 @@ def probability(tally: Tally) -> Interval | None:
     return clopper_pearson(tally.failures, tally.members)
 
 
-def replay(spec: Specification, truck: Truck, index: int) -> Trajectory:
+def replay(spec: Specification, truck: Truck, controller: Controller | None, index: int) -> Trajectory:
     """One member of a sweep by itself, with its trajectory.
 
     Raises
@@ -312,7 +318,7 @@ def replay(spec: Specification, truck: Truck, index: int) -> Trajectory:
     from forklift.ensemble.tables import verdicts
     from forklift.plant.forklift.tables import outputs
 
-    members = Members(spec, truck, 1)
+    members = Members(spec, truck, controller, 1)
     if not 0 <= index < members.count:
         raise ForkliftError(
             "argument-invalid",
@@ -341,7 +347,7 @@ def replay(spec: Specification, truck: Truck, index: int) -> Trajectory:
     )
 
 
-def of_folder(folder: str | Path) -> tuple[Specification, Truck]:
+def of_folder(folder: str | Path) -> tuple[Specification, Truck, Controller | None]:
     """The sweep that a folder holds.
 
     Raises
@@ -354,7 +360,8 @@ def of_folder(folder: str | Path) -> tuple[Specification, Truck]:
         document = json.loads(path.read_text(encoding="utf-8"))
         spec = specification.check(document["specification"], str(path))
         values = {name: _tupled(value) for name, value in document["truck"]["values"].items()}
-        return spec, Truck(document["truck"]["name"], values)
+        controller = of_data(document["controller"]) if document["controller"] else None
+        return spec, Truck(document["truck"]["name"], values), controller
     except (OSError, ValueError, KeyError, TypeError):
         raise ForkliftError(
             "file-unreadable",
@@ -383,6 +390,7 @@ def _folder(folder: Path, members: Members) -> Path:
     document = {
         "specification": spec.model_dump(mode="json"),
         "specification_sha256": spec.sha256,
+        "controller": members.controller and to_data(members.controller),
         "truck": {
             "name": truck.name,
             "sha256": truck.sha256,
@@ -394,16 +402,14 @@ def _folder(folder: Path, members: Members) -> Path:
     if mark.is_file():
         try:
             earlier = json.loads(mark.read_text(encoding="utf-8"))
-            same = (
-                earlier["specification_sha256"] == spec.sha256 and earlier["truck"]["sha256"] == truck.sha256
-            )
+            same = all(earlier[key] == document[key] for key in ("specification_sha256", "controller"))
+            same = same and earlier["truck"]["sha256"] == truck.sha256
         except (ValueError, KeyError, TypeError):
             same = False
         if not same:
             raise ForkliftError(
                 "output-exists",
-                f"{folder} holds another sweep, or one of another truck; name a folder that does not exist "
-                f"yet",
+                f"{folder} holds another sweep, truck or controller; name a folder that does not exist yet",
                 file=str(folder),
             )
         return folder

@@ -237,6 +237,7 @@ def _provenance(sweep: Sweep) -> Section:
     rows = [
         ["Specification", spec.sha256],
         [f"Truck {sweep.truck.name}", sweep.truck.sha256],
+        *([[f"Controller {sweep.controller.name}", sweep.controller.hash]] if sweep.controller else []),
         ["Seed", str(spec.seed)],
         ["Substeps of a tick", str(spec.substeps)],
     ]
