@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from forklift.base.errors import ForkliftError
 from forklift.ensemble import chunks
@@ -55,14 +55,16 @@ def runner(members: Members, address: str) -> Runner:
 
     def run(missing: list[int]) -> Iterator[tuple[int, bytes]]:
         with client:
-            futures = client.map(
-                lambda chunk: (chunk, made(spec, truck, controller, chunk)), missing, pure=False
-            )
+            futures = client.map(partial(_numbered, spec, truck, controller), missing, pure=False)
             for future in as_completed(futures):
                 yield future.result()
                 future.release()
 
     return run
+
+
+def _numbered(spec: str, truck: NamedValues, controller: str, chunk: int) -> tuple[int, bytes]:
+    return chunk, made(spec, truck, controller, chunk)
 
 
 def made(spec: str, truck: NamedValues, controller: str, chunk: int) -> bytes:

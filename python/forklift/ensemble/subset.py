@@ -141,21 +141,28 @@ def _next(margin: Margin, level: Level, seed: int, run: int, seeds: int) -> Leve
     # The best of the seeds is the threshold: a pair, so that no two members are alike.
     worst = order[:seeds]
     threshold = level.margin[worst[-1]], level.jitter[worst[-1]]
-    u, stream, jitter, found = (x[worst] for x in (level.u, level.stream, level.jitter, level.margin))
+    u, stream, jitter, found = level.u[worst], level.stream[worst], level.jitter[worst], level.margin[worst]
     kept = [(u, stream, jitter, found)]
     for step in range(1, members // seeds):
         draw = _numbers(seed, run, level.number + 1, step)
-        new_u = CORRELATION * u + np.sqrt(1.0 - CORRELATION**2) * draw.standard_normal((seeds, dimensions))
+        moved = draw.standard_normal((seeds, dimensions))
+        new_u = CORRELATION * u + np.sqrt(1.0 - CORRELATION**2) * moved
         new_stream, new_jitter = _streams(draw, seeds), draw.random(seeds)
         new = margin(new_u, new_stream)
         below = (new < threshold[0]) | ((new == threshold[0]) & (new_jitter <= threshold[1]))
         u = np.where(below[:, None], new_u, u)
-        stream, jitter, found = (
-            np.where(below, a, b) for a, b in ((new_stream, stream), (new_jitter, jitter), (new, found))
-        )
+        stream, jitter = np.where(below, new_stream, stream), np.where(below, new_jitter, jitter)
+        found = np.where(below, new, found)
         kept.append((u, stream, jitter, found))
-    u, stream, jitter, found = (np.concatenate(parts) for parts in zip(*kept, strict=True))
-    return Level(level.number + 1, u, stream, jitter, found, level.log_p + float(np.log(seeds / members)))
+    log_p = level.log_p + float(np.log(seeds / members))
+    return Level(
+        level.number + 1,
+        np.concatenate([one[0] for one in kept]),
+        np.concatenate([one[1] for one in kept]),
+        np.concatenate([one[2] for one in kept]),
+        np.concatenate([one[3] for one in kept]),
+        log_p,
+    )
 
 
 def _numbers(seed: int, run: int, level: int, step: int) -> np.random.Generator:

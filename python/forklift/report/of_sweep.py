@@ -127,7 +127,7 @@ def _map(sweep: Sweep) -> Section | None:
             "customdata": tally.seen.tolist(),
             "hovertemplate": "%{x:.4g}: %{y:.3g} of %{customdata} fail<extra></extra>",
         }  # fmt: skip
-        layout = {"xaxis": {"title": {"text": x.name}}, "yaxis": {"title": {"text": "Share that fails"}}}
+        layout: dict[str, Any] = {"xaxis": {"title": {"text": x.name}}, "yaxis": {"title": {"text": "Share that fails"}}}
         return Section("map", "Where they fail", lead, [Figure("Failures", "", [Panel("", [bars], layout)])])
     y = tally.axes[1]
     seen, failed = tally.seen.T, tally.failed.T
@@ -142,7 +142,7 @@ def _map(sweep: Sweep) -> Section | None:
         "<extra></extra>",
         "colorbar": {"thickness": 10, "title": {"text": "share"}, "outlinewidth": 0},
     }  # fmt: skip
-    layout = {
+    layout: dict[str, Any] = {
         "hovermode": "closest",
         "xaxis": _axis(x),
         "yaxis": _axis(y),
@@ -223,7 +223,7 @@ def _trajectory(one: Trajectory, lift: str) -> Panel:
         }
         for name, values, axis, colour, dash, unit in curves
     ]  # fmt: skip
-    layout = {
+    layout: dict[str, Any] = {
         "xaxis": {"title": {"text": "Time [s]"}, "anchor": "y3"},
         "yaxis": {"title": {"text": "Speed [m/s]"}, "domain": [0.54, 1.0]},
         "yaxis2": {"title": {"text": "Pressure [bar]"}, "domain": [0.27, 0.5], "nticks": 4},

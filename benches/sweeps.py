@@ -1,0 +1,121 @@
+"""How many closed-loop lowerings of 10 s a core runs in a second, and at which error.
+
+    python benches/sweeps.py [--members 4096] [--repeats 5] [--out benches/sweeps.md]
+
+The free lift under a controller, steps of the speed asked for, loads 0 to 1500 kg, oil 10 to 60
+degC. Each row is timed in turn, `--repeats` times over, and the fastest counts. The error is the
+median over 32 members of the largest difference in speed from the same loop with forty substeps, up
+to the first tick at which the controllers order different currents. From there on an encoder count
+that falls a tick later makes another lowering; that is no error of the integrator.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+
+from forklift.control.controller import Controller
+from forklift.ensemble import specification
+from forklift.ensemble.members import Members
+from forklift.ensemble.sweep import replay
+from forklift.plant.forklift.truck import Truck
+
+REFERENCE_SUBSTEPS = 40
+COMPARED = 32
+STATES = 9
+TICKS = 500
+
+
+def document(substeps, controller):
+    levels = (0.0, 0.2, 0.05, 0.3, 0.1) if controller else (0.0, 0.55, 0.45, 0.62, 0.5)
+    return {
+        "name": "bench",
+        "lifts": "free",
+        "duration_s": 10.0,
+        "substeps": substeps,
+        "controller": controller,
+        "profile": [{"from_s": 2.0 * k, "level": level} for k, level in enumerate(levels)],
+        "vary": {"load_kg": {"uniform": [0.0, 1500.0]}, "oil_temperature_degc": {"uniform": [10.0, 60.0]}},
+        "require": [
+            {"name": "slow", "template": "always", "signal": "speed", "upper": 0.6, "scale": 0.6},
+            {
+                "name": "calm", "template": "never_after_settling", "signal": "speed", "peak_to_peak_s": 1.0,
+                "after_s": 1.5, "upper": 0.05, "scale": 0.05,
+            },
+        ],
+    }  # fmt: skip
+
+
+def seconds(members, count, lanes):
+    values, streams = members.draw(0, count)
+    members.core.run(values[:64], streams[:64], lanes=lanes)
+    clock = time.perf_counter()
+    members.core.run(values, streams, lanes=lanes)
+    return time.perf_counter() - clock
+
+
+def error(truck, controller, substeps, name):
+    """Median over members of the largest error of the speed [m/s], and the share of ticks compared."""
+    fine, coarse = (specification.check(document(n, name)) for n in (REFERENCE_SUBSTEPS, substeps))
+    largest, compared = [], []
+    for index in range(COMPARED):
+        a, b = (replay(spec, truck, controller, index).table for spec in (fine, coarse))
+        same = (a["current_free_a"] == b["current_free_a"]).to_numpy()
+        until = len(same) if same.all() else int(np.argmin(same)) + 1
+        difference = (a["velocity_free_m_s"] - b["velocity_free_m_s"]).to_numpy()[:until]
+        largest.append(np.abs(difference).max())
+        compared.append(until / len(same))
+    return float(np.median(largest)), float(np.mean(compared))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--members", type=int, default=4096)
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--controller", default="thesis")
+    parser.add_argument("--out", type=Path)
+    options = parser.parse_args()
+    truck = Truck.read("thesis")
+    rows = [
+        (loop, substeps, lanes, threads)
+        for loop in ("closed", "open")
+        for substeps in (2, 3)
+        for lanes, threads in ((16, 1), (16, 2), (1, 1))
+    ]
+    best = {}
+    for _ in range(options.repeats):
+        for row in rows:
+            loop, substeps, lanes, threads = row
+            name = options.controller if loop == "closed" else None
+            controller = Controller.read(name) if name else None
+            members = Members(specification.check(document(substeps, name)), truck, controller, threads)
+            count = options.members // (8 if lanes == 1 else 1)
+            spent = seconds(members, count, lanes) / count
+            best[row] = min(spent, best.get(row, spent))
+    lines = [
+        "| loop | substeps a tick | lanes | threads | v median [m/s] | ticks compared "
+        "| µs a lowering | lowerings a second | ns a state and substep |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    errors = {}
+    for row in rows:
+        loop, substeps, lanes, threads = row
+        name = options.controller if loop == "closed" else None
+        if (loop, substeps) not in errors:
+            errors[loop, substeps] = error(truck, Controller.read(name) if name else None, substeps, name)
+        off, share = errors[loop, substeps]
+        spent = best[row]
+        lines.append(
+            f"| {loop} | {substeps} | {lanes} | {threads} | {off:.1e} | {100 * share:.0f} % "
+            f"| {1e6 * spent:.1f} | {1.0 / spent:.0f} "
+            f"| {1e9 * spent * threads / (TICKS * substeps * STATES):.2f} |"
+        )
+    text = "\n".join(lines)
+    print(text)
+    if options.out:
+        options.out.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
