@@ -8,7 +8,7 @@ use super::member::{Condition, Drawn, Makeup};
 use super::requirement::{Moment, Requirement, Watch};
 use super::verdict::{graver, Verdict};
 use crate::error::Error;
-use crate::lanes::{with_sixteen, LaneScalar, LaneWork};
+use crate::lanes::{with_sixteen_in_registers, LaneScalar, LaneWork};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, POSITION, STATES};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::run::closed_loop::{ClosedLoop, Controller, Order, Seat};
@@ -156,7 +156,8 @@ impl Trial {
                 let block = Block { trial: self, members, make, interrupt, trace: None };
                 match width {
                     Width::One => block.run::<f64>(),
-                    Width::Sixteen => with_sixteen(block),
+                    // Without registers for so many they go one by one: the same bits.
+                    Width::Sixteen => with_sixteen_in_registers(block).unwrap_or_else(Block::one_by_one),
                 }
             })
             .collect();
@@ -215,6 +216,13 @@ impl<const N: usize> LaneWork<N> for Block<'_, '_> {
 }
 
 impl Block<'_, '_> {
+    fn one_by_one(self) -> Result<Vec<Outcome>, Error> {
+        let Block { trial, make, interrupt, .. } = self;
+        let alone = |member| Block { trial, members: vec![member], make, interrupt, trace: None }.run::<f64>();
+        let found: Vec<Vec<Outcome>> = self.members.into_iter().map(alone).collect::<Result<_, _>>()?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
     /// A number of each member, in lanes.
     fn each<S: LaneScalar<N>, const N: usize>(&self, f: impl Fn(&Drawn) -> f64) -> S {
         S::from_lanes(std::array::from_fn(|lane| f(self.members[lane.min(self.members.len() - 1)])))
