@@ -240,3 +240,44 @@ def test_a_tally_is_the_same_however_its_members_are_cut(swept):
         tally.add(piece)
     assert tally.verdicts == swept.tally.verdicts
     assert tally.worst.equals(swept.worst)
+
+
+def controlled(**changes):
+    """A small closed-loop sweep of the main lift: the profile's levels are speeds."""
+    return document(
+        name="closed loop",
+        controller="thesis",
+        lifts="main",
+        duration_s=5.0,
+        members=64,
+        profile=[{"from_s": 0.2, "level": 0.2}],
+        vary={
+            "load_kg": {"uniform": [0.0, 1500.0]},
+            "oil_temperature_degc": {"uniform": [10.0, 60.0]},
+            "controller.main.integral": {"uniform": [0.5, 1.5], "relative": True},
+            "delay_ticks": {"choice": [3, 4, 5]},
+        },
+    ) | changes
+
+
+def test_the_thesis_controller_follows_its_reference_within_the_envelope():
+    found = sweep(controlled())
+    table = found.to_polars()
+    assert found.tally.verdicts["not_finite"] == found.tally.verdicts["out_of_bounds"] == 0
+    # The mean of a second, while the load may swing about it.
+    assert np.nanmax(np.abs(table["main.steady_error_m_s"].to_numpy())) < 0.05
+    assert table["main.steady_peak_speed_m_s"].max() < 0.6
+    one = found.replay(5)
+    assert one.margins["slow"] == table["margin.slow"][5]
+    assert one.table["reference_main_m_s"].max() == pytest.approx(0.2, abs=5e-3)
+    assert np.array_equal(one.table["current_free_a"].to_numpy(), np.zeros(250))
+
+
+def test_a_folder_knows_its_controller_again(tmp_path):
+    folder = sweep(controlled(members=8), out=tmp_path / "swept").folder
+    spec, truck, controller = of_folder(folder)
+    again = sweep(spec, truck=truck, controller=controller, out=folder)
+    assert again.made == 0
+    assert again.controller.hash == controller.hash
+    with pytest.raises(ForkliftError, match="another sweep"):
+        sweep(spec, truck=truck, controller=controller.with_word(32), out=folder)

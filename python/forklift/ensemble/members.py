@@ -84,7 +84,7 @@ class Members:
             ``"value-invalid"`` for a number that the sampling cannot have.
         """
         spec = self.specification
-        found = prod(self.grid) if spec.sampling == "grid" else spec.members
+        found = int(prod(self.grid)) if spec.sampling == "grid" else spec.members
         if not 1 <= found <= MOST_MEMBERS:
             raise ForkliftError(
                 "value-invalid", f"members is {found}; give 1 to 2^40", name="members", value=found
@@ -145,7 +145,8 @@ class Members:
         if place:
             points.fast_forward(place)
         # A point may be 0: the middle of its cell is not.
-        return np.clip(points.random(last - first), 2.0**-54, 1.0 - 2.0**-53)
+        inside: Floats = np.clip(points.random(last - first), 2.0**-54, 1.0 - 2.0**-53)
+        return inside
 
     def _varied(self, name: str, vary: Vary) -> tuple[str, str, list[float]]:
         """A distribution as the core takes it."""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from forklift.base.arrays import Floats
+from forklift.ensemble.intervals import LEAST_REPLICATES
 from forklift.ensemble.members import Members, Streams
-from forklift.ensemble.subset import LEAST_REPLICATES, RareFailures, subset_simulation
+from forklift.ensemble.subset import RareFailures, subset_simulation
 
 OUT = -1e3
 """Margin of a member without numbers, in scales: worse than any other."""

@@ -49,7 +49,7 @@ class StateSpace:
     @property
     def eigenvalues(self) -> Complex:
         """Of A; sampled ones are stable within the unit circle. The largest magnitude first."""
-        found = np.linalg.eigvals(self.a)
+        found = np.linalg.eigvals(self.a).astype(np.complex128)
         ordered: Complex = found[np.argsort(-np.abs(found), kind="stable")]
         return ordered
 

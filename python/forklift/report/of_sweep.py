@@ -127,8 +127,8 @@ def _map(sweep: Sweep) -> Section | None:
             "customdata": tally.seen.tolist(),
             "hovertemplate": "%{x:.4g}: %{y:.3g} of %{customdata} fail<extra></extra>",
         }  # fmt: skip
-        layout: dict[str, Any] = {"xaxis": {"title": {"text": x.name}}, "yaxis": {"title": {"text": "Share that fails"}}}
-        return Section("map", "Where they fail", lead, [Figure("Failures", "", [Panel("", [bars], layout)])])
+        titles = {"xaxis": {"title": {"text": x.name}}, "yaxis": {"title": {"text": "Share that fails"}}}
+        return Section("map", "Where they fail", lead, [Figure("Failures", "", [Panel("", [bars], titles)])])
     y = tally.axes[1]
     seen, failed = tally.seen.T, tally.failed.T
     share = [
