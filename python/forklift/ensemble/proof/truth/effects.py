@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference.plant.model import Law
+from forklift.ensemble.proof.truth.model import Law
 
 REFERENCE_K = 293.0  # 20 degC
 ATMOSPHERE_PA = 1e5
@@ -126,7 +126,7 @@ class ChassisCompliance(Law):
     joins = True
 
     shared = {"ground": 0.01, "ground_rate": 0.1}  # noqa: RUF012
-    shown = ("ground",)
+    shown = (("ground", 1.0),)
 
     def _truck(self, k):
         """1/M [1/kg], and spring and damper per M [1/s², 1/s]."""

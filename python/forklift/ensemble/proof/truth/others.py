@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference.plant.effects import REFERENCE_K
-from reference.plant.model import Law
+from forklift.ensemble.proof.truth.effects import REFERENCE_K
+from forklift.ensemble.proof.truth.model import Law
 
 
 class AsymmetricBump(Law):

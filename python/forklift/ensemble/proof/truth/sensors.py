@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.plant.run import TICK_S, Trajectory
+from forklift.ensemble.proof.truth.run import TICK_S, Trajectory
 
 COUNT_M = np.pi * 0.08 / 128  # of an encoder: a wheel of 80 mm with 128 slits
 PRESSURE_NOISE_PA, PRESSURE_STEP_PA = 0.3e5, 0.06e5
@@ -40,9 +40,12 @@ class Sensors:
 def measured(trajectory: Trajectory, sensors: Sensors, random: np.random.Generator) -> dict[str, np.ndarray]:
     """The channels of a recording, but for time and commands."""
     n = len(trajectory.time_s)
+    encoder = trajectory.encoder
+    if encoder is None:  # made by hand: what the cylinders do
+        encoder = np.stack([2.0 * trajectory.x[0], trajectory.x[1]])
     true = {
-        "position_free_m": 2.0 * trajectory.x[0],
-        "position_main_m": trajectory.x[1],
+        "position_free_m": encoder[0],
+        "position_main_m": encoder[1],
         "pressure_free_pa": trajectory.p_A[0],
         "pressure_main_pa": trajectory.p_A[1],
         "oil_temperature_degc": lagging(trajectory.temperature_degc, sensors.temperature_lag_s),
