@@ -191,3 +191,13 @@ MOST = {
     "valve_delay__chain": 0.1,
 }
 """The amplitudes beyond which a truck would be taken to the workshop."""
+
+DRAWN: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "friction_position__asymmetric": (("steep", 0.02, 0.05), ("slow", 0.15, 0.35)),
+    "friction_temperature__kink": (("above", 25.0, 42.0),),
+    "leakage__above": (("above", 3e6, 8e6),),
+    "return_back_pressure__power": (("power", 1.1, 1.6),),
+    "friction_dwell__saturating": (("time", 0.2, 1.2),),
+    "entrained_air__dissolving": (("solved", 5e6, 1.2e7),),
+}
+"""Ranges from which a law's other values are drawn, evenly."""
