@@ -37,7 +37,8 @@ class Made:
     answer
         What is concealed and which answers are right, as data: see `docs/proof.md`.
     truth
-        By file of the campaign, the noise-free signals: ``velocity_free_m_s``, ``velocity_main_m_s`` [m/s],
+        By file of the campaign, the noise-free signals: ``velocity_free_m_s``, ``velocity_main_m_s`` [m/s], of what
+        the lift's encoder sees (forks over second stage, first stage over base),
         ``pressure_free_pa``, ``pressure_main_pa`` [Pa], each (n,).
     """
 
@@ -114,7 +115,7 @@ def conceal(given: Draw, folder: Path, *, judge_hidden: bool = True) -> Made:
     }
     truth = {
         plan.file: {
-            "velocity_free_m_s": one.v[0],
+            "velocity_free_m_s": 2.0 * one.v[0],
             "velocity_main_m_s": one.v[1],
             "pressure_free_pa": one.p_A[0],
             "pressure_main_pa": one.p_A[1],
