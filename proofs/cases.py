@@ -11,9 +11,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from forklift.ensemble.proof.truth import effects, others, run
-from reference.plant import campaign
 from forklift.ensemble.proof.truth.sensors import Sensors
 from forklift.ensemble.proof.truth.truck import LIFTS, scattered
+from reference.plant import campaign
 
 POINTS = (0.5, 2.0, 8.0)
 """What the effects cost, in points of the velocity's NRMSE."""

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, Truck, _core, simulate
+from forklift.ensemble.proof.truth import effects, model, others, run, sensors
+from forklift.ensemble.proof.truth.truck import LIFTS, THESIS, scattered
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.effects import EFFECTS
 from reference import trajectory
-from forklift.ensemble.proof.truth import effects, model, others, run, sensors
 from reference.plant import campaign
-from forklift.ensemble.proof.truth.truck import LIFTS, THESIS, scattered
 
 TABLE = [spec for spec in _core.effect_table() if spec["id"] in effects.CATALOGUE]
 BETWEEN_LIFTS = {spec["id"] for spec in TABLE if spec["scope"] == "mast"}

@@ -317,11 +317,13 @@ def diagnose(
 def prove(
     out: Annotated[Path, typer.Option("--out", help="Folder of the proof; the same call goes on in it.")],
     seed: Annotated[
-        int, typer.Option("--seed", min=0, help="Below 1,000,000: for development; above: to be told, used once.")
+        int,
+        typer.Option("--seed", min=0, help="Below 1,000,000: for development; above: to be told, used once."),
     ] = 1,
     campaigns: Annotated[int, typer.Option("--campaigns", min=1, help="How many to draw.")] = 20,
     only: Annotated[
-        str | None, typer.Option("--only", help="Kinds or ids of what is concealed, by commas; others are skipped.")
+        str | None,
+        typer.Option("--only", help="Kinds or ids of what is concealed, by commas; others are skipped."),
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Campaigns side by side.")] = 1,
     keep: Annotated[bool, typer.Option("--keep", help="Keep campaigns, diagnoses and truth.")] = False,
@@ -330,10 +332,12 @@ def prove(
         bool, typer.Option("--sensitivity", help="Halve and double each bound that decides an answer.")
     ] = False,
     score_open: Annotated[
-        Path | None, typer.Option("--score-open", help="Score this folder of open campaigns instead of drawing.")
+        Path | None,
+        typer.Option("--score-open", help="Score this folder of open campaigns instead of drawing."),
     ] = None,
     answers: Annotated[
-        Path | None, typer.Option("--answers", help="Answer file of the open campaigns, else FOLDER/answers.json.")
+        Path | None,
+        typer.Option("--answers", help="Answer file of the open campaigns, else FOLDER/answers.json."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -352,9 +356,7 @@ def prove(
         print_json(rows) if as_json else say(bounds.text(rows))
         return
     if score_open:
-        found = opened.score_open(
-            score_open, out, answers=answers, only=only, limit_s=limit, progress=say
-        )
+        found = opened.score_open(score_open, out, answers=answers, only=only, limit_s=limit, progress=say)
     else:
         found = proof.prove(
             seed, campaigns, out, only=only, jobs=jobs, keep=keep, limit_s=limit, progress=say

@@ -35,12 +35,12 @@ LINES = (
 )
 OURS = "this diagnosis"
 GLOSSARY = {
-    "hidden": "By a rule applied before the diagnosis, another truck imitates the effect within the sensors' noise; "
-    "no-mismatch is then right.",
-    "size": "Root mean square change of velocity and pressure that the concealed effect makes, in units of the "
-    "sensors' noise.",
-    "share removed": "1 − Σ(after − true)²/Σ(before − true)² of the velocity on held-out recordings, against the "
-    "noise-free truth.",
+    "hidden": "By a rule applied before the diagnosis, another truck imitates the effect within the sensors' "
+    "noise; no-mismatch is then right.",
+    "size": "Root mean square change of velocity and pressure that the concealed effect makes, in units of "
+    "the sensors' noise.",
+    "share removed": "1 − Σ(after − true)²/Σ(before − true)² of the velocity on held-out recordings, against "
+    "the noise-free truth.",
 }
 
 
@@ -73,10 +73,13 @@ def proof_text(found: Proof) -> str:
     lines = [f"Proof ({score['label']}{'' if score['seed'] is None else ' seed ' + str(score['seed'])})"]
     lines += [f"  {name:32s} {rate(score['rates'][name])}" for name in LINES if score["rates"][name]["of"]]
     for kind, told in score["removed"].items():
-        lines.append(f"  share removed, {kind:16s} median {100 * told['median']:.0f} % of {told['campaigns']}")
+        lines.append(
+            f"  share removed, {kind:16s} median {100 * told['median']:.0f} % of {told['campaigns']}"
+        )
     for lifts, told in score["seconds"].items():
         lines.append(
-            f"  {lifts:32s} median {told['median']:.0f} s, 95 % {told['95 %']:.0f} s, longest {told['longest']:.0f} s"
+            f"  {lifts:32s} median {told['median']:.0f} s, 95 % {told['95 %']:.0f} s, "
+            f"longest {told['longest']:.0f} s"
         )
     for name, told in score["baselines"].items():
         lines.append(
@@ -100,7 +103,9 @@ def _page(found: Proof) -> Page:
         else f"Run by {len(score['packages'])} versions of the package: not one figure of one program."
     ]
     if score["label"] == "development":
-        more.append("A development seed: bounds may have been set on these campaigns, so no figure of it is told.")
+        more.append(
+            "A development seed: bounds may have been set on these campaigns, so no figure of it is told."
+        )
     return Page(
         "Proof",
         f"Sealed campaigns of an independent plant: {seed}, {score['campaigns']} campaigns",
@@ -129,7 +134,9 @@ def _facts(score: Mapping[str, Any]) -> list[Fact]:
     return facts
 
 
-def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note: str = "", folded: bool = False) -> Any:
+def _table(
+    title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note: str = "", folded: bool = False
+) -> Any:
     if not rows:
         return Text(f"{title}: nothing to tell of these campaigns.", note=True)
     return Table(title, head, rows, [n > 0 for n in range(len(head))], note, folded)
@@ -137,7 +144,10 @@ def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note:
 
 def _lines(score: Mapping[str, Any]) -> Any:
     rows = [[name, rate(score["rates"][name])] for name in LINES if score["rates"][name]["of"]]
-    note = "Exact intervals of 95 % (Clopper and Pearson). Low is good of wrong names, false alarms and no answer."
+    note = (
+        "Exact intervals of 95 % (Clopper and Pearson). "
+        "Low is good of wrong names, false alarms and no answer."
+    )
     return _table("All campaigns", ["What", "Right (share, interval)"], rows, note)
 
 
@@ -156,17 +166,16 @@ def _against(score: Mapping[str, Any]) -> Any:
     rows = [[OURS, *(rate(score["rates"][name]) for name in names)]]
     rows += [[name, *(rate(told[one]) for one in names)] for name, told in score["baselines"].items()]
     note = (
-        "Same campaigns, same fitted truck. Largest residual names no cause. Criterion: BIC over linear steps, no "
-        "held-out recordings. Sparse: sequentially thresholded least squares on the residuals (Brunton et al. 2016). "
+        "Same campaigns, same fitted truck. Largest residual names no cause. Criterion: BIC over linear "
+        "steps, no held-out recordings. Sparse: sequentially thresholded least squares on the residuals "
+        "(Brunton et al. 2016). "
         "Regimes: after LISDD (arXiv 2606.23215), in a plain form written for this table."
     )
     return _table("Against simpler ways", ["Way", *names], rows, note)
 
 
 def _reliability(score: Mapping[str, Any]) -> Any:
-    rows = [
-        [f"{one['from']:g} to {one['to']:g}", rate(one)] for one in score["reliability"] if one["of"]
-    ]
+    rows = [[f"{one['from']:g} to {one['to']:g}", rate(one)] for one in score["reliability"] if one["of"]]
     return _table("Credibility of a named cause, and how often it was right", ["Told", "Right"], rows)
 
 
@@ -176,7 +185,13 @@ def _reliability_figure(score: Mapping[str, Any]) -> list[Figure]:
         return []
     x = [0.5 * (one["from"] + one["to"]) for one in rows]
     data = [
-        {"x": [0, 1], "y": [0, 1], "mode": "lines", "name": "calibrated", "line": {"color": "@soft", "dash": "dot"}},
+        {
+            "x": [0, 1],
+            "y": [0, 1],
+            "mode": "lines",
+            "name": "calibrated",
+            "line": {"color": "@soft", "dash": "dot"},
+        },
         {
             "x": x,
             "y": [one["share"] for one in rows],
@@ -214,12 +229,14 @@ def _detection_figure(score: Mapping[str, Any]) -> list[Figure]:
         }
         for key, name, colour in (("detected", "something told", "@before"), ("right", "all right", "@after"))
     ]
-    return [_figure("Detection over size", "size of the concealed effect / noise", "share", data, {"type": "category"})]
+    return [
+        _figure(
+            "Detection over size", "size of the concealed effect / noise", "share", data, {"type": "category"}
+        )
+    ]
 
 
-def _figure(
-    title: str, x: str, y: str, data: Sequence[Mapping[str, Any]], axis: Mapping[str, Any]
-) -> Figure:
+def _figure(title: str, x: str, y: str, data: Sequence[Mapping[str, Any]], axis: Mapping[str, Any]) -> Figure:
     layout = {
         "xaxis": {"title": {"text": x}} | dict(axis),
         "yaxis": {"title": {"text": y}, "range": [0, 1.05]},
@@ -244,7 +261,9 @@ def _detection(score: Mapping[str, Any]) -> Any:
 
 def _causes(score: Mapping[str, Any]) -> Any:
     rows = [[one["id"], KINDS.get(one["kind"], one["kind"]), rate(one)] for one in score["by_cause"]]
-    return _table("By concealed cause: all right", ["Cause", "Kind", "All right"], rows, folded=len(rows) > 20)
+    return _table(
+        "By concealed cause: all right", ["Cause", "Kind", "All right"], rows, folded=len(rows) > 20
+    )
 
 
 def _confusion(score: Mapping[str, Any]) -> Any:

@@ -1,12 +1,16 @@
 """How large a concealed law is made, and whether the recordings can show it.
 
-The size of a law is the root mean square change that it makes to the commanded lifts, over the probes (a few of
-the campaign's own recordings): half from the velocity, in units of the slope noise of a height sensor behind the
+The size of a law is the root mean square change that it makes to the commanded lifts, over the probes
+(a few of
+the campaign's own recordings): half from the velocity, in units of the slope noise of a height sensor
+behind the
 filter that judges it, half from the pressure, in units of its sensor's noise.
 
-A law is *hidden* if another truck imitates it: of its change d in all channels, in units of the sensors' noise, no
+A law is *hidden* if another truck imitates it: of its change d in all channels, in units of the
+sensors' noise, no
 more than chi-square = 20 is left after the best linear combination of the truck's own unknown parameters, oil
-temperatures and loads within their priors. At 20 the mean logarithm of the likelihood ratio is 10. The rule is
+temperatures and loads within their priors. At 20 the mean logarithm of the likelihood ratio is 10. The
+rule is
 applied before any diagnosis, by this plant alone.
 """
 
@@ -39,7 +43,8 @@ VELOCITY_NOISE_M_S = sensors.HEIGHT_NOISE_M / run.TICK_S / np.sqrt(110.0)
 """Slope noise of a second-order filter over 11 samples: variance over the sum of k², k = -5 ... 5."""
 HIDDEN = 20.0
 PRIORS = {"estimated": 0.3, "area": 0.15, "current": 0.02, "temperature": 1.0, "load": 0.01}
-"""Standard deviations: of logarithms, of openings' logarithms, of knots [A], of oil [K], of loads' logarithms."""
+"""Standard deviations: of logarithms, of openings' logarithms, of knots [A], of oil [K], of loads'
+logarithms."""
 
 
 def plausible(effect: str) -> dict[str, tuple[float, float, str]]:
@@ -150,7 +155,9 @@ def found_for(
         plain = [replace(one, start_m=(0.35, 0.7)) for one in plain]
     grid = [0.0, *GRID]
     amplified = [
-        replace(one, values={f"{law.name}.{key}": np.multiply(full, share)}) for share in grid for one in plain
+        replace(one, values={f"{law.name}.{key}": np.multiply(full, share)})
+        for share in grid
+        for one in plain
     ]
     ran = run.simulate(trucks, (law,), amplified, ROUGH, tick_s)
     each = [ran[n * len(plain) : (n + 1) * len(plain)] for n in range(len(grid))]
@@ -184,7 +191,9 @@ def left(
     asked: list[run.Condition] = []
     asked += [replace(one, values=quiet) for one in plain]
     asked += plain
-    moved = {lift for n in chosen for lift in (LIFTS if given.plans[n].lift == "both" else (given.plans[n].lift,))}
+    moved = {
+        lift for n in chosen for lift in (LIFTS if given.plans[n].lift == "both" else (given.plans[n].lift,))
+    }
     steps = [*_steps(trucks, sorted(moved))]
     for other, _ in steps:
         asked += [replace(one, values=quiet, trucks=other) for one in plain]
@@ -194,7 +203,8 @@ def left(
     base = rows[0]
     d = np.concatenate(rows[1]) - np.concatenate(base)
     columns = [
-        (np.concatenate(one) - np.concatenate(base)) / step for one, (_, step) in zip(rows[2:], steps, strict=True)
+        (np.concatenate(one) - np.concatenate(base)) / step
+        for one, (_, step) in zip(rows[2:], steps, strict=True)
     ]
     return imitated(d, np.array(columns).T) * len(given.plans) / count
 

@@ -142,8 +142,11 @@ def _largest(rows: list[Any]) -> dict[str, Any]:
 
 
 def _criterion(rows: list[Any], told: Mapping[str, Any]) -> dict[str, Any]:
-    """The suspect with the largest promised gain in ln posterior, if more than half of ln n (Schwarz 1978)."""
-    from_screening = [one for one in told.get("suspects", ()) if one.get("promised") and one["kind"] != "unknown"]
+    """The suspect with the largest promised gain in ln posterior, if more than half of ln n (Schwarz
+    1978)."""
+    from_screening = [
+        one for one in told.get("suspects", ()) if one.get("promised") and one["kind"] != "unknown"
+    ]
     count = sum(len(m["time_s"]) for plan, m, _ in rows if plan["role"] == "estimate")
     if not from_screening or not count:
         return NOTHING
@@ -198,7 +201,8 @@ def _slope(signal: Floats) -> Floats:
 
 
 def _sparse(rows: list[Any]) -> dict[str, Any]:
-    """Sequentially thresholded least squares over the whole library; the term with the largest share speaks."""
+    """Sequentially thresholded least squares over the whole library; the term with the largest share
+    speaks."""
     found = _regression(rows, "estimate")
     if found is None:
         return NOTHING
@@ -223,7 +227,8 @@ def _sparse(rows: list[Any]) -> dict[str, Any]:
 
 
 def _regimes(rows: list[Any]) -> dict[str, Any]:
-    """Clean recordings give the noise; where the energy exceeds it, one or two terms that hold out and certify."""
+    """Clean recordings give the noise; where the energy exceeds it, one or two terms that hold out and
+    certify."""
     fitted, held = _regression(rows, "estimate"), _regression(rows, "validate")
     if fitted is None or held is None:
         return NOTHING
@@ -236,7 +241,8 @@ def _regimes(rows: list[Any]) -> dict[str, Any]:
     inside = np.isin(where, flagged)
     y, X = y[inside], X[inside]
     y_held, X_held, _ = held
-    best, chosen = np.inf, ()
+    best = np.inf
+    chosen: tuple[int, ...] = ()
     half = len(TERMS)
     for size in (1, 2):
         for terms in combinations(range(half), size):

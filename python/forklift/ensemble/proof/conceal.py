@@ -37,7 +37,8 @@ class Made:
     answer
         What is concealed and which answers are right, as data: see `docs/proof.md`.
     truth
-        By file of the campaign, the noise-free signals: ``velocity_free_m_s``, ``velocity_main_m_s`` [m/s], of what
+        By file of the campaign, the noise-free signals: ``velocity_free_m_s``, ``velocity_main_m_s``
+        [m/s], of what
         the lift's encoder sees (forks over second stage, first stage over base),
         ``pressure_free_pa``, ``pressure_main_pa`` [Pa], each (n,).
     """
@@ -72,9 +73,7 @@ def conceal(given: Draw, folder: Path, *, judge_hidden: bool = True) -> Made:
             damages += damage
             cause |= {"values": values, "size": None}
         else:
-            law, amplitude, has = found_for(
-                given, name, where, wanted, trucks, conditions, random, tick_s
-            )
+            law, _, has = found_for(given, name, where, wanted, trucks, conditions, random, tick_s)
             laws.append(law)
             cause |= {
                 "values": {key: _number(value) for key, value in law.values.items()},
@@ -109,9 +108,7 @@ def conceal(given: Draw, folder: Path, *, judge_hidden: bool = True) -> Made:
         "nuisances": asdict(given.nuisances),
         "recordings": [asdict(plan) for plan in given.plans],
         "entered_degc": given.entered_degc,
-        "trucks": [
-            {key: np.asarray(value).tolist() for key, value in lift.items()} for lift in trucks
-        ],
+        "trucks": [{key: np.asarray(value).tolist() for key, value in lift.items()} for lift in trucks],
     }
     truth = {
         plan.file: {
@@ -183,7 +180,13 @@ def _faulty(
         return replace(seen, lates_s=((pressure, value),)), kept, {"late": value}, []
     if name == "clock_late":
         value = 0.04 + 0.08 * share
-        channels = ("position_free_m", "position_main_m", "pressure_free_pa", "pressure_main_pa", "fork_height_m")
+        channels = (
+            "position_free_m",
+            "position_main_m",
+            "pressure_free_pa",
+            "pressure_main_pa",
+            "fork_height_m",
+        )
         return replace(seen, lates_s=tuple((one, value) for one in channels)), kept, {"late": value}, []
     if name in ("sensor_stuck", "sensor_slip"):
         places = random.permutation(
@@ -243,7 +246,7 @@ def _write(
             n = round((SHORTEST_S + 0.2 * spoilt.spoilt_s) / run.TICK_S)
             one = true[number] = _first(one, n)
         n = len(one.time_s)
-        columns = {"time_s": np.arange(n) * run.TICK_S}
+        columns: dict[str, Floats] = {"time_s": np.arange(n) * run.TICK_S}
         columns |= {f"current_{lift}_a": current[k, :n] for k, lift in enumerate(LIFTS)}
         columns |= sensors.measured(one, seen, random)
         if not given.nuisances.height:

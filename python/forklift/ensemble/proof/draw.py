@@ -1,4 +1,5 @@
-"""What a campaign will be: its truck, its recordings, its nuisances and what it conceals, from (seed, number)."""
+"""What a campaign will be: its truck, its recordings, its nuisances and what it conceals, from (seed,
+number)."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ RECORDINGS = (6, 30)
 """Fewest and most recordings of a campaign."""
 LIFTS = ("free", "main")
 SIZES = (0.7, 12.0)
-"""Range of the size of what is concealed: the root mean square change that it makes to velocity and pressure, in
+"""Range of the size of what is concealed: the root mean square change that it makes to velocity and
+pressure, in
 units of what the sensors' noise makes of them. Drawn evenly in the logarithm."""
 
 

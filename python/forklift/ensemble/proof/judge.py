@@ -23,7 +23,8 @@ SLOPE_NOISE_M_S = 2.4e-3
 def judged(answer: Answer, told: Told) -> dict[str, Any]:
     """What is right of a diagnosis, as data.
 
-    ``verdict``, ``location``, ``cause`` are true, false or None where nothing is to be asked: of a complete truck
+    ``verdict``, ``location``, ``cause`` are true, false or None where nothing is to be asked: of a
+    complete truck
     there is no place and no cause, and of a stranger no name.
     """
     causes = [cause for cause in answer["causes"] if not cause["hidden"]]
@@ -46,7 +47,8 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
     }
     if refused:
         fine = any(code in told.get("said", "") for one in causes for code in one["refused"])
-        return out | {"verdict": fine, "location": fine if causes else None, "cause": fine if causes else None,
+        return out | {"verdict": fine, "location": fine if causes else None, "cause": fine if causes
+        else None,
                       "false_alarm": not causes and not hidden, "unknown": None, "all": fine}  # fmt: skip
     verdict = _verdict(told, named, answer)
     if not causes:  # nothing, or what the recordings hide
@@ -118,7 +120,8 @@ def _location(told: Told, causes: Sequence[Answer]) -> bool:
 
 
 def intervals(answer: Answer, told: Told) -> list[tuple[str, float, float, float]]:
-    """Of each concealed effect that is named with the catalogue's law: parameter, true value, and its interval."""
+    """Of each concealed effect that is named with the catalogue's law: parameter, true value, and its
+    interval."""
     found = []
     for cause in answer["causes"]:
         if cause["kind"] != "effect":
@@ -141,7 +144,8 @@ def removed(
 ) -> float | None:
     """The share of the misfit to the noise-free velocity that is gone, on recordings held out.
 
-    1 - sum (after - true)² / sum (before - true)², over the commanded lifts; None where there was no misfit to
+    1 - sum (after - true)² / sum (before - true)², over the commanded lifts; None where there was no
+    misfit to
     speak of, see `GAP`.
     """
     start, end, count = 0.0, 0.0, 0
@@ -160,4 +164,3 @@ def removed(
     if not count or start / count < (GAP * SLOPE_NOISE_M_S) ** 2:
         return None
     return 1.0 - end / start
-

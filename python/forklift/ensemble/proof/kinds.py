@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from forklift.ensemble.proof.truth import effects, others, strangers
 
 KINDS = ("complete", "stranger", "two", "effect", "shape", "sensor", "condition")
-"""Nothing; physics that the catalogue lacks; two of its effects; one; one in another form; a sensor or clock that
+"""Nothing; physics that the catalogue lacks; two of its effects; one; one in another form; a sensor or
+clock that
 fails; a load or an oil temperature that is not what was entered."""
 
 DECK = (
@@ -19,7 +20,8 @@ DECK = (
     "sensor",
     "condition",
 )
-"""Twenty campaigns in a row are a shuffled deck: a quarter complete, a fifth strangers, a tenth two at once."""
+"""Twenty campaigns in a row are a shuffled deck: a quarter complete, a fifth strangers, a tenth two at
+once."""
 
 EQUATIONS = {
     "mast_coupling": ("mast-coupling", "force-balance"),

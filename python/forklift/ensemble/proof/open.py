@@ -109,7 +109,8 @@ def whole(number: int, given: Mapping[str, Any], folder: Path) -> dict[str, Any]
     found = {one["kind"] for one in causes}
     return {
         "number": number,
-        "kind": given.get("kind") or ("complete" if not causes else "two" if len(causes) > 1 else found.pop()),
+        "kind": given.get("kind")
+        or ("complete" if not causes else "two" if len(causes) > 1 else found.pop()),
         "lift": given["lift"],
         "causes": causes,
         "tolerated": list(given.get("tolerated", ())),
@@ -122,7 +123,14 @@ def whole(number: int, given: Mapping[str, Any], folder: Path) -> dict[str, Any]
 
 
 def _completed(cause: Mapping[str, Any]) -> dict[str, Any]:
-    known: dict[str, Any] = {"size": None, "hidden": False, "values": {}, "of": "", "names": (), "refused": ()}
+    known: dict[str, Any] = {
+        "size": None,
+        "hidden": False,
+        "values": {},
+        "of": "",
+        "names": (),
+        "refused": (),
+    }
     try:
         right = kinds.right(cause["id"])
         known |= {"kind": right.kind, "names": right.names, "of": right.of, "refused": right.refused}

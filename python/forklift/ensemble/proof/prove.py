@@ -38,9 +38,19 @@ SCORE = "score.json"
 PAGE = "report.html"
 LIMIT_S = 3600.0
 """After which a diagnosis counts as none."""
-KEPT = ("verdict", "sentence", "location", "left_over", "fit_summary", "untestable", "not_separable", "runtime_s")
+KEPT = (
+    "verdict",
+    "sentence",
+    "location",
+    "left_over",
+    "fit_summary",
+    "untestable",
+    "not_separable",
+    "runtime_s",
+)
 OF_CAUSE = (
-    "id", "kind", "name", "where", "equation", "credibility", "form", "parameters", "not_separable_from", "rivals",
+    "id", "kind", "name", "where", "equation", "credibility", "form", "parameters",
+    "not_separable_from", "rivals",
 )  # fmt: skip
 
 
@@ -76,8 +86,10 @@ def prove(
 ) -> Proof:
     """Prove the diagnosis on `campaigns` sealed campaigns of `seed`.
 
-    Each campaign is a function of (seed, number) alone. Its answer is sealed before the diagnosis starts, in a
-    process of its own that is given the folder and nothing else; the key stays in this one. ``OUT/results`` gets one
+    Each campaign is a function of (seed, number) alone. Its answer is sealed before the diagnosis
+    starts, in a
+    process of its own that is given the folder and nothing else; the key stays in this one.
+    ``OUT/results`` gets one
     file a campaign, whole or not at all, so that the same call goes on after a stop.
 
     Parameters
@@ -87,7 +99,8 @@ def prove(
     campaigns
         How many; a greater number later adds to those that are there.
     only
-        Kinds (`forklift.ensemble.proof.kinds.KINDS`) or ids of what is concealed, by commas: others are skipped.
+        Kinds (`forklift.ensemble.proof.kinds.KINDS`) or ids of what is concealed, by commas: others are
+        skipped.
     jobs
         Campaigns side by side.
     keep
@@ -102,7 +115,8 @@ def prove(
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"``; ``"output-exists"`` if `out` holds the proof of another seed; ``"not-writable"``;
+        ``"argument-invalid"``; ``"output-exists"`` if `out` holds the proof of another seed;
+        ``"not-writable"``;
         ``"seal-broken"``.
     """
     _check(seed, campaigns, jobs)
@@ -136,7 +150,9 @@ def prove(
                 result, done = future.result(), done + 1
                 rate = (time.monotonic() - began) / done
                 rest = rate * (len(left) - done) / 60.0
-                progress(f"{line(result)}  [{done}/{len(left)}, {60.0 / rate:.1f} a minute, {rest:.0f} min left]")
+                progress(
+                    f"{line(result)}  [{done}/{len(left)}, {60.0 / rate:.1f} a minute, {rest:.0f} min left]"
+                )
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
     return scored(out, seed, numbers, only)
@@ -220,7 +236,17 @@ def diagnosed(
 ) -> dict[str, Any]:
     """What ``forklift diagnose`` says of a folder, in a process that is given nothing else."""
     program = "forklift.ensemble.proof.under_bounds" if VARIABLE in (environment or {}) else "forklift"
-    command = [sys.executable, "-m", program, "diagnose", str(folder), "--truck", "thesis", "--out", str(found)]
+    command = [
+        sys.executable,
+        "-m",
+        program,
+        "diagnose",
+        str(folder),
+        "--truck",
+        "thesis",
+        "--out",
+        str(found),
+    ]
     if entered_degc is not None:
         command += ["--temperature", f"{entered_degc:g}"]
     threads = str(max(1, (os.cpu_count() or 1) // jobs))
@@ -228,7 +254,13 @@ def diagnosed(
     began = time.monotonic()
     try:
         ran = subprocess.run(
-            command, capture_output=True, text=True, timeout=limit_s, cwd=folder.parent, check=False, env=given
+            command,
+            capture_output=True,
+            text=True,
+            timeout=limit_s,
+            cwd=folder.parent,
+            check=False,
+            env=given,
         )
         status, said = ran.returncode, (ran.stdout + ran.stderr)[-3000:]
     except subprocess.TimeoutExpired:
@@ -243,7 +275,8 @@ def diagnosed(
     told = {key: whole.get(key) for key in KEPT}
     told["causes"] = [{key: cause.get(key) for key in OF_CAUSE} for cause in whole["causes"]]
     told["suspects"] = [
-        {key: one.get(key) for key in ("id", "kind", "where", "promised")} for one in whole.get("suspects", ())
+        {key: one.get(key) for key in ("id", "kind", "where", "promised")}
+        for one in whole.get("suspects", ())
     ]
     return told | {"seconds": seconds}
 
@@ -283,15 +316,14 @@ def scored(out: Path, seed: int | None, numbers: list[int] | None = None, only: 
 def line(result: Mapping[str, Any]) -> str:
     """A result in one line."""
     right, answer = result["judged"], result["answer"]
-    concealed = "+".join(
-        cause["id"] + ("(hidden)" if cause["hidden"] else "") for cause in answer["causes"]
-    )
+    concealed = "+".join(cause["id"] + ("(hidden)" if cause["hidden"] else "") for cause in answer["causes"])
     told = ", ".join(
         f"{one['id']}[{one['form'][:1]} {one['credibility']:.2f}]" for one in result["told"]["causes"]
     )
     share = result["removed"]
     return (
-        f"{result['number']:05d} {'right' if right['all'] else 'WRONG'} {answer['kind']}: {concealed or 'nothing'} "
+        f"{result['number']:05d} {'right' if right['all'] else 'WRONG'} {answer['kind']}: "
+        f"{concealed or 'nothing'} "
         f"-> {result['told']['verdict']} {told} "
         f"{'' if share is None else f'{100 * share:.0f} % removed '}{result['seconds']:.0f} s"
     )
@@ -336,7 +368,9 @@ def _head(out: Path, seed: int) -> None:
             )
     elif out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise ForkliftError(
-            "output-exists", f"{out} holds something else; name a folder that does not exist yet", file=str(out)
+            "output-exists",
+            f"{out} holds something else; name a folder that does not exist yet",
+            file=str(out),
         )
     try:
         for name in ("results", "sealed"):
@@ -354,7 +388,11 @@ def _bytes(path: Path, content: bytes) -> None:
 
 
 def _keep(
-    place: Path, folder: Path, found: Path, answer: Mapping[str, Any], truth: Mapping[str, Mapping[str, Floats]]
+    place: Path,
+    folder: Path,
+    found: Path,
+    answer: Mapping[str, Any],
+    truth: Mapping[str, Mapping[str, Floats]],
 ) -> None:
     """Everything of a campaign, for a look at what went wrong; in the layout that `scored_open` reads."""
     shutil.rmtree(place, ignore_errors=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,9 @@ def score(results: Sequence[Result]) -> dict[str, Any]:
     """Everything the proof tells, as data."""
     return {
         "rates": rates(results),
-        "by_kind": {kind: rates([one for one in results if one["judged"]["kind"] == kind]) for kind in _kinds(results)},
+        "by_kind": {
+            kind: rates([one for one in results if one["judged"]["kind"] == kind]) for kind in _kinds(results)
+        },
         "by_cause": by_cause(results),
         "confusion": confusion(results),
         "reliability": reliability(results),
@@ -67,9 +70,7 @@ def rates(results: Sequence[Result]) -> dict[str, Any]:
         "kind of fault": _rate(one["verdict"] for one in judged),
         "location": _rate(one["location"] for one in judged),
         "cause, or a tie that holds it": _rate(one["cause"] for one in judged),
-        "cause told first": _rate(
-            one.get("first", False) for one in asked if one["cause"] is not None
-        ),
+        "cause told first": _rate(one.get("first", False) for one in asked if one["cause"] is not None),
         "a wrong name": _rate(bool(one["spurious"]) for one in judged),
         "a wrong name called complete": _rate(bool(one["wrong_complete"]) for one in judged),
         "false alarms": _rate(one["false_alarm"] for one in judged),
@@ -118,12 +119,16 @@ def reliability(results: Sequence[Result]) -> list[dict[str, Any]]:
     for one in results:
         wanted = {name for cause in one["answer"]["causes"] for name in cause["names"]}
         for cause in one["told"]["causes"]:
-            if cause["kind"] == "unknown" or cause["id"] in UNNAMED or cause["id"] in one["answer"]["tolerated"]:
+            if (
+                cause["kind"] == "unknown"
+                or cause["id"] in UNNAMED
+                or cause["id"] in one["answer"]["tolerated"]
+            ):
                 continue
             if cause["credibility"] is not None:
                 told.append((float(cause["credibility"]), cause["id"] in wanted))
     rows = []
-    for low, high in zip(BINS[:-1], BINS[1:], strict=True):
+    for low, high in pairwise(BINS):
         inside = [right for value, right in told if low <= value < high or (value == high == 1.0)]
         rows.append({"from": low, "to": high, **share(sum(inside), len(inside))})
     return rows
@@ -132,7 +137,7 @@ def reliability(results: Sequence[Result]) -> list[dict[str, Any]]:
 def detection(results: Sequence[Result]) -> list[dict[str, Any]]:
     """Over the size of a single concealed law: how often anything was said, and how often all was right."""
     rows = []
-    for low, high in zip(SIZE_BINS[:-1], SIZE_BINS[1:], strict=True):
+    for low, high in pairwise(SIZE_BINS):
         inside = [
             one
             for one in results

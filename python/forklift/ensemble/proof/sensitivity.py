@@ -38,7 +38,8 @@ def sensitivity(
     if seed >= DEVELOPMENT:
         raise ForkliftError(
             "argument-invalid",
-            f"seed is {seed}, but bounds are only ever moved on seeds below {DEVELOPMENT}; choose one of those",
+            f"seed is {seed}, but bounds are only ever moved on seeds below {DEVELOPMENT}; "
+            "choose one of those",
             name="seed",
             value=seed,
             upper=DEVELOPMENT - 1,
@@ -52,7 +53,8 @@ def sensitivity(
         given = {} if value is None else {VARIABLE: json.dumps({name: value * factor})}
         progress(f"{name or 'as it is'} {'' if value is None else f'x {factor:g}'}")
         found = prove(
-            seed, campaigns, folder, only=only, jobs=jobs, limit_s=limit_s, environment=given, progress=progress,
+            seed, campaigns, folder, only=only, jobs=jobs, limit_s=limit_s, environment=given,
+            progress=progress,
             judge_hidden=True,
         )  # fmt: skip
         rows.append(

@@ -1,4 +1,5 @@
-"""``python -m forklift.ensemble.proof.under_bounds diagnose …``: the command line with bounds under other values.
+"""``python -m forklift.ensemble.proof.under_bounds diagnose …``: the command line with bounds under
+other values.
 
 The variable FORKLIFT_CRITERIA holds them, a JSON object; they are set before anything else is loaded.
 """
@@ -7,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from importlib import import_module
 
 from forklift.ensemble.proof.bounds import CRITERIA, VARIABLE
@@ -18,4 +18,4 @@ if __name__ == "__main__":
         setattr(criteria, name, value)
     from forklift.__main__ import main
 
-    sys.exit(main())
+    main()

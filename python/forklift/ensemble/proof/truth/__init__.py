@@ -1,4 +1,5 @@
-"""The truth plant: both lifts in NumPy, with concealed physics, faulty sensors and the nuisances of a workshop.
+"""The truth plant: both lifts in NumPy, with concealed physics, faulty sensors and the nuisances of a
+workshop.
 
 It shares no code with the model that diagnoses. Of the package it reads one data file, the thesis's truck.
 Everything is in SI units; x and v are the cylinders' and positive upward, a load is the mass on the forks.

@@ -47,7 +47,9 @@ def _driver(random: np.random.Generator, ticks: int) -> Floats:
     """Ramps up, a speed that is held with a trembling hand, ramps down, a pause, and creeping at last."""
     wish, n, now = np.zeros(ticks), 0, 0.0
     while n < ticks:
-        target = random.choice([random.uniform(0.75, 1.15), random.uniform(0.42, 0.6), 0.0], p=[0.5, 0.3, 0.2])
+        target = random.choice(
+            [random.uniform(0.75, 1.15), random.uniform(0.42, 0.6), 0.0], p=[0.5, 0.3, 0.2]
+        )
         ramp, held = int(random.integers(10, 60)), int(random.integers(25, 120))
         way = np.concatenate([np.linspace(now, target, ramp), np.full(held, target)])
         if target > 0.0:

@@ -1,8 +1,11 @@
 """The equations of both lifts, in Lagrange's form, with the places where a law may enter.
 
-Mechanics: T = 1/2 q'ᵀ M q' with M = sum over bodies of m J Jᵀ, where J q' is a body's velocity; M q'' = Q with
-Q the generalised forces of weight, pressure and friction. The coordinates q are the two cylinders' positions and
-those that laws add (a truck on its tyres, a load on a spring). Hydraulics, valve and friction are chapter 3 of
+Mechanics: T = 1/2 q'ᵀ M q' with M = sum over bodies of m J Jᵀ, where J q' is a body's velocity; M q'' =
+Q with
+Q the generalised forces of weight, pressure and friction. The coordinates q are the two cylinders'
+positions and
+those that laws add (a truck on its tyres, a load on a spring). Hydraulics, valve and friction are
+chapter 3 of
 Fri & Fahlén (2017). Arrays are over (lift, perturbation, recording); a law that joins the lifts sums over the
 first axis. Each place is a method of `Law` that takes what the thesis has there and gives what acts instead.
 """
@@ -34,8 +37,10 @@ class Law:
     """A change of the thesis's model: overrides the places it concerns.
 
     ``memory`` names states of its own for each lift, ``shared`` those of the truck, each with a typical size;
-    all start at zero, and `rates` gives their time derivatives by name. ``coordinates`` names further degrees of
-    freedom q with their typical sizes; each has the states q and q_rate, and `lagrange` adds its bodies and forces.
+    all start at zero, and `rates` gives their time derivatives by name. ``coordinates`` names further
+    degrees of
+    freedom q with their typical sizes; each has the states q and q_rate, and `lagrange` adds its bodies
+    and forces.
     """
 
     memory: dict[str, float] = {}  # noqa: RUF012
@@ -61,7 +66,8 @@ class Law:
     def lagrange(
         self, M: Floats, Q: Floats, at: dict[str, int], s: SimpleNamespace, k: dict[str, Floats]
     ) -> None:
-        """Add bodies to M, (q, q, ...), and generalised forces to Q, (q, ...); `at` is a coordinate's place."""
+        """Add bodies to M, (q, q, ...), and generalised forces to Q, (q, ...); `at` is a coordinate's
+        place."""
 
     def own(self) -> dict[str, float]:
         """The truck's states that the law has, with their typical sizes."""
@@ -157,7 +163,10 @@ def accelerations(s: SimpleNamespace, k: dict[str, Floats], laws: Sequence[Law])
     if not added:
         determinant = free * main - between * between
         return np.stack(
-            [(main * s.F[0] - between * s.F[1]) / determinant, (free * s.F[1] - between * s.F[0]) / determinant]
+            [
+                (main * s.F[0] - between * s.F[1]) / determinant,
+                (free * s.F[1] - between * s.F[0]) / determinant,
+            ]
         )
     count = 2 + len(added)
     M, Q = np.zeros((count, count, *s.F.shape[1:])), np.zeros((count, *s.F.shape[1:]))

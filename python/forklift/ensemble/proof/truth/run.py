@@ -55,7 +55,8 @@ def simulate(
     tolerance: float = TOLERANCE,
     tick_s: float = TICK_S,
 ) -> list[Trajectory]:
-    """The trajectory under each of the conditions, which need not be equally long; `tick_s` is a tick's length."""
+    """The trajectory under each of the conditions, which need not be equally long; `tick_s` is a tick's
+    length."""
     k = parameters(trucks, laws, conditions)
     last = np.array([one.command.shape[1] for one in conditions]) - 1
     command = np.stack([_longer(one.command, last.max() + 1) for one in conditions], axis=-1)
@@ -160,9 +161,7 @@ def _longer(command: Floats, ticks: int) -> Floats:
     return np.pad(command, ((0, 0), (0, ticks - command.shape[1])), mode="edge")
 
 
-def _trajectory(
-    y: Floats, laws: Sequence[model.Law], condition: Condition, tick_s: float
-) -> Trajectory:
+def _trajectory(y: Floats, laws: Sequence[model.Law], condition: Condition, tick_s: float) -> Trajectory:
     s = model.split(np.moveaxis(y, 1, 0), laws)
     n = len(y)
     height = 2.0 * s.x[0] + 2.0 * s.x[1]

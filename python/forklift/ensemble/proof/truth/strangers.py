@@ -1,6 +1,7 @@
 """Physics that the catalogue lacks: each at its place in the equations, with its source.
 
-The first value of a law is its amplitude, zero where nothing acts; that of a lift's own law is a pair over the
+The first value of a law is its amplitude, zero where nothing acts; that of a lift's own law is a pair
+over the
 lifts. `SPECS` says of each where it acts, what it is a function of, and how large it may be.
 """
 
@@ -47,7 +48,8 @@ class SupplySag(Law):
 class CoilWarming(Law):
     """A voltage-driven coil: the current falls as copper warms by u² behind a lag of `time` [s].
 
-    u/(1 + rise w), w [A²] the lagged square, `rise` [1/A²]: copper's 0.0039 1/K (IEC 60028) times kelvin per A².
+    u/(1 + rise w), w [A²] the lagged square, `rise` [1/A²]: copper's 0.0039 1/K (IEC 60028) times
+    kelvin per A².
     """
 
     memory = {"copper": 1.0}  # noqa: RUF012
@@ -81,7 +83,8 @@ class BouncingLoad(Law):
 
 
 class ShearThinning(Law):
-    """Oil with a polymer thins at a high rate of shear: nu/(1 + share (v/v_0)^2)^(1/2), v the cylinder's speed.
+    """Oil with a polymer thins at a high rate of shear: nu/(1 + share (v/v_0)^2)^(1/2), v the
+    cylinder's speed.
 
     Cross (1965), Rheology of non-Newtonian fluids, J. Colloid Science 20; `scale` [m/s] is v_0.
     """
@@ -128,9 +131,11 @@ class SpoolBacklash(Law):
 
 
 class HoseCreep(Law):
-    """A rubber hose gives way late: a Kelvin-Voigt wall of `compliance` [m³/Pa] with the time constant `time` [s].
+    """A rubber hose gives way late: a Kelvin-Voigt wall of `compliance` [m³/Pa] with the time constant
+    `time` [s].
 
-    Longmore and Schlesinger (1991), Transmission of vibration and pressure fluctuations through hydraulic hoses,
+    Longmore and Schlesinger (1991), Transmission of vibration and pressure fluctuations through
+    hydraulic hoses,
     Proc. IMechE I 205. The wall follows p_A from rest; what flows into it is compliance/time (p_A - p_wall).
     """
 
@@ -168,7 +173,8 @@ class RollerMoment(Law):
 
 
 class ChainWeight(Law):
-    """Chains and hoses that change sides: a force `stiffness` [N/m] (x - 1 m), downward where the lift is high.
+    """Chains and hoses that change sides: a force `stiffness` [N/m] (x - 1 m), downward where the lift
+    is high.
 
     Mass per length of leaf chains: ISO 4347.
     """
@@ -179,7 +185,8 @@ class ChainWeight(Law):
 
 
 class RuptureValve(Law):
-    """A lowering limiter throttles beyond a flow: `coefficient` [Pa s²/m²] (|v| - `above`)², v [m/s] the cylinder's.
+    """A lowering limiter throttles beyond a flow: `coefficient` [Pa s²/m²] (|v| - `above`)², v [m/s]
+    the cylinder's.
 
     ISO 3691-1 (2011), 4.6.3.3 asks for one; the law is a sharp-edged orifice's that begins to act.
     """
@@ -215,7 +222,8 @@ class FilterViscosity(Law):
 
 
 class GreaseWarming(Law):
-    """Grease thins where it is worked: Coulomb friction times 1 - share w/(1 + w), w the work done behind a lag.
+    """Grease thins where it is worked: Coulomb friction times 1 - share w/(1 + w), w the work done
+    behind a lag.
 
     w' = |v|/`way` - w/`time`. Lugt (2013), Grease Lubrication in Rolling Bearings, chapter 5 (thixotropy).
     """
@@ -243,7 +251,8 @@ class QuadraticDrag(Law):
 class HystereticMast(Law):
     """Bouc and Wen's hysteresis of bolted profiles: force [N] z, z' = (v - |v| |z| z)/`way`.
 
-    Ismail, Ikhouane and Rodellar (2009), The hysteresis Bouc-Wen model, a survey, Arch. Comput. Methods Eng. 16.
+    Ismail, Ikhouane and Rodellar (2009), The hysteresis Bouc-Wen model, a survey, Arch. Comput. Methods
+    Eng. 16.
     """
 
     memory = {"bent": 1.0}  # noqa: RUF012
@@ -259,7 +268,8 @@ class CloggedValve(Law):
     """A particle in the valve: the opening shrinks by `share` where the spool is open less than `below` [A].
 
     Merritt (1967), Hydraulic Control Systems, section 5-2: valve openings and their flaws; silting lock.
-    It comes and goes with the time since the spool last moved far: silted' = (1 - silted)/`time` - 20 |i'| silted.
+    It comes and goes with the time since the spool last moved far: silted' = (1 - silted)/`time` - 20
+    |i'| silted.
     """
 
     memory = {"silted": 1.0}  # noqa: RUF012
@@ -308,9 +318,7 @@ SPECS: dict[str, Spec] = {
     "rail_waviness": Spec(
         RailWaviness, 900.0, FORCES, "position", (("period", 0.08, 0.4),), amplitude="force"
     ),
-    "supply_sag": Spec(
-        SupplySag, 0.1, VALVE, "the other lift's command", lifts="both", amplitude="share"
-    ),
+    "supply_sag": Spec(SupplySag, 0.1, VALVE, "the other lift's command", lifts="both", amplitude="share"),
     "coil_warming": Spec(
         CoilWarming, 0.4, VALVE, "the time and current so far", (("time", 4.0, 20.0),), amplitude="rise"
     ),
@@ -333,9 +341,7 @@ SPECS: dict[str, Spec] = {
     "pressure_viscosity": Spec(
         PressureViscosity, 1.5e-7, ("viscosity", *VALVE), "cylinder pressure", amplitude="coefficient"
     ),
-    "choked_flow": Spec(
-        ChokedFlow, 0.6, VALVE, "pressure drop", (("above", 2e5, 6e5),), amplitude="share"
-    ),
+    "choked_flow": Spec(ChokedFlow, 0.6, VALVE, "pressure drop", (("above", 2e5, 6e5),), amplitude="share"),
     "spool_backlash": Spec(SpoolBacklash, 0.12, VALVE, "the command so far", amplitude="width"),
     "hose_creep": Spec(
         HoseCreep, 3e-11, OIL, "pressure so far", (("time", 0.1, 0.8),), amplitude="compliance"
@@ -346,7 +352,12 @@ SPECS: dict[str, Spec] = {
     ),
     "chain_weight": Spec(ChainWeight, 2500.0, FORCES, "position", amplitude="stiffness"),
     "rupture_valve": Spec(
-        RuptureValve, 6e7, (*VALVE, "force-balance"), "velocity", (("above", 0.1, 0.2),), amplitude="coefficient"
+        RuptureValve,
+        6e7,
+        (*VALVE, "force-balance"),
+        "velocity",
+        (("above", 0.1, 0.2),),
+        amplitude="coefficient",
     ),
     "accumulator": Spec(
         Accumulator, 3e-4, OIL, "cylinder pressure", (("charge", 2e6, 8e6),), amplitude="volume"
