@@ -238,9 +238,9 @@ def _steps(trucks: Trucks, moved: Sequence[str]) -> Any:
             area = trucks[place]["area"].copy()
             area[n] *= np.exp(STEP * PRIORS["area"])
             yield other(area=area), STEP
-        for n in range(1, len(trucks[place]["current"]) - 1):
+        for knot in range(1, len(trucks[place]["current"]) - 1):
             current = trucks[place]["current"].copy()
-            current[n] += STEP * PRIORS["current"]
+            current[knot] += STEP * PRIORS["current"]
             yield other(current=current), STEP
         # A load entered wrongly by a per cent, by what it does: a mass that moves.
         yield other(m=trucks[place]["m"] + STEP * PRIORS["load"] * 1000.0), STEP

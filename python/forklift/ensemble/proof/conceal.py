@@ -246,7 +246,7 @@ def _write(
             n = round((SHORTEST_S + 0.2 * spoilt.spoilt_s) / run.TICK_S)
             one = true[number] = _first(one, n)
         n = len(one.time_s)
-        columns: dict[str, Floats] = {"time_s": np.arange(n) * run.TICK_S}
+        columns: dict[str, Any] = {"time_s": np.arange(n) * run.TICK_S}
         columns |= {f"current_{lift}_a": current[k, :n] for k, lift in enumerate(LIFTS)}
         columns |= sensors.measured(one, seen, random)
         if not given.nuisances.height:

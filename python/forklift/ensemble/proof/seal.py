@@ -85,7 +85,9 @@ def packed(answer: Mapping[str, Any], truth: Truth) -> bytes:
     """Answer and truth as bytes."""
     text = json.dumps(answer, ensure_ascii=False, sort_keys=True).encode()
     arrays = io.BytesIO()
-    flat = {f"{file}\t{name}": values for file, each in truth.items() for name, values in each.items()}
+    flat: dict[str, Any] = {
+        f"{file}\t{name}": values for file, each in truth.items() for name, values in each.items()
+    }
     np.savez_compressed(arrays, **{key: values for key, values in flat.items()})
     return len(text).to_bytes(8, "big") + text + arrays.getvalue()
 

@@ -71,7 +71,7 @@ class Law:
 
     def own(self) -> dict[str, float]:
         """The truck's states that the law has, with their typical sizes."""
-        moved = {}
+        moved: dict[str, float] = {}
         for name, size in self.coordinates.items():
             moved |= {name: size, f"{name}_rate": RATE_SCALE * size}
         return self.shared | moved
@@ -152,12 +152,13 @@ def flow(C_D: Floats, A: Floats, Re_cr: Floats, nu: Floats, rho: Floats, p: Floa
 def table(i: Floats, k: dict[str, Floats]) -> Floats:
     """Opening [m²] at the current i [A], from its first, segment by segment."""
     way = np.clip(i - k["knot"], 0.0, k["knot_width"])
-    return np.maximum(k["first_area"] + (way * k["knot_slope"]).sum(axis=0), k["A_floor"])
+    opening: Floats = np.maximum(k["first_area"] + (way * k["knot_slope"]).sum(axis=0), k["A_floor"])
+    return opening
 
 
-def accelerations(s: SimpleNamespace, k: dict[str, Floats], laws: Sequence[Law]) -> Floats:
+def accelerations(s: SimpleNamespace, k: dict[str, Floats], laws: Sequence[Law]) -> Any:
     """q'' [m/s²] from M q'' = Q, the two cylinders' first, then those of the laws' coordinates."""
-    inertia = sum(k[mass] * way * way for mass, way in BODIES)
+    inertia: Any = sum(k[mass] * way * way for mass, way in BODIES)
     free, main, between = through(laws, "masses", (inertia[0], inertia[1], 0.0), s, k)
     added = [name for law in laws for name in law.coordinates]
     if not added:

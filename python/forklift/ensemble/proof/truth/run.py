@@ -39,7 +39,7 @@ class Condition:
 class Trajectory:
     """What a truck did at each tick: (2, n) for both lifts, (n,) for the truck."""
 
-    time_s: Floats
+    time_s: NDArray[Any]
     x: Floats
     v: Floats
     p_A: Floats
@@ -81,9 +81,11 @@ def simulate(
         left = np.minimum(tick_s - since, until)
         ends = h >= left * (1.0 - 1e-9)
         tried = np.where(ends, left, h)
-        after, error = solver.step(
-            lambda y, u=u, T=T, k=k: model.rates(y, u, T, k, laws), y, tried, scale, apart
-        )
+
+        def slope(y: Floats, u: Floats = u, T: Floats = T, k: dict[str, Floats] = k) -> Floats:
+            return model.rates(y, u, T, k, laws)
+
+        after, error = solver.step(slope, y, tried, scale, apart)
         good = error <= tolerance
         if (tried[~good] < SHORTEST_S).any():
             raise FloatingPointError(f"a step of less than {SHORTEST_S} s is needed")

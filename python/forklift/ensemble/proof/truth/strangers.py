@@ -27,7 +27,7 @@ class RailWaviness(Law):
     Grassie and Kalousek (1993), Rail corrugation: characteristics, causes and treatments, Proc. IMechE F 207.
     """
 
-    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Any:
         wave = 1 + np.sin(2 * np.pi * s.x / k["rail_waviness.period"])
         return F - k["rail_waviness.force"] * wave * np.tanh(s.v / 0.01)
 
@@ -41,7 +41,7 @@ class SupplySag(Law):
 
     joins = True
 
-    def command(self, u: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def command(self, u: Floats, s: SimpleNamespace, k: Values) -> Any:
         return u * (1 - k["supply_sag.share"] * s.u[::-1])
 
 
@@ -54,7 +54,7 @@ class CoilWarming(Law):
 
     memory = {"copper": 1.0}  # noqa: RUF012
 
-    def command(self, u: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def command(self, u: Floats, s: SimpleNamespace, k: Values) -> Any:
         return u / (1 + k["coil_warming.rise"] * np.maximum(s.copper, 0.0))
 
     def rates(self, s: SimpleNamespace, k: Values) -> Values:
@@ -89,7 +89,7 @@ class ShearThinning(Law):
     Cross (1965), Rheology of non-Newtonian fluids, J. Colloid Science 20; `scale` [m/s] is v_0.
     """
 
-    def viscosity(self, nu: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def viscosity(self, nu: Floats, s: SimpleNamespace, k: Values) -> Any:
         return nu / np.sqrt(1 + k["shear_thinning.strength"] * (s.v / k["shear_thinning.scale"]) ** 2)
 
 
@@ -99,7 +99,7 @@ class PressureViscosity(Law):
     Barus (1893), Isothermals, isopiestics and isometrics relative to viscosity, Am. J. Science 45.
     """
 
-    def viscosity(self, nu: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def viscosity(self, nu: Floats, s: SimpleNamespace, k: Values) -> Any:
         return nu * np.exp(k["pressure_viscosity.coefficient"] * np.clip(s.p_A, 0.0, 5e7))
 
 
@@ -109,7 +109,7 @@ class ChokedFlow(Law):
     Nurick (1976), Orifice cavitation and its effect on spray mixing, J. Fluids Engineering 98.
     """
 
-    def through(self, q: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def through(self, q: Floats, s: SimpleNamespace, k: Values) -> Any:
         over = s.drop / k["choked_flow.above"] - 1
         return q * (1 - k["choked_flow.share"] * (over + np.hypot(over, 0.1)) / (2 + np.abs(over)))
 
@@ -122,7 +122,7 @@ class SpoolBacklash(Law):
 
     memory = {"played": 1.0}  # noqa: RUF012
 
-    def command(self, u: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def command(self, u: Floats, s: SimpleNamespace, k: Values) -> Any:
         return np.where(k["spool_backlash.width"] > 0.0, u + s.played - s.u, u)
 
     def rates(self, s: SimpleNamespace, k: Values) -> Values:
@@ -141,7 +141,7 @@ class HoseCreep(Law):
 
     memory = {"crept": 1e6}  # noqa: RUF012
 
-    def outflow(self, q: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def outflow(self, q: Floats, s: SimpleNamespace, k: Values) -> Any:
         rest = (k["m_c"] + 2 * k["m"]) * k["g"] / k["A"]
         return q + k["hose_creep.compliance"] / k["hose_creep.time"] * (s.p_A - rest - s.crept)
 
@@ -156,7 +156,7 @@ class CoulombTemperature(Law):
     Müller and Nau (1998), Fluid Sealing Technology, chapter 5.
     """
 
-    def coulomb(self, F_c: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def coulomb(self, F_c: Floats, s: SimpleNamespace, k: Values) -> Any:
         return F_c * np.exp(-k["coulomb_temperature.rate"] * (s.T - REFERENCE_K))
 
 
@@ -167,7 +167,7 @@ class RollerMoment(Law):
     overlap. Hibbeler (2016), Engineering Mechanics: Statics, section 8.2.
     """
 
-    def coulomb(self, F_c: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def coulomb(self, F_c: Floats, s: SimpleNamespace, k: Values) -> Any:
         lever = 1 / np.maximum(1 - s.x / k["roller_moment.overlap"], 0.15)
         return F_c + k["roller_moment.friction"] * k["load"] / 1000 * lever
 
@@ -179,7 +179,7 @@ class ChainWeight(Law):
     Mass per length of leaf chains: ISO 4347.
     """
 
-    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Any:
         start = np.array([0.98, 1.96])[:, None, None]
         return F - k["chain_weight.stiffness"] * (s.x - start)
 
@@ -191,7 +191,7 @@ class RuptureValve(Law):
     ISO 3691-1 (2011), 4.6.3.3 asks for one; the law is a sharp-edged orifice's that begins to act.
     """
 
-    def inlet(self, p: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def inlet(self, p: Floats, s: SimpleNamespace, k: Values) -> Any:
         over = np.maximum(-s.v - k["rupture_valve.above"], 0.0)
         return p - k["rupture_valve.coefficient"] * over**2
 
@@ -203,7 +203,7 @@ class Accumulator(Law):
     J. Dynamic Systems 112; polytropic with 1.4, V_0 (p_0/p)^(1/n)/(n p) beyond a corner of 2 bar.
     """
 
-    def capacity(self, C: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def capacity(self, C: Floats, s: SimpleNamespace, k: Values) -> Any:
         p, charge = np.maximum(s.p_A, 2e4), k["accumulator.charge"]
         open_ = 0.5 * (1 + np.tanh((p - charge) / 2e5))
         return C + open_ * k["accumulator.volume"] * (charge / p) ** (1 / 1.4) / (1.4 * p)
@@ -215,7 +215,7 @@ class FilterViscosity(Law):
     ISO 3968 (2017): differential pressure of filters in proportion to viscosity and flow.
     """
 
-    def back_pressure(self, p_D: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def back_pressure(self, p_D: Floats, s: SimpleNamespace, k: Values) -> Any:
         q = np.maximum(-k["A"] * s.v, 0.0)
         thinner = np.exp(-4.0 * k["lam"] * (s.T - REFERENCE_K))  # mineral oil is steeper than the valve's law
         return p_D + k["filter_viscosity.coefficient"] * thinner * q
@@ -230,7 +230,7 @@ class GreaseWarming(Law):
 
     memory = {"worked": 1.0}  # noqa: RUF012
 
-    def coulomb(self, F_c: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def coulomb(self, F_c: Floats, s: SimpleNamespace, k: Values) -> Any:
         w = np.maximum(s.worked, 0.0)
         return F_c * (1 + k["grease_warming.rise"] / (1 + w))
 
@@ -244,7 +244,7 @@ class QuadraticDrag(Law):
     White (2016), Fluid Mechanics, section 6.9: minor losses.
     """
 
-    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Any:
         return F - k["quadratic_drag.coefficient"] * s.v * s.speed
 
 
@@ -257,7 +257,7 @@ class HystereticMast(Law):
 
     memory = {"bent": 1.0}  # noqa: RUF012
 
-    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def force(self, F: Floats, s: SimpleNamespace, k: Values) -> Any:
         return F - k["hysteretic_mast.force"] * s.bent
 
     def rates(self, s: SimpleNamespace, k: Values) -> Values:
@@ -274,7 +274,7 @@ class CloggedValve(Law):
 
     memory = {"silted": 1.0}  # noqa: RUF012
 
-    def opening(self, area: Floats, s: SimpleNamespace, k: Values) -> Floats:
+    def opening(self, area: Floats, s: SimpleNamespace, k: Values) -> Any:
         return area * (1 - k["silting.share"] * np.clip(s.silted, 0.0, 1.0))
 
     def rates(self, s: SimpleNamespace, k: Values) -> Values:
