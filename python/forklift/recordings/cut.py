@@ -37,7 +37,7 @@ def lowerings(recording: Recording) -> tuple[Recording, ...]:
     if not spans:
         raise ForkliftError(
             "nothing-lowered",
-            f"{recording.file}: no valve is commanded above {AT_REST_A:g} A for {SHORTEST_S:g} s, so there is "
+            f"{recording.file}: no valve is commanded above {AT_REST_A:g} A for {SHORTEST_S:g} s: there is "
             "no lowering to cut out; correct the currents' unit, or leave out --cut",
             file=recording.file,
             value=float(command.max()),
