@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
@@ -14,7 +15,8 @@ import typer.core
 
 from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, telling
 from forklift.base.errors import ForkliftError
-from forklift.recordings.channels import channels
+from forklift.recordings import units
+from forklift.recordings.channels import channels as known_channels
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.commands import Command
@@ -23,6 +25,8 @@ REFUSED = 2
 """Exit status of a mistake in the call, its files or its numbers; also of a run that failed."""
 INTERRUPTED = 130
 """Exit status after Ctrl-C (128 + SIGINT)."""
+
+_CHANNELS = tuple(known_channels())
 
 PAGES = (".html",)
 """Suffixes of a page."""
@@ -372,11 +376,22 @@ def prove(
 @app.command(epilog="Example: forklift info thesis")
 def info(
     what: Annotated[
-        str | None, typer.Argument(help="A campaign's folder, a shipped truck's name or a truck's file.")
+        str | None,
+        typer.Argument(help="A campaign's folder, a log, a shipped truck's name or a truck's file."),
+    ] = None,
+    dbc: Annotated[
+        list[Path] | None, typer.Option("--dbc", help="What the frames of a CAN log hold; may be repeated.")
+    ] = None,
+    write: Annotated[
+        Path | None, typer.Option("--write", help="Write the proposed [channels] to a .toml file.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Tell what a campaign or a truck holds; of nothing: version, trucks, effects and parameters."""
+    """Tell what a campaign, a log or a truck holds; of nothing: version, trucks, effects and parameters.
+
+    Of a log: every signal with its clock, unit, range and course, and the [channels] it proposes.
+    """
+    from forklift.recordings.formats import SUFFIXES
     from forklift.report import tables
 
     if what is None:
@@ -386,6 +401,24 @@ def info(
 
         campaign = Campaign.read(what)
         print_json(campaign.to_dict()) if as_json else print_tables(tables.campaign_table(campaign))
+    elif Path(what).suffix.lower() in SUFFIXES:
+        from forklift.base import output
+        from forklift.recordings.inspect import inspect
+
+        if write:
+            output.check_file(write)
+            output.check_suffix(write, (".toml",))
+        log = inspect(what, dbc=dbc or ())
+        head = f"dbc = {json.dumps([os.path.abspath(one) for one in dbc])}\n\n" if dbc else ""
+        if write:
+            output.write_text(write, head + log.mapping())
+        if as_json:
+            print_json(log.to_dict() | {"written": [str(write)] if write else []})
+            return
+        print_tables(tables.log_table(log))
+        typer.echo(log.mapping())
+        if write:
+            say_written(write)
     else:
         from forklift.plant.forklift.truck import Truck
 
@@ -394,12 +427,13 @@ def info(
 
 
 @app.command(
-    epilog="Example: forklift convert day1.mf4 day2.mf4 --lift free --load 800 --out campaign "
-    "--channel ValveCurrFL=current_free_a,0.001"
+    epilog="Example: forklift convert free_800kg.mf4 main_800kg.mf4 --channels channels.toml --out campaign. "
+    "The channels a recording may hold: " + ", ".join(_CHANNELS)
 )
 def convert(
     source: Annotated[
-        list[Path], typer.Argument(help="A campaign, or recordings: .mf4, .mat, .parquet, .csv.")
+        list[Path],
+        typer.Argument(help="A campaign, or recordings: .mf4, .mat, .parquet, .csv; CAN: .blf, .asc, .mf4."),
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder of the plain campaign to write.")],
     lift: Annotated[_Lift | None, typer.Option("--lift", help="Which valves were commanded.")] = None,
@@ -413,19 +447,47 @@ def convert(
     ] = None,
     channel: Annotated[
         list[str] | None,
-        typer.Option("--channel", help="NAME=CHANNEL,SCALE,OFFSET: what a signal is; may be repeated."),
+        typer.Option(
+            "--channel",
+            help="NAME=CHANNEL, NAME=CHANNEL,UNIT or NAME=CHANNEL,SCALE,OFFSET: what a signal is; may be "
+            "repeated.",
+        ),
     ] = None,
+    channels: Annotated[
+        Path | None,
+        typer.Option("--channels", help="A TOML file with [channels], as info FILE --write makes it."),
+    ] = None,
+    propose: Annotated[
+        bool, typer.Option("--propose", help="Map the signals as info FILE proposes it.")
+    ] = False,
+    dbc: Annotated[
+        list[Path] | None, typer.Option("--dbc", help="What the frames of a CAN log hold; may be repeated.")
+    ] = None,
+    table: Annotated[
+        Path | None, typer.Option("--table", help="A CSV file with the columns file, lift, load_kg, role.")
+    ] = None,
+    cut: Annotated[bool, typer.Option("--cut", help="Cut each file into its lowerings.")] = False,
+    extend: Annotated[bool, typer.Option("--extend", help="Add to the campaign that stands there.")] = False,
     ignore: Annotated[
         list[str] | None, typer.Option("--ignore", help="A column to pass over; may be repeated.")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier campaign.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Turn recordings of any format and unit into a campaign of CSV files in SI units."""
+    """Turn recordings of any format and unit into a campaign of CSV files in SI units.
+
+    Lift and load come from the options, else from the table, else from each file's name (free_800kg.mf4),
+    else they are asked for.
+    """
     from forklift import convert as verb
     from forklift.report import tables
 
-    with busy("SensorUnknown and checking"):
+    def ask(file: str, what: str) -> Any:
+        if what == "lift":
+            return typer.prompt(f"{file}: which lift was commanded (free, main or both)?", err=True)
+        return typer.prompt(f"{file}: how many kilograms were on the forks?", type=float, err=True)
+
+    with busy("Reading and checking"):
         campaign = verb(
             source if len(source) > 1 else source[0],
             out,
@@ -434,8 +496,14 @@ def convert(
             role=role.value if role else None,
             name=name,
             sample_rate_hz=rate,
-            channels=dict(map(_mapping, channel)) if channel else None,
+            channels=dict(map(_mapping, channel)) if channel else channels,
             ignore=ignore or (),
+            dbc=dbc or (),
+            table=table,
+            cut=cut,
+            propose=propose,
+            extend=extend,
+            ask=ask if sys.stdin.isatty() and sys.stderr.isatty() else None,
             overwrite=overwrite,
         )
     if as_json:
@@ -556,9 +624,11 @@ def _command(name: str, lift: str, seed: int, duration: float) -> Command:
 
 
 def _mapping(text: str) -> tuple[str, dict[str, str | float]]:
-    """``ValveCurrFL=current_free_a,0.001,0`` as an entry of ``[channels]``."""
+    """``ValveCurrFL=current_free_a,0.001,0`` or ``pA=pressure_free_pa,bar`` as an entry of ``[channels]``."""
     name, equals, rest = text.partition("=")
     channel, *numbers = rest.split(",")
+    if name and channel and len(numbers) == 1 and units.known(numbers[0]):
+        return name, {"channel": channel, "unit": numbers[0]}
     try:
         scaled: dict[str, str | float] = dict(zip(("scale", "offset"), map(float, numbers), strict=False))
         if not (equals and name and channel) or len(numbers) > len(scaled):
@@ -586,7 +656,7 @@ def _about() -> dict[str, Any]:
         "parameters": _core.parameter_table(),
         "states": list(names.states().values()),
         "outputs": list(names.outputs().values()),
-        "channels": list(channels().values()),
+        "channels": list(known_channels().values()),
     }
 
 
