@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from forklift.diagnosis.diagnose import diagnose as diagnose
     from forklift.diagnosis.plant_diagnose import PlantDiagnosis as PlantDiagnosis
     from forklift.diagnosis.plant_diagnose import diagnose_plant as diagnose_plant
+    from forklift.ensemble.sweep import Sweep as Sweep
+    from forklift.ensemble.sweep import sweep as sweep
     from forklift.fitting.compare import Comparison as Comparison
     from forklift.fitting.compare import compare as compare
     from forklift.fitting.fit import Fit as Fit
@@ -57,6 +59,7 @@ _HOME = {
     "Simulation": "plant.forklift.simulate",
     "SpeedTable": "plant.forklift.speed_table",
     "SteadyState": "plant.forklift.steady",
+    "Sweep": "ensemble.sweep",
     "Truck": "plant.forklift.truck",
     "compare": "fitting.compare",
     "convert": "recordings.convert",
@@ -68,6 +71,7 @@ _HOME = {
     "simulate_plant": "plant.simulate",
     "speed_to_current": "plant.forklift.speed_table",
     "steady_state": "plant.forklift.steady",
+    "sweep": "ensemble.sweep",
     "temperature_scaling": "plant.forklift.speed_table",
 }
 

@@ -12,13 +12,16 @@ _Steps = NDArray[np.int64]
 __all__ = [
     "ENCODER_COUNT_M",
     "Case",
+    "Ensemble",
     "Truck",
     "__version__",
     "channel_table",
     "dither",
     "effect_table",
     "encoder",
+    "ensemble_tables",
     "height_sensor",
+    "linearise",
     "low_pass",
     "output_table",
     "parameter_table",
@@ -215,3 +218,76 @@ def temperature_sensor(
 def height_sensor(
     signal: _Floats, seed: int, stream: int, noise: float = ..., step: float = ...
 ) -> _Floats: ...
+
+@type_check_only
+class ConditionSpec(QuantitySpec):
+    lower: float
+    upper: float
+    default: float
+
+@type_check_only
+class EnsembleTables(TypedDict):
+    conditions: list[ConditionSpec]  # what a member's run can be given besides truck and controller
+    signals: list[QuantitySpec]  # what a requirement may speak of
+    measures: list[QuantitySpec]  # what is measured of every member and lift
+    verdicts: list[QuantitySpec]  # what may become of a member; its number is its place
+    tick_s: float
+
+@type_check_only
+class Trace(TypedDict):
+    verdict: int
+    numbers: _Floats  # as a row of Ensemble.run
+    outputs: _Floats  # (ticks, outputs), columns as in output_table()
+    reference: _Floats  # (ticks, 2) [m/s], free and main
+    current: _Floats  # (ticks, 2) [A], ordered, before the delay
+    request: _Floats  # (ticks,) [m/s]
+    tick_s: float
+
+def ensemble_tables() -> EnsembleTables: ...
+def linearise(
+    truck: Truck,
+    lift: Literal["free", "main"],
+    state: _Floats,
+    command: float,
+    load: float,
+    oil_temperature: float,
+) -> tuple[_Floats, _Floats, _Floats]:
+    """Rates (n,) of one lift about a state, their derivatives (n, n) along the states and (n,) along the command."""
+
+@final
+class Ensemble:
+    """Lowerings of one truck, varied: members are drawn, run in lanes on all cores, and judged while they run."""
+
+    def __new__(
+        cls,
+        truck: Truck,
+        lifts: Literal["both", "free", "main"],
+        *,
+        conditions: Mapping[str, float],
+        profile: Sequence[tuple[float, float]],
+        vary: Sequence[tuple[str, str, Sequence[float]]],
+        require: Sequence[Mapping[str, float | str]],
+        settle_s: float,
+        band_m_s: float,
+        duration_s: float,
+        substeps: int,
+        seed: int,
+        threads: int = 0,
+    ) -> Ensemble: ...
+    @property
+    def columns(self) -> list[str]: ...
+    @property
+    def threads(self) -> int: ...
+    def uniform(self, first: int, count: int) -> _Floats:
+        """Uniform numbers (count, varied) of the members from `first` on, each a function of seed and index."""
+
+    def values(self, uniform: _Floats) -> _Floats:
+        """What the uniform numbers (n, varied) come to."""
+
+    def run(
+        self, values: _Floats, streams: NDArray[np.uint64], *, lanes: int = 16
+    ) -> tuple[NDArray[np.uint8], _Floats]:
+        """Verdicts (n,) and numbers (n, margins and measures) of members by values and sequences of noise."""
+
+    def trace(self, values: _Floats, stream: int) -> Trace:
+        """One member by itself, with its trajectory; its numbers have the bits of `run`."""

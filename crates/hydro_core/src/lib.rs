@@ -9,6 +9,7 @@ pub mod control;
 pub mod dual;
 pub mod effects;
 pub mod elementary;
+pub mod ensemble;
 pub mod error;
 pub mod lanes;
 pub mod mast;

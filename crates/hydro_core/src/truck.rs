@@ -219,6 +219,26 @@ impl Truck {
         lifts.chain(self.effects.iter().map(|(_, values)| values)).flatten().copied().collect()
     }
 
+    /// What values in the place of [`Truck::values`] have to keep to.
+    pub fn limits(&self) -> Limits {
+        let (mut bounds, mut tables, mut lifts) = (Vec::new(), Vec::new(), Vec::new());
+        let of = |spec: &ParameterSpec| (spec.lower, spec.upper);
+        for lift in &self.lifts {
+            lifts.push(bounds.len());
+            bounds.extend(LIFT_PARAMETERS.iter().map(of));
+            for (spec, table, strictly) in
+                [(&TABLE_PARAMETERS[0], &lift.current, true), (&TABLE_PARAMETERS[1], &lift.area, false)]
+            {
+                tables.push((bounds.len()..bounds.len() + table.len(), strictly));
+                bounds.extend(std::iter::repeat_n(of(spec), table.len()));
+            }
+        }
+        for (instance, _) in &self.effects {
+            bounds.extend(instance.kind.spec().parameters.iter().map(of));
+        }
+        Limits { bounds, tables, lifts: [lifts[0], lifts[1]] }
+    }
+
     /// To which lift each of [`Truck::values`] belongs.
     pub fn owners(&self) -> Vec<Owner> {
         let mut owners = Vec::new();
@@ -282,6 +302,37 @@ impl Truck {
         }
         let chosen = which.map(|name| lifts[usize::from(name == LiftName::Main)].clone());
         Ok((chosen, effects))
+    }
+}
+
+/// Bounds and orders of a truck's values, for values drawn anew.
+#[derive(Debug, Clone)]
+pub struct Limits {
+    bounds: Vec<(f64, f64)>,
+    /// Where a table's knots stand, and whether they must rise strictly.
+    tables: Vec<(std::ops::Range<usize>, bool)>,
+    /// Where each lift's scalars begin.
+    lifts: [usize; 2],
+}
+
+impl Limits {
+    /// Whether a truck may have these values.
+    pub fn hold(&self, values: &[f64]) -> bool {
+        let within = values.iter().zip(&self.bounds).all(|(value, (lower, upper))| value >= lower && value <= upper);
+        let rise = self.tables.iter().all(|(knots, strictly)| {
+            values[knots.clone()].windows(2).all(|pair| if *strictly { pair[0] < pair[1] } else { pair[0] <= pair[1] })
+        });
+        within
+            && rise
+            && LiftName::BOTH.iter().all(|&lift| {
+                let p = self.parameters(lift, values);
+                p.stroke_lower < p.stroke_upper
+            })
+    }
+
+    /// A lift's scalars among the values.
+    pub fn parameters(&self, lift: LiftName, values: &[f64]) -> LiftParameters<f64> {
+        LiftParameters::from_values(&values[self.lifts[usize::from(lift == LiftName::Main)]..])
     }
 }
 

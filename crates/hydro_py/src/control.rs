@@ -53,11 +53,11 @@ fn shared_setting_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
 }
 
 /// A curve's first place, the base-2 logarithm of its knots' distance, and its values.
-type GivenCurve = (i32, u32, Vec<f64>);
+pub type GivenCurve = (i32, u32, Vec<f64>);
 /// Knots' distance, frequencies, dampings, gains, leads.
-type GivenSwing = (u32, Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>);
+pub type GivenSwing = (u32, Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>);
 /// Numbers in the order of the table, the speed table, the ratio, the pressure's swing.
-type GivenLift = (Vec<f64>, GivenCurve, GivenCurve, Option<GivenSwing>);
+pub type GivenLift = (Vec<f64>, GivenCurve, GivenCurve, Option<GivenSwing>);
 
 /// A controller's integers.
 #[pyclass(name = "Controller", module = "forklift._core", frozen)]
@@ -79,13 +79,24 @@ fn lift_of(name: &str, (numbers, table, ratio, swing): GivenLift) -> Result<Lift
     Ok(Lift { numbers, table: curve(table), ratio: curve(ratio), swing })
 }
 
-fn configured(shared: &[f64], free: GivenLift, main: GivenLift, word: u32) -> Result<Config, hydro_core::error::Error> {
+/// Settings as Python gives them, and the word that holds them.
+pub fn settings(
+    shared: &[f64],
+    free: GivenLift,
+    main: GivenLift,
+    word: u32,
+) -> Result<(Settings, Word), hydro_core::error::Error> {
     let Some(word) = Word::BOTH.into_iter().find(|known| known.bits() == word) else {
         return Err(argument("word", &word.to_string(), "16 or 32 bits"));
     };
     let shared = SharedSettings::from_values("shared", shared)?;
     let lifts = [lift_of("free", free)?, lift_of("main", main)?];
-    Settings { shared, lifts }.config(word)
+    Ok((Settings { shared, lifts }, word))
+}
+
+fn configured(shared: &[f64], free: GivenLift, main: GivenLift, word: u32) -> Result<Config, hydro_core::error::Error> {
+    let (settings, word) = settings(shared, free, main, word)?;
+    settings.config(word)
 }
 
 #[pymethods]

@@ -2,6 +2,7 @@
 
 mod case;
 mod control;
+mod ensemble;
 mod errors;
 mod signals;
 mod steady;
@@ -15,6 +16,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<truck::PyTruck>()?;
     m.add_class::<case::PyCase>()?;
+    ensemble::register(m)?;
     tables::register(m)?;
     control::register(m)?;
     signals::register(m)

@@ -17,7 +17,7 @@ use crate::steady;
 
 /// A truck's parameters, checked against the tables; its effects are those whose parameters are given.
 #[pyclass(name = "Truck", module = "forklift._core", frozen)]
-pub struct PyTruck(Truck);
+pub struct PyTruck(pub Truck);
 
 #[derive(FromPyObject)]
 enum Given {

@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 import typer.core
 
-from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, telling
+from forklift.app.terminal import (
+    busy,
+    counting,
+    print_json,
+    print_tables,
+    say_written,
+    searching,
+    sweeping,
+    telling,
+)
 from forklift.base.errors import ForkliftError
 from forklift.recordings import units
 from forklift.recordings.channels import channels as known_channels
@@ -342,6 +351,100 @@ def prove(
     answers: Annotated[
         Path | None,
         typer.Option("--answers", help="Answer file of the open campaigns, else FOLDER/answers.json."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Prove the diagnosis on sealed campaigns of an independent plant with concealed physics."""
+    from forklift.base import output
+    from forklift.ensemble.proof import open as opened
+    from forklift.ensemble.proof import prove as proof
+    from forklift.ensemble.proof import sensitivity as bounds
+    from forklift.report.of_proof import proof_page, proof_text
+
+    def say(line: str) -> None:
+        typer.echo(line, err=as_json)
+
+    if sensitivity:
+        rows = bounds.sensitivity(seed, campaigns, out, only=only, jobs=jobs, limit_s=limit, progress=say)
+        print_json(rows) if as_json else say(bounds.text(rows))
+        return
+    if score_open:
+        found = opened.score_open(score_open, out, answers=answers, only=only, limit_s=limit, progress=say)
+    else:
+        found = proof.prove(
+            seed, campaigns, out, only=only, jobs=jobs, keep=keep, limit_s=limit, progress=say
+        )
+    page = output.write_text(out / proof.PAGE, proof_page(found))
+    if as_json:
+        print_json(found.score)
+    else:
+        typer.echo(proof_text(found))
+        say_written(page, out / proof.SCORE)
+
+
+@app.command(epilog="Example: forklift sweep examples/sweep.toml --out swept")
+def sweep(
+    spec: Annotated[Path, typer.Argument(help="The sweep's TOML file: what varies and what is asked.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", help="Folder for members, result.json and report.html; part of a sweep goes on."
+        ),
+    ],
+    threads: Annotated[int, typer.Option("--threads", min=0, help="Threads; 0 takes all.")] = 0,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a Dask scheduler that runs the chunks.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Lower thousands of varied trucks and tell how many fail what is asked, where, and how surely."""
+    from forklift.base import output, present
+    from forklift.ensemble.sweep import PAGE
+    from forklift.ensemble.sweep import sweep as verb
+
+    with sweeping() as progress:
+        result = verb(spec, out=out, threads=threads, scheduler=scheduler, progress=progress)
+    output.write_text(out / PAGE, present.page(result))
+    if as_json:
+        print_json(result.to_dict())
+        return
+    typer.echo(str(result))
+    say_written(out / PAGE, out / "result.json", out / "members")
+
+
+@app.command(epilog="Example: forklift replay swept 4711 --out member.csv")
+def replay(
+    folder: Annotated[Path, typer.Argument(help="A sweep's folder.")],
+    member: Annotated[int, typer.Argument(min=0, help="The member's index.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write its trajectory: a .csv or .parquet file.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run one member of a sweep again, to the bit, and show what it does."""
+    from forklift.base import output
+    from forklift.ensemble.sweep import of_folder
+    from forklift.ensemble.sweep import replay as verb
+
+    if out:
+        output.check_file(out)
+        output.check_suffix(out, (".csv", ".parquet"))
+    found = verb(*of_folder(folder), member)
+    if out:
+        found.write(out)
+    if as_json:
+        print_json(found.to_dict())
+        return
+    typer.echo(str(found))
+    if out:
+        say_written(out)
+
+
+@app.command(epilog="Example: forklift info thesis")
+def info(
+    what: Annotated[
+        str | None, typer.Argument(help="A campaign's folder, a shipped truck's name or a truck's file.")
+>>>>>>> sweeps
     ] = None,
     as_json: Json = False,
 ) -> None:

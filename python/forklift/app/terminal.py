@@ -18,6 +18,7 @@ import typer
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from forklift.ensemble.sweep import Progress as SweepProgress
     from forklift.fitting.fit import Progress
 
 
@@ -78,6 +79,29 @@ def searching() -> Iterator[Callable[[Progress], None] | None]:
                 completed=now.start * now.stages + now.stage - 1,
                 description=f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise",
             )
+
+        yield told
+
+
+@contextmanager
+def sweeping() -> Iterator[Callable[[SweepProgress], None] | None]:
+    """How far a sweep is, how fast, and what failed so far, on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeRemainingColumn())
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Drawing members", total=None)
+
+        def told(now: SweepProgress) -> None:
+            said = f"{now.done} of {now.members}, {now.rate:.0f} a second, {now.failures} fail"
+            if now.interval:
+                said += f" ({100 * now.interval.lower:.2g} to {100 * now.interval.upper:.2g} %)"
+            bar.update(task, total=now.members, completed=now.done, description=said)
 
         yield told
 

@@ -1,1 +1,1 @@
-"""Many seeded runs: drawn by counter-based random numbers, resumed after a stop, reduced in order."""
+"""Many seeded runs, drawn by counter-based random numbers and resumed after a stop: sweeps and proofs."""

@@ -1,0 +1,472 @@
+//! The lowerings of an ensemble: blocks of lanes on all cores, watched while they run.
+
+use rayon::prelude::*;
+
+use super::faults::Misread;
+use super::measures::{Measures, Settling, MEASURES};
+use super::member::{Condition, Drawn, Makeup};
+use super::requirement::{Moment, Requirement, Watch};
+use super::verdict::{graver, Verdict};
+use crate::error::Error;
+use crate::lanes::{with_sixteen, LaneScalar, LaneWork};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, POSITION, STATES};
+use crate::outputs::{Readings, OUTPUTS};
+use crate::run::closed_loop::{ClosedLoop, Controller, Order, Seat};
+use crate::run::drive::Drive;
+use crate::run::ticks::{Clock, Stopped, Ticks, Warmer};
+use crate::run::{Interrupt, Lifts};
+use crate::scalar::{Mask, Scalar};
+use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
+use crate::solver::fixed::valve_steps;
+use crate::solver::vectors::{widest, Work};
+
+/// Makes a controller from its numbers.
+pub type Make<'a> = &'a (dyn Fn(&[f64]) -> Result<Box<dyn Controller>, Error> + Sync);
+
+/// A lift has landed this near the lower end of its stroke [m]: what it does there is not the controller's.
+const LANDED_M: f64 = 5e-3;
+
+/// What every member goes through, and what is asked of it.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    pub makeup: Makeup,
+    pub requirements: Vec<Requirement>,
+    pub settling: Settling,
+    pub tick_s: f64,
+    pub ticks: usize,
+    pub substeps: usize,
+}
+
+/// How many members go through the same arithmetic. No bit depends on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Width {
+    One,
+    Sixteen,
+}
+
+/// What became of a member.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    pub verdict: Verdict,
+    /// The margin of each requirement; then, lift by lift, [`MEASURES`].
+    pub numbers: Vec<f64>,
+}
+
+/// A member's run, a row a tick.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    /// (ticks, [`OUTPUTS`]), row-major: the truth, not what the sensors read.
+    pub outputs: Vec<f64>,
+    pub orders: Vec<Order>,
+    /// The speed asked for [mm/s].
+    pub request: Vec<i32>,
+}
+
+/// How many ticks a duration [s] has.
+///
+/// # Errors
+/// One that is not positive and finite, or longer than an hour.
+pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Result<usize, Error> {
+    if duration_s >= tick_s && duration_s <= 3600.0 {
+        return Ok((duration_s / tick_s).round() as usize);
+    }
+    Err(Error::Argument {
+        name: "duration_s".into(),
+        value: duration_s.to_string(),
+        requirement: format!("between {tick_s} and 3600 s"),
+    })
+}
+
+impl Trial {
+    fn lifts(&self) -> usize {
+        match self.makeup.lifts {
+            Lifts::Both => 2,
+            Lifts::One(_) => 1,
+        }
+    }
+
+    /// How many numbers an outcome has.
+    pub fn numbers(&self) -> usize {
+        self.requirements.len() + self.lifts() * MEASURES.len()
+    }
+
+    /// # Errors
+    /// A run without ticks or substeps, a requirement on a lift that does not run or on too long a window.
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |name: &str, value: String, requirement: &str| {
+            Err(Error::Argument { name: name.into(), value, requirement: requirement.into() })
+        };
+        if !(1..=1_000_000).contains(&self.ticks) {
+            return refuse("ticks", self.ticks.to_string(), "between 1 and 1000000");
+        }
+        if !(1..=1000).contains(&self.substeps) {
+            return refuse("substeps", self.substeps.to_string(), "between 1 and 1000");
+        }
+        if !(self.tick_s > 0.0 && self.tick_s <= 1.0) {
+            return refuse("tick_s", self.tick_s.to_string(), "above 0 and up to 1 s");
+        }
+        for requirement in &self.requirements {
+            if requirement.lift >= self.lifts() {
+                return refuse("lift", requirement.lift.to_string(), "a lift that is simulated");
+            }
+            if let Some(window) = requirement.peak_to_peak_s.filter(|w| !(*w >= self.tick_s && *w <= 60.0)) {
+                return refuse("peak_to_peak_s", window.to_string(), "at least a tick and at most 60 s");
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs members, given by the values of their columns (row-major) and their sequences of noise.
+    ///
+    /// A member whose values are out of bounds, or whose run ceases to be finite, has a verdict that says so.
+    ///
+    /// # Errors
+    /// A controller that cannot be made, an interrupt.
+    pub fn run(
+        &self,
+        columns: &[f64],
+        streams: &[u64],
+        make: Make,
+        width: Width,
+        interrupt: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Vec<Outcome>, Error> {
+        let per = self.makeup.columns.len();
+        let drawn: Vec<Option<Drawn>> = streams
+            .par_iter()
+            .enumerate()
+            .map(|(k, &stream)| self.makeup.member(&columns[k * per..(k + 1) * per], stream, self.ticks, self.tick_s))
+            .collect();
+        // Lanes of a block share the number of parts that a valve's step is cut into, so each block holds members of
+        // one number: that of a member is its own.
+        let h = self.tick_s / self.substeps as f64;
+        let parts = |member: &Option<Drawn>| member.as_ref().map(|m| valve_steps(self.makeup.fastest_rate(m), h));
+        let parts: Vec<Option<usize>> = drawn.iter().map(parts).collect();
+        let mut order: Vec<usize> = (0..drawn.len()).filter(|&k| parts[k].is_some()).collect();
+        order.sort_by_key(|&k| (parts[k], k));
+        let size = match width {
+            Width::One => 1,
+            Width::Sixteen => 16,
+        };
+        let blocks: Vec<&[usize]> =
+            order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|alike| alike.chunks(size)).collect();
+        let found: Vec<Result<Vec<Outcome>, Error>> = blocks
+            .par_iter()
+            .map(|places| {
+                let members: Vec<&Drawn> = places.iter().filter_map(|&k| drawn[k].as_ref()).collect();
+                let block = Block { trial: self, members, make, interrupt, trace: None };
+                match width {
+                    Width::One => block.run::<f64>(),
+                    Width::Sixteen => with_sixteen(block),
+                }
+            })
+            .collect();
+        let nothing = Outcome { verdict: Verdict::OutOfBounds, numbers: vec![f64::NAN; self.numbers()] };
+        let mut outcomes = vec![nothing; drawn.len()];
+        for (places, block) in blocks.iter().zip(found) {
+            for (&place, outcome) in places.iter().zip(block?) {
+                outcomes[place] = outcome;
+            }
+        }
+        Ok(outcomes)
+    }
+
+    /// One member by itself, with its trajectory; its outcome has the bits of [`Trial::run`].
+    ///
+    /// # Errors
+    /// As of [`Trial::run`]; values out of bounds.
+    pub fn trace(
+        &self,
+        columns: &[f64],
+        stream: u64,
+        make: Make,
+        interrupt: Interrupt,
+    ) -> Result<(Outcome, Trace), Error> {
+        let Some(drawn) = self.makeup.member(columns, stream, self.ticks, self.tick_s) else {
+            return Err(Error::Argument {
+                name: "columns".into(),
+                value: format!("{columns:?}"),
+                requirement: "within the bounds of what they vary".into(),
+            });
+        };
+        let mut trace = Trace { request: drawn.request.clone(), ..Trace::default() };
+        let block = Block { trial: self, members: vec![&drawn], make, interrupt, trace: Some(&mut trace) };
+        let outcome = LaneWork::<1>::run::<f64>(block)?.remove(0);
+        Ok((outcome, trace))
+    }
+}
+
+/// Members side by side; a lane without one repeats the last.
+struct Block<'a, 'm> {
+    trial: &'a Trial,
+    members: Vec<&'m Drawn>,
+    make: Make<'a>,
+    interrupt: Interrupt<'a>,
+    trace: Option<&'a mut Trace>,
+}
+
+impl<const N: usize> LaneWork<N> for Block<'_, '_> {
+    type Output = Result<Vec<Outcome>, Error>;
+    fn run<S: LaneScalar<N>>(self) -> Self::Output {
+        match self.trial.makeup.lifts {
+            Lifts::Both => self.of_lifts::<S, N, 2>(LiftName::BOTH),
+            Lifts::One(lift) => self.of_lifts::<S, N, 1>([lift]),
+        }
+    }
+}
+
+impl Block<'_, '_> {
+    /// A number of each member, in lanes.
+    fn each<S: LaneScalar<N>, const N: usize>(&self, f: impl Fn(&Drawn) -> f64) -> S {
+        S::from_lanes(std::array::from_fn(|lane| f(self.members[lane.min(self.members.len() - 1)])))
+    }
+
+    fn of_lifts<S: LaneScalar<N>, const N: usize, const L: usize>(
+        self,
+        which: [LiftName; L],
+    ) -> Result<Vec<Outcome>, Error> {
+        let load = self.each(|m| m.condition(Condition::Load));
+        let (lifts, effects) = self.trial.makeup.truck.build(which, load, |k, _| self.each(|m| m.values[k]))?;
+        if effects.is_empty() {
+            self.through::<S, _, N, L>(which, lifts, Thesis)
+        } else {
+            let physics = Extended::new(&effects, &lifts);
+            self.through::<S, _, N, L>(which, lifts, physics)
+        }
+    }
+
+    fn seat<'s>(&self, drawn: &'s Drawn) -> Result<Seat<'s>, Error> {
+        let inner = (self.make)(&drawn.controller)?;
+        let steps = |condition: Condition, step: f64| (drawn.condition(condition) / step).round() as i32;
+        let factor = drawn.condition(Condition::EncoderFactor);
+        let pressure_offset = steps(Condition::PressureOffset, PRESSURE_STEP);
+        let temperature_offset = steps(Condition::TemperatureOffset, TEMPERATURE_STEP);
+        let exact = factor == 1.0 && pressure_offset == 0 && temperature_offset == 0;
+        let controller: Box<dyn Controller> = if exact {
+            inner
+        } else {
+            Box::new(Misread { inner, encoder_factor: factor, pressure_offset, temperature_offset })
+        };
+        Ok(Seat {
+            controller,
+            sensors: drawn.sensors(self.trial.makeup.seed),
+            request: &drawn.request,
+            delay: drawn.condition(Condition::Delay).round() as usize,
+        })
+    }
+
+    fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
+        mut self,
+        which: [LiftName; L],
+        lifts: [Lift<S>; L],
+        physics: X,
+    ) -> Result<Vec<Outcome>, Error> {
+        let trial = self.trial;
+        let warmer = Warmer { by: self.each(|m| m.condition(Condition::OilTemperature)), warming: S::zero() };
+        let starts = [Condition::StartFree, Condition::StartMain];
+        let mut start = vec![S::zero(); L * STATES + physics.states()];
+        for (k, lift) in lifts.iter().enumerate() {
+            let from: S = self.each(|m| m.condition(starts[usize::from(which[k] == LiftName::Main)]));
+            lift.at_rest(from.clamp_to(lift.stop.lower, lift.stop.upper))
+                .write(&mut start[k * STATES..(k + 1) * STATES]);
+        }
+        let time: Vec<f64> = (0..trial.ticks).map(|k| k as f64 * trial.tick_s).collect();
+        let oil = vec![0.0; trial.ticks];
+        let clock = Clock { time: &time, oil_temperature_degc: &oil };
+        let landed = std::array::from_fn(|k| lifts[k].stop.lower + S::constant(LANDED_M));
+        let mut mast = Mast { lifts, physics, command: [S::zero(); L], oil_temperature_degc: S::zero() };
+        mast.set_inputs([S::zero(); L], warmer.at(&clock, 0));
+        mast.start_effects(&mut start);
+        let mut seats = self.members.iter().map(|drawn| self.seat(drawn)).collect::<Result<Vec<_>, _>>()?.into_iter();
+        let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
+        let readings = Readings::new(&which, trial.makeup.truck.effects());
+        let inner = ClosedLoop::<S, N, L>::new(which, &trial.makeup.truck, seats);
+        let requests: Vec<&[i32]> = self.members.iter().map(|m| m.request.as_slice()).collect();
+        let mut drive = Watched::new(trial, which, inner, &readings, requests, landed);
+        let last = [time[time.len() - 1]];
+        let mut outputs = Vec::new();
+        let tracing = self.trace.is_some();
+        let mut record = |_, x: &[S]| {
+            if tracing {
+                let x: Vec<f64> = x.iter().map(|x| x.lanes()[0]).collect();
+                outputs.extend(readings.read(&x));
+            }
+        };
+        let ticks = Ticks {
+            mast,
+            drive: &mut drive,
+            clock,
+            warmer,
+            start: &start,
+            wanted: if tracing { &time } else { &last },
+            substeps: trial.substeps,
+            record: &mut record,
+            carry_on: true,
+            interrupt: self.interrupt,
+        };
+        match widest(ticks) {
+            // Every lane has its verdict; what else would be left to run is not finite either.
+            Ok(_) | Err(Stopped::NotFinite { .. }) => {}
+            Err(Stopped::Interrupted { time_s }) => return Err(Error::Interrupted { time_s }),
+        }
+        if let Some(trace) = &mut self.trace {
+            trace.outputs = outputs;
+            trace.orders = drive.inner.orders().iter().map(|tick| tick[0]).collect();
+        }
+        Ok(drive.outcomes(self.members.len()))
+    }
+}
+
+/// Where a signal stands among the states, with factors.
+type Channel = Vec<(usize, f64)>;
+
+/// Travel of the forks over that of a lift's position, as the outputs have both.
+fn forks_per_output(lift: LiftName) -> f64 {
+    let factor = |name: &str| {
+        let output = OUTPUTS.iter().find(|output| output.name == name).expect("the table has it");
+        output.of.iter().find_map(|&(of, _, factor)| (of == lift).then_some(factor)).expect("it has this lift")
+    };
+    factor("fork_height_m") / factor(&format!("position_{}_m", lift.as_str()))
+}
+
+/// A closed loop with an eye on it.
+struct Watched<'a, S: Scalar, const N: usize, const L: usize> {
+    inner: ClosedLoop<'a, S, N, L>,
+    requests: Vec<&'a [i32]>,
+    places: [usize; L],
+    /// Velocity, pressure and position of each lift.
+    channels: [[Channel; 3]; L],
+    /// Downward speed of the forks over each lift's velocity.
+    forks: [f64; L],
+    /// Below this cylinder position a lift has landed.
+    landed: [S; L],
+    watches: Vec<(usize, Watch<S>)>,
+    measures: [Measures<S>; L],
+    /// Lanes whose lift still moves freely and is finite.
+    counted: [S::Mask; L],
+    finite: S::Mask,
+    request: S,
+    since: S,
+}
+
+impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> Watched<'a, S, N, L> {
+    fn new(
+        trial: &Trial,
+        which: [LiftName; L],
+        inner: ClosedLoop<'a, S, N, L>,
+        readings: &Readings,
+        requests: Vec<&'a [i32]>,
+        landed: [S; L],
+    ) -> Self {
+        let channel = |name: &str, lift: LiftName| -> Channel {
+            let name = name.replace("LIFT", lift.as_str());
+            let k = OUTPUTS.iter().position(|output| output.name == name).expect("the table has it");
+            readings.of(k).collect()
+        };
+        let names = ["velocity_LIFT_m_s", "pressure_LIFT_pa", "position_LIFT_m"];
+        let all = S::zero().lt(S::one());
+        Watched {
+            inner,
+            requests,
+            places: which.map(|lift| usize::from(lift == LiftName::Main)),
+            channels: which.map(|lift| names.map(|name| channel(name, lift))),
+            forks: which.map(|lift| -forks_per_output(lift)),
+            landed,
+            watches: trial.requirements.iter().map(|&r| (r.lift, Watch::new(r, trial.tick_s))).collect(),
+            measures: std::array::from_fn(|_| Measures::new(trial.settling, trial.tick_s)),
+            counted: [all; L],
+            finite: all,
+            request: S::zero(),
+            since: S::zero(),
+        }
+    }
+
+    /// Of the first `count` lanes.
+    fn outcomes(&self, count: usize) -> Vec<Outcome> {
+        let margins: Vec<[f64; N]> = self.watches.iter().map(|(_, watch)| watch.margin().lanes()).collect();
+        let measures: Vec<[f64; N]> = self.measures.iter().flat_map(|m| m.finish().map(S::lanes)).collect();
+        let growth = MEASURES.iter().position(|(name, ..)| *name == "growth").expect("the table has it");
+        let alive = S::select(self.finite, S::one(), S::zero()).lanes();
+        (0..count)
+            .map(|lane| {
+                let mut verdict = if alive[lane] == 1.0 { Verdict::Stable } else { Verdict::NotFinite };
+                for ((lift, watch), margin) in self.watches.iter().zip(&margins) {
+                    if margin[lane] < 0.0 {
+                        let grew = measures[lift * MEASURES.len() + growth][lane];
+                        verdict = graver(verdict, watch.broken(grew));
+                    }
+                }
+                let numbers = margins.iter().chain(&measures).map(|all| all[lane]).collect();
+                Outcome { verdict, numbers }
+            })
+            .collect()
+    }
+}
+
+impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for Watched<'_, S, N, L> {
+    fn known_ahead(&self) -> bool {
+        self.inner.known_ahead()
+    }
+
+    fn tick(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
+        self.inner.tick(k, x, oil_temperature_degc);
+        let orders = &self.inner.orders()[k];
+        let in_lanes =
+            |of: &dyn Fn(usize) -> i32| S::from_lanes(std::array::from_fn(|lane| 1e-3 * f64::from(of(lane))));
+        let last = self.requests.len() - 1;
+        let request = in_lanes(&|lane| self.requests[lane.min(last)][k]);
+        let ordered = self
+            .places
+            .map(|lift| [in_lanes(&|lane| orders[lane].reference[lift]), in_lanes(&|lane| orders[lane].current[lift])]);
+        widest(Look { watched: self, k, x, request, ordered });
+    }
+
+    fn command(&self, k: usize) -> [S; L] {
+        self.inner.command(k)
+    }
+}
+
+/// One tick looked at, with the widest vectors.
+struct Look<'w, 'a, 'x, S: Scalar, const N: usize, const L: usize> {
+    watched: &'w mut Watched<'a, S, N, L>,
+    k: usize,
+    x: &'x [S],
+    request: S,
+    ordered: [[S; 2]; L],
+}
+
+impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_, S, N, L> {
+    type Number = S;
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Look { watched, k, x, request, ordered } = self;
+        let step = request - watched.request;
+        let same = S::zero().lt(step.abs()).not();
+        let since = if k == 0 { S::zero() } else { S::select(same, watched.since + S::one(), S::zero()) };
+        (watched.request, watched.since) = (request, since);
+        let mut moments = [None; L];
+        for l in 0..L {
+            let mut read = [S::zero(); 3];
+            for (value, channel) in read.iter_mut().zip(&watched.channels[l]) {
+                for &(place, factor) in channel {
+                    *value = *value + S::constant(factor) * x[place];
+                }
+            }
+            let [velocity, pressure, position] = read;
+            let [reference, current] = ordered[l];
+            let finite = velocity.is_finite().and(pressure.is_finite());
+            watched.finite = watched.finite.and(finite);
+            let aloft = x[l * STATES + POSITION].lt(watched.landed[l]).not();
+            watched.counted[l] = watched.counted[l].and(aloft).and(watched.finite);
+            let speed = S::constant(watched.forks[l]) * velocity;
+            let moment = Moment { speed, error: speed - reference, pressure, position, current, request, step, since };
+            watched.measures[l].see(k, &moment, watched.counted[l]);
+            moments[l] = Some(moment);
+        }
+        for (lift, watch) in &mut watched.watches {
+            if let Some(moment) = &moments[*lift] {
+                watch.see(k, moment, watched.counted[*lift]);
+            }
+        }
+    }
+}

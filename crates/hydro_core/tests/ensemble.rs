@@ -1,0 +1,181 @@
+//! Ensembles: a member's bits are its own, and what fails has a verdict and disturbs no other.
+
+mod common;
+
+use common::thesis_values;
+use hydro_core::ensemble::distribution::Distribution;
+use hydro_core::ensemble::draw;
+use hydro_core::ensemble::lowerings::{Make, Outcome, Trial, Width};
+use hydro_core::ensemble::measures::{Settling, MEASURES};
+use hydro_core::ensemble::member::{Column, Condition, Makeup, DEFAULTS};
+use hydro_core::ensemble::requirement::{Requirement, Signal, Template};
+use hydro_core::ensemble::verdict::Verdict;
+use hydro_core::error::Error;
+use hydro_core::mast::LiftName;
+use hydro_core::outputs::OUTPUTS;
+use hydro_core::run::closed_loop::{Controller, Reading};
+use hydro_core::run::Lifts;
+use hydro_core::truck::{Truck, Value};
+
+/// Feeds the speed asked for forward and corrects it by what the encoder says.
+struct Plain {
+    gain: i32,
+    before: [i32; 2],
+    wanted: i32,
+}
+
+impl Controller for Plain {
+    fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
+        self.wanted = request;
+        let currents = [0, 1].map(|k| {
+            let speed = 98 * (self.before[k] - reading.position[k]);
+            (400 + request + self.gain * (request - speed) / 64 + reading.pressure[k] % 4).clamp(0, 1400)
+        });
+        self.before = reading.position;
+        if request == 0 {
+            [0, 0]
+        } else {
+            currents
+        }
+    }
+    fn reference(&self) -> [i32; 2] {
+        [self.wanted, self.wanted]
+    }
+}
+
+fn make(numbers: &[f64]) -> Result<Box<dyn Controller>, Error> {
+    Ok(Box::new(Plain { gain: numbers[0] as i32, before: [500, 1000], wanted: 0 }))
+}
+
+const MAKE: Make = &make;
+
+fn trial(extended: bool, lifts: Lifts) -> Trial {
+    let mut values = thesis_values();
+    if extended {
+        values.insert("free.friction_temperature.rate".into(), Value::Number(0.01));
+    }
+    let truck = Truck::from_values(values).unwrap();
+    let place = |name: &str| truck.names().iter().position(|known| known == name).unwrap();
+    let omega = place("free.valve.omega");
+    let columns = vec![
+        (Column::Condition(Condition::Load), Distribution::Uniform { lower: 0.0, upper: 1500.0 }),
+        (Column::Condition(Condition::OilTemperature), Distribution::Uniform { lower: 10.0, upper: 60.0 }),
+        // Wide enough that the valve's steps are cut differently from member to member.
+        (Column::Parameter(omega), Distribution::LogUniform { lower: 20.0, upper: 2000.0 }),
+        (Column::Controller(0), Distribution::Choice(vec![0.0, 4.0, 64.0])),
+        (Column::Level(1), Distribution::Uniform { lower: 0.1, upper: 0.5 }),
+        (Column::Condition(Condition::EncoderFactor), Distribution::Choice(vec![1.0, 0.9])),
+    ];
+    let profile = vec![(0.0, 0.0), (0.4, 0.3), (2.4, 0.2)];
+    let makeup = Makeup::new(truck, lifts, DEFAULTS, profile, vec![4.0], columns, 11).unwrap();
+    let on = |signal, template| Requirement { lift: 0, signal, peak_to_peak_s: None, template };
+    let calm = Template::NeverAfterSettling { upper: 0.1, after_s: 1.0 };
+    let all = f64::INFINITY;
+    Trial {
+        makeup,
+        requirements: vec![
+            on(Signal::Speed, Template::Always { lower: -all, upper: 0.6, from_s: 0.0, to_s: all }),
+            Requirement { peak_to_peak_s: Some(0.5), ..on(Signal::Speed, calm) },
+            on(Signal::Error, Template::Settles { band: 0.1, within_s: 1.0 }),
+        ],
+        settling: Settling { after_s: 1.0, band_m_s: 0.05 },
+        tick_s: 0.02,
+        ticks: 200,
+        substeps: 2,
+    }
+}
+
+fn columns(trial: &Trial, count: usize) -> Vec<f64> {
+    let dimensions = trial.makeup.columns.len();
+    let uniform = draw::uniform(5, 0, count, dimensions);
+    uniform.chunks_exact(dimensions).flat_map(|u| trial.makeup.at(u)).collect()
+}
+
+fn bits(outcome: &Outcome) -> (Verdict, Vec<u64>) {
+    let bits = |x: &f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
+    (outcome.verdict, outcome.numbers.iter().map(bits).collect())
+}
+
+fn run(trial: &Trial, columns: &[f64], streams: &[u64], width: Width) -> Vec<(Verdict, Vec<u64>)> {
+    trial.run(columns, streams, MAKE, width, &|| false).unwrap().iter().map(bits).collect()
+}
+
+#[test]
+fn a_members_bits_depend_on_no_lane_mate_no_chunk_no_width_and_no_thread() {
+    for (extended, lifts) in [(false, Lifts::One(LiftName::Free)), (true, Lifts::Both)] {
+        let trial = trial(extended, lifts);
+        let (count, per) = (40, trial.makeup.columns.len());
+        let all = columns(&trial, count);
+        let streams: Vec<u64> = (0..count as u64).collect();
+        let sixteen = run(&trial, &all, &streams, Width::Sixteen);
+        assert_eq!(run(&trial, &all, &streams, Width::One), sixteen);
+        // Other mates, in another order, in pieces.
+        let mut pieces = Vec::new();
+        for piece in (0..count).rev().collect::<Vec<_>>().chunks(7) {
+            let some: Vec<f64> = piece.iter().flat_map(|&k| all[k * per..(k + 1) * per].to_vec()).collect();
+            let own: Vec<u64> = piece.iter().map(|&k| streams[k]).collect();
+            pieces.extend(run(&trial, &some, &own, Width::Sixteen));
+        }
+        pieces.reverse();
+        assert_eq!(pieces, sixteen);
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(one.install(|| run(&trial, &all, &streams, Width::Sixteen)), sixteen);
+        // Members do differ, and one by itself has its bits and its trajectory.
+        assert!(sixteen.iter().any(|outcome| outcome.0 == Verdict::Stable) || !extended);
+        assert!(sixteen.windows(2).any(|pair| pair[0] != pair[1]));
+        for k in [0, 17, 39] {
+            let own = &all[k * per..(k + 1) * per];
+            if sixteen[k].0 == Verdict::OutOfBounds {
+                assert!(trial.trace(own, streams[k], MAKE, &|| false).is_err());
+                continue;
+            }
+            let (outcome, trace) = trial.trace(own, streams[k], MAKE, &|| false).unwrap();
+            assert_eq!(bits(&outcome), sixteen[k]);
+            assert_eq!((trace.outputs.len(), trace.orders.len()), (200 * OUTPUTS.len(), 200));
+            // The watched peak is that of the trajectory.
+            let velocity = OUTPUTS.iter().position(|o| o.name == "velocity_free_m_s").unwrap();
+            let fastest = trace.outputs.chunks(OUTPUTS.len()).map(|row| -row[velocity]).fold(f64::MIN, f64::max);
+            let peak = MEASURES.iter().position(|(name, ..)| *name == "peak_speed_m_s").unwrap();
+            assert_eq!(outcome.numbers[trial.requirements.len() + peak], fastest);
+        }
+    }
+}
+
+#[test]
+fn what_is_out_of_bounds_or_runs_away_has_a_verdict_and_disturbs_no_other() {
+    let mut trial = trial(false, Lifts::One(LiftName::Free));
+    let truck = &trial.makeup.truck;
+    let stiff = truck.names().iter().position(|name| name == "free.friction.sigma_0").unwrap();
+    let columns = vec![
+        (Column::Condition(Condition::Load), Distribution::Uniform { lower: 0.0, upper: 1500.0 }),
+        (Column::Parameter(stiff), Distribution::LogUniform { lower: 1.0, upper: 1e8 }),
+    ];
+    trial.makeup = Makeup::new(
+        truck.clone(),
+        Lifts::One(LiftName::Free),
+        DEFAULTS,
+        vec![(0.0, 0.0), (0.4, 0.3)],
+        vec![4.0],
+        columns,
+        11,
+    )
+    .unwrap();
+    // A bristle of 1e8 N/m is beyond two explicit substeps a tick.
+    let all = [800.0, 2500.0, -1.0, 2500.0, 800.0, 1e8, 800.0, 2500.0];
+    let found = trial.run(&all, &[0, 1, 2, 0], MAKE, Width::Sixteen, &|| false).unwrap();
+    assert_eq!(found[1].verdict, Verdict::OutOfBounds);
+    assert!(found[1].numbers.iter().all(|x| x.is_nan()));
+    assert_eq!(found[2].verdict, Verdict::NotFinite);
+    assert_eq!(bits(&found[0]), bits(&found[3]));
+    let alone = trial.run(&all[..2], &[0], MAKE, Width::Sixteen, &|| false).unwrap();
+    assert_eq!(bits(&found[0]), bits(&alone[0]));
+}
+
+#[test]
+fn an_interrupt_ends_an_ensemble() {
+    let mut trial = trial(false, Lifts::One(LiftName::Free));
+    trial.ticks = 2000;
+    let all = columns(&trial, 4);
+    let ended = trial.run(&all, &[0, 1, 2, 3], MAKE, Width::Sixteen, &|| true);
+    assert!(matches!(ended, Err(Error::Interrupted { .. })));
+}

@@ -1,0 +1,70 @@
+"""A sweep's chunks on a Dask cluster: the same function of the same numbers, so the same bytes.
+
+Needs the extra ``cluster`` (`distributed`). A worker that dies costs its chunk, which another one runs again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+
+from forklift.base.errors import ForkliftError
+from forklift.ensemble import chunks
+from forklift.ensemble.members import Members
+from forklift.ensemble.specification import Specification, check
+from forklift.plant.forklift.truck import Truck
+
+Runner = Callable[[list[int]], Iterator[tuple[int, bytes]]]
+
+PATIENCE_S = 10.0
+"""For a scheduler to answer."""
+
+
+def runner(members: Members, address: str) -> Runner:
+    """What makes chunks on the scheduler at an address.
+
+    Raises
+    ------
+    ForkliftError
+        ``"extra-missing"`` without `distributed`, ``"scheduler-unreachable"``.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise ForkliftError(
+            "extra-missing", "a sweep on a cluster needs Dask; install forklift[cluster]", name="cluster"
+        ) from None
+    try:
+        client = Client(address, timeout=PATIENCE_S)
+    except (OSError, ValueError) as error:
+        raise ForkliftError(
+            "scheduler-unreachable",
+            f"no Dask scheduler answers at {address} ({type(error).__name__}); start one, or correct the "
+            f"address",
+            name="scheduler",
+            value=address,
+        ) from None
+    spec = members.specification.model_dump_json()
+    truck = (members.truck.name, tuple(members.truck.values.items()))
+
+    def run(missing: list[int]) -> Iterator[tuple[int, bytes]]:
+        with client:
+            futures = client.map(lambda chunk: (chunk, made(spec, truck, chunk)), missing, pure=False)
+            for future in as_completed(futures):
+                yield future.result()
+                future.release()
+
+    return run
+
+
+def made(spec: str, truck: tuple[str, tuple[tuple[str, object], ...]], chunk: int) -> bytes:
+    """The bytes of one chunk, on a worker: one thread, as the cluster has one task a thread."""
+    return chunks.encoded(chunks.run(_members(spec, truck), chunk))
+
+
+@lru_cache(maxsize=2)
+def _members(spec: str, truck: tuple[str, tuple[tuple[str, object], ...]]) -> Members:
+    import json
+
+    found: Specification = check(json.loads(spec))
+    return Members(found, Truck(truck[0], dict(truck[1])), 1)  # type: ignore[arg-type]

@@ -1,0 +1,159 @@
+"""What the members of a sweep come to: counts, the worst, a map; chunk after chunk, in constant memory.
+
+Chunks are taken in order, and everything kept is a count, an extreme or a member: the result is the same
+however the members were cut into chunks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from forklift.ensemble.specification import Specification
+from forklift.ensemble.tables import verdicts
+
+Floats = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+BINS = 12
+"""Of each axis of a map, where a quantity is not one of a few values."""
+STABLE = "stable"
+SCALED = "least_scaled_margin"
+"""Of all requirements, each margin divided by its scale: it ranks members, and no more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One axis of a map: a varied quantity in cells.
+
+    Attributes
+    ----------
+    edges
+        (n + 1,) rising, of n cells.
+    """
+
+    name: str
+    edges: Floats
+
+    @property
+    def cells(self) -> int:
+        return len(self.edges) - 1
+
+    @property
+    def middles(self) -> Floats:
+        middles: Floats = (self.edges[1:] + self.edges[:-1]) / 2.0
+        return middles
+
+    def of(self, values: Floats) -> NDArray[np.intp]:
+        """(n,) the cell of each value; what lies outside belongs to the nearest."""
+        return np.clip(np.searchsorted(self.edges, values, side="right") - 1, 0, self.cells - 1)
+
+
+@dataclass(eq=False)
+class Tally:
+    """The sums over the chunks seen so far.
+
+    Attributes
+    ----------
+    verdicts
+        Members of each verdict.
+    broken, unasked
+        By requirement, members that break it, and members it was never asked of.
+    axes, seen, failed
+        A map of two varied quantities: members and failures of each cell (x, y); less where fewer are varied.
+    shares
+        Of a Sobol sequence, failures of each scramble.
+    worst
+        The members with the least scaled margins, the first of them the worst.
+    """
+
+    specification: Specification
+    axes: tuple[Axis, ...]
+    scramble: int = 0
+    """Members of a scramble; 0 without."""
+    members: int = 0
+    verdicts: dict[str, int] = field(default_factory=dict)
+    broken: dict[str, int] = field(default_factory=dict)
+    unasked: dict[str, int] = field(default_factory=dict)
+    shares: dict[int, int] = field(default_factory=dict)
+    seen: Counts = field(init=False)
+    failed: Counts = field(init=False)
+    worst: pl.DataFrame | None = None
+
+    def __post_init__(self) -> None:
+        self.verdicts = {name: 0 for name in verdicts()}
+        self.broken = {require.name: 0 for require in self.specification.require}
+        self.unasked = dict(self.broken)
+        shape = tuple(axis.cells for axis in self.axes)
+        self.seen, self.failed = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
+
+    @property
+    def failures(self) -> int:
+        """Members that are not stable, for whatever reason."""
+        return self.members - self.verdicts[STABLE]
+
+    def add(self, table: pl.DataFrame) -> None:
+        """The next chunk."""
+        failed = table["verdict"].cast(pl.String).to_numpy() != STABLE
+        self.members += len(table)
+        for name, count in table["verdict"].cast(pl.String).value_counts().iter_rows():
+            self.verdicts[name] += count
+        for require in self.specification.require:
+            margin = table[f"margin.{require.name}"].to_numpy()
+            self.broken[require.name] += int((margin < 0.0).sum())
+            self.unasked[require.name] += int((margin == np.inf).sum())
+        if self.axes:
+            places = tuple(axis.of(table[axis.name].to_numpy()) for axis in self.axes)
+            np.add.at(self.seen, places, 1)
+            np.add.at(self.failed, places, failed.astype(np.int64))
+        if self.scramble:
+            first = int(table["index"][0]) // self.scramble
+            self.shares[first] = self.shares.get(first, 0) + int(failed.sum())
+        self._keep(table)
+
+    def _keep(self, table: pl.DataFrame) -> None:
+        ranked = table.with_columns(pl.Series(SCALED, scaled(self.specification, table)))
+        # What has no number at all fails the most.
+        ranked = ranked.with_columns(pl.col(SCALED).fill_nan(-np.inf))
+        both = ranked if self.worst is None else pl.concat([self.worst, ranked])
+        self.worst = both.sort(SCALED, "index").head(self.specification.worst)
+
+
+def scaled(specification: Specification, table: pl.DataFrame) -> Floats:
+    """(n,) the least margin of each member over its requirements, each divided by its scale."""
+    margins = [
+        table[f"margin.{require.name}"].to_numpy() / require.scale for require in specification.require
+    ]
+    least: Floats = np.min(np.stack(margins), axis=0)
+    return least
+
+
+def axis(name: str, kind: str, numbers: list[float]) -> Axis:
+    """The cells of a varied quantity: each of a few values, or `BINS` even ones of its range.
+
+    A normal quantity has its range from the 1st to the 99th percentile.
+    """
+    from scipy.special import ndtri
+
+    if kind == "choice":
+        values = np.unique(numbers)
+        if len(values) > 4 * BINS:
+            return Axis(name, np.linspace(values[0], values[-1], BINS + 1))
+        gaps = np.diff(values) if len(values) > 1 else np.array([1.0])
+        inner = (values[1:] + values[:-1]) / 2.0
+        return Axis(name, np.concatenate([[values[0] - gaps[0] / 2.0], inner, [values[-1] + gaps[-1] / 2.0]]))
+    tail = float(ndtri(0.99))
+    if kind == "normal":
+        low, high = numbers[0] - tail * numbers[1], numbers[0] + tail * numbers[1]
+    elif kind == "log_normal":
+        low, high = numbers[0] * np.exp(-tail * numbers[1]), numbers[0] * np.exp(tail * numbers[1])
+    else:
+        low, high = numbers
+    if len(numbers) == 4:
+        low, high = max(low, numbers[2]), min(high, numbers[3])
+    if kind.startswith("log"):
+        return Axis(name, np.geomspace(low, high, BINS + 1))
+    return Axis(name, np.linspace(low, high, BINS + 1))

@@ -1,0 +1,248 @@
+"""``sweep.toml``: what a sweep varies, how it samples, and what it asks of every member."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from forklift.base.errors import ForkliftError
+from forklift.ensemble.tables import conditions, signals
+from forklift.recordings.channels import Lift, Lifts
+
+Sampling = Literal["independent", "sobol", "grid"]
+
+_STRICT = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+DISTRIBUTIONS = ("uniform", "log_uniform", "normal", "log_normal", "choice", "grid")
+"""Ways of varying; `grid` is [lower, upper, number] and the others are those of the core."""
+
+FORMULAS = {
+    "always": "G[{from_s}, {to_s}] ({x} >= {lower} and {x} <= {upper})",
+    "stays_inside": "G[{from_s}, {to_s}] ({x} >= {lower} and {x} <= {upper})",
+    "never_after_settling": "G (since >= {after_s} -> {x} <= {upper})",
+    "settles": "G (since >= {within_s} -> abs({x}) <= {band})",
+    "responds": "G (step -> F[0, {within_s}] (abs({x} - request) <= (1 - {share}) abs(step)))",
+    "reaches": "F[{from_s}, {to_s}] ({x} >= {lower} and {x} <= {upper})",
+}
+"""Each template in signal temporal logic: `since` the last step of what is asked for, `step` its size."""
+
+
+class Vary(BaseModel):
+    """``[vary.NAME]``: one distribution; `relative` to the value that the truck or the conditions have."""
+
+    model_config = _STRICT
+    uniform: tuple[float, float] | None = None
+    log_uniform: tuple[float, float] | None = None
+    normal: tuple[float, float] | tuple[float, float, float, float] | None = None
+    log_normal: tuple[float, float] | tuple[float, float, float, float] | None = None
+    choice: tuple[float, ...] | None = None
+    grid: tuple[float, float, int] | None = None
+    relative: bool = False
+
+    def kind(self, name: str) -> str:
+        """The one distribution that is given."""
+        given = [kind for kind in DISTRIBUTIONS if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise ForkliftError(
+                "value-invalid",
+                f"vary.{name} gives {' and '.join(given) or 'no distribution'}; give one of "
+                f"{', '.join(DISTRIBUTIONS)}",
+                name=f"vary.{name}",
+            )
+        return given[0]
+
+
+class Stretch(BaseModel):
+    """``[[profile]]``: from a time on, the lowering speed asked for [m/s]; without a controller a current
+    [A]."""
+
+    model_config = _STRICT
+    from_s: float
+    level: float
+
+
+class Require(BaseModel):
+    """``[[require]]``: a template with its bounds, in the signal's unit, and the scale that margins are
+    divided by."""
+
+    model_config = _STRICT
+    name: str
+    template: str
+    signal: str
+    scale: float
+    lift: Lift | None = None
+    peak_to_peak_s: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    from_s: float | None = None
+    to_s: float | None = None
+    after_s: float | None = None
+    within_s: float | None = None
+    band: float | None = None
+    share: float | None = None
+
+    def asked(self, lifts: tuple[str, ...]) -> dict[str, float | str]:
+        """As the core takes it."""
+        given = self.model_dump(exclude={"name", "scale", "lift"}, exclude_none=True)
+        return given | {"lift": float(lifts.index(self.lift or lifts[0]))}
+
+    @property
+    def formula(self) -> str:
+        """The requirement in signal temporal logic."""
+        x = (
+            self.signal
+            if self.peak_to_peak_s is None
+            else f"peak_to_peak({self.signal}, {self.peak_to_peak_s:g} s)"
+        )
+        numbers = self.model_dump(exclude={"name", "template", "signal"})
+        ends = {"from_s": 0.0, "to_s": float("inf"), "lower": float("-inf"), "upper": float("inf")}
+        filled = {key: ends.get(key) if value is None else value for key, value in numbers.items()}
+        text = FORMULAS[self.template].format(x=x, **filled)
+        return text.replace(f"{x} >= -inf and ", "").replace(f" and {x} <= inf", "")
+
+
+class Specification(BaseModel):
+    """The whole of a sweep's TOML file.
+
+    Attributes
+    ----------
+    truck
+        A shipped truck's name, or a truck's TOML file.
+    controller
+        None: the profile's levels are currents [A].
+    lifts
+        Which lifts run.
+    members
+        How many; a grid has its own number.
+    scrambles
+        Of a Sobol sequence: independent ones, which alone give an interval; members / scrambles is a power
+        of two.
+    substeps
+        Of the integrator in a tick of 20 ms.
+    settle_s, band_m_s
+        After a step of what is asked for, how long it has to stand to be steady, and the error that counts
+        as settled: of the measures, not of the requirements.
+    worst
+        How many members with the least scaled margin are kept with their trajectories.
+    chunk
+        Members of a file; no number depends on it.
+    """
+
+    model_config = _STRICT
+    name: str
+    truck: str = "thesis"
+    controller: str | None = None
+    lifts: Lifts
+    duration_s: float = 10.0
+    substeps: int = 3
+    seed: int = 1
+    members: int = 1000
+    sampling: Sampling = "independent"
+    scrambles: int = 16
+    settle_s: float = 3.0
+    band_m_s: float = 0.05
+    worst: int = 10
+    chunk: int = 4096
+    conditions: Mapping[str, float] = {}
+    profile: tuple[Stretch, ...]
+    vary: Mapping[str, Vary] = {}
+    require: tuple[Require, ...]
+
+    @property
+    def sha256(self) -> str:
+        """A hash of everything that a member's numbers depend on, and of nothing else."""
+        kept = self.model_dump(mode="json", exclude={"worst"})
+        return hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()
+
+
+def read(path: str | Path) -> Specification:
+    """The specification in a TOML file, checked; a truck's path is relative to it.
+
+    Raises
+    ------
+    ForkliftError
+        ``"file-unreadable"``, ``"toml-syntax"``, ``"key-unknown"``, ``"value-invalid"``.
+    """
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        why = (error.strerror or "it is not there").lower()
+        raise ForkliftError(
+            "file-unreadable", f"{path} cannot be read ({why}); name a sweep's TOML file", file=str(path)
+        ) from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ForkliftError(
+            "toml-syntax", f"{path} is not TOML ({error}); correct it", file=str(path)
+        ) from None
+    truck = document.get("truck")
+    if isinstance(truck, str) and truck.endswith(".toml") and not Path(truck).is_absolute():
+        document["truck"] = str((path.parent / truck).resolve())
+    return check(document, str(path))
+
+
+def check(document: Mapping[str, Any], where: str = "sweep") -> Specification:
+    """`document` as a specification.
+
+    Raises
+    ------
+    ForkliftError
+        ``"key-unknown"``, ``"value-invalid"``.
+    """
+    try:
+        found = Specification.model_validate(document)
+    except ValidationError as error:
+        wrong = error.errors(include_url=False, include_context=False)[0]
+        name = ".".join(str(part) for part in wrong["loc"]) or "the file"
+        code = "key-unknown" if wrong["type"] == "extra_forbidden" else "value-invalid"
+        what = "there is no such key" if code == "key-unknown" else wrong["msg"]
+        raise ForkliftError(
+            code,
+            f"{where}: {name} is wrong ({what[:1].lower()}{what[1:]}); correct it",
+            name=name,
+            file=where,
+        ) from None
+    for name, vary in found.vary.items():
+        vary.kind(name)
+    for name in found.conditions:
+        if name not in conditions():
+            raise ForkliftError(
+                "value-invalid",
+                f"{where}: conditions.{name} is unknown; take one of {', '.join(conditions())}",
+                name=f"conditions.{name}",
+            )
+    names = [require.name for require in found.require]
+    if not names or len(set(names)) < len(names):
+        raise ForkliftError(
+            "value-invalid",
+            f"{where}: give one or more [[require]], each with a name of its own",
+            name="require",
+        )
+    lifts = ("free", "main") if found.lifts == "both" else (found.lifts,)
+    for require in found.require:
+        problem = _wrong(require, lifts)
+        if problem:
+            raise ForkliftError(
+                "value-invalid",
+                f"{where}: require {require.name!r} {problem}",
+                name=f"require.{require.name}",
+            )
+    return found
+
+
+def _wrong(require: Require, lifts: tuple[str, ...]) -> str | None:
+    if require.template not in FORMULAS:
+        return f"has the template {require.template!r}; take one of {', '.join(FORMULAS)}"
+    if require.signal not in signals():
+        return f"speaks of {require.signal!r}; take one of {', '.join(signals())}"
+    if require.lift and require.lift not in lifts:
+        return f"speaks of the {require.lift} lift, which does not run; this sweep runs {' and '.join(lifts)}"
+    if not require.scale > 0.0:
+        return f"has the scale {require.scale:g}; give a positive one, in the signal's unit"
+    return None

@@ -1,0 +1,428 @@
+"""The verb `sweep`: many closed-loop lowerings, how many of them fail, which, and how surely."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import polars as pl
+
+from forklift.base import output
+from forklift.base.errors import ForkliftError
+from forklift.ensemble import chunks, specification
+from forklift.ensemble.intervals import ConfidenceSequence, Interval, clopper_pearson, over_scrambles
+from forklift.ensemble.members import Members
+from forklift.ensemble.reduce import STABLE, Tally, axis
+from forklift.ensemble.specification import Specification
+from forklift.plant.forklift.truck import Truck
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MARK = "sweep.json"
+"""The file that makes a folder a sweep's."""
+RESULT, PAGE = "result.json", "report.html"
+FILES = (MARK, RESULT, PAGE)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a sweep is.
+
+    Attributes
+    ----------
+    done, members
+        Members so far, and all.
+    failures
+        Of those so far.
+    rate
+        Members a second, of those that this run made; 0 before the first.
+    interval
+        Of the failure probability, where it may be looked at at any time.
+    """
+
+    done: int
+    members: int
+    failures: int
+    rate: float
+    interval: Interval | None
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One member's run: a row a tick, true values, not the sensors'."""
+
+    index: int
+    verdict: str
+    varied: Mapping[str, float]
+    margins: Mapping[str, float]
+    table: pl.DataFrame
+
+    def to_dict(self) -> dict[str, Any]:
+        """The member without its trajectory, for JSON."""
+        return {
+            "index": self.index,
+            "verdict": self.verdict,
+            "varied": dict(self.varied),
+            "margins": {name: _plain(value) for name, value in self.margins.items()},
+        }
+
+    def write(self, path: str | Path) -> Path:
+        """The trajectory as ``.csv`` or ``.parquet``."""
+        return _written(path, self.table)
+
+    def __str__(self) -> str:
+        varied = [f"{name:>40} {value:>14.6g}" for name, value in self.varied.items()]
+        margins = [f"{name:>40} {value:>14.6g}" for name, value in self.margins.items()]
+        head = f"Member {self.index} is {self.verdict.replace('_', ' ')}."
+        return "\n".join([head, "", "varied", *varied, "", "margins, negative where broken", *margins])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep:
+    """What `sweep` gives.
+
+    Attributes
+    ----------
+    tally
+        Counts, map and worst members.
+    probability
+        Of a member failing; None where the sampling has no interval (a grid).
+    folder
+        Where the members lie; None if they were not kept.
+    seconds, made
+        How long it took, and how many members this run made; the others were there already.
+    """
+
+    specification: Specification
+    truck: Truck
+    tally: Tally
+    probability: Interval | None
+    folder: Path | None
+    seconds: float
+    made: int
+    kept: tuple[pl.DataFrame, ...] = field(default=(), repr=False)
+
+    @property
+    def verdict(self) -> str:
+        """The one sentence."""
+        tally = self.tally
+        name, count = tally.specification.name, tally.members
+        if tally.failures == 0:
+            said = f"None of {count} members of {name!r} fails a requirement"
+        else:
+            worst = max((v for v in tally.verdicts if v != STABLE), key=lambda v: tally.verdicts[v])
+            said = (
+                f"{tally.failures} of {count} members of {name!r} fail ({100 * tally.failures / count:.3g} "
+                f"%), "
+                f"most often by {worst.replace('_', ' ')} ({tally.verdicts[worst]})"
+            )
+        if self.probability is None:
+            return f"{said}; a grid has no probability."
+        low, high = 100 * self.probability.lower, 100 * self.probability.upper
+        return (
+            f"{said}; the probability of a failure lies between {low:.3g} % and {high:.3g} % "
+            f"({100 * self.probability.level:g} % interval, {self.probability.method})."
+        )
+
+    @property
+    def worst(self) -> pl.DataFrame:
+        """The members with the least scaled margins, the worst first; ``least_scaled_margin`` ranks them."""
+        assert self.tally.worst is not None
+        return self.tally.worst
+
+    def members(self) -> Iterator[pl.DataFrame]:
+        """All members, chunk by chunk in order."""
+        if self.folder is None:
+            yield from self.kept
+            return
+        found = Members(self.specification, self.truck)
+        for chunk in range(found.chunks):
+            yield chunks.load(self.folder, chunk)
+
+    def to_polars(self) -> pl.DataFrame:
+        """All members, a row each: index, what varied, verdict, margins, measures."""
+        return pl.concat(list(self.members()))
+
+    def to_xarray(self) -> xr.Dataset:
+        """All members over the dimension ``member``, with units."""
+        import xarray as xr
+
+        table = self.to_polars()
+        data = {
+            name: (
+                "member",
+                table[name].cast(pl.String).to_numpy() if name == "verdict" else table[name].to_numpy(),
+            )
+            for name in table.columns
+            if name != "index"
+        }
+        return xr.Dataset(data, {"member": table["index"].to_numpy()}, {"name": self.specification.name})
+
+    def replay(self, index: int) -> Trajectory:
+        """One member again, with its trajectory; its numbers have the bits they had in the sweep."""
+        return replay(self.specification, self.truck, index)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result without its members, for JSON."""
+        tally = self.tally
+        return {
+            "schema": 1,
+            "name": self.specification.name,
+            "specification": self.specification.model_dump(mode="json"),
+            "specification_sha256": self.specification.sha256,
+            "truck": {"name": self.truck.name, "sha256": self.truck.sha256},
+            "members": tally.members,
+            "failures": tally.failures,
+            "verdict": self.verdict,
+            "verdicts": dict(tally.verdicts),
+            "requirements": [
+                {
+                    "name": require.name,
+                    "formula": require.formula,
+                    "broken": tally.broken[require.name],
+                    "never_asked": tally.unasked[require.name],
+                }
+                for require in self.specification.require
+            ],
+            "probability": self.probability.to_dict() if self.probability else None,
+            "map": {
+                "axes": [{"name": axis.name, "edges": axis.edges.tolist()} for axis in tally.axes],
+                "members": tally.seen.tolist(),
+                "failures": tally.failed.tolist(),
+            },
+            "worst": [
+                {key: _plain(value) for key, value in row.items()} for row in self.worst.iter_rows(named=True)
+            ],
+        }
+
+    def write(self, path: str | Path) -> Path:
+        """All members as one ``.parquet`` or ``.csv`` file."""
+        return _written(path, self.to_polars())
+
+    def __repr__(self) -> str:
+        name, tally = self.specification.name, self.tally
+        return f"Sweep({name!r}, {tally.members} members, {tally.failures} failures)"
+
+    def __str__(self) -> str:
+        rows = [f"{name:>22} {count:>10d}" for name, count in self.tally.verdicts.items() if count]
+        return "\n".join([self.verdict, *rows])
+
+
+def sweep(
+    given: Specification | Mapping[str, Any] | str | Path,
+    *,
+    truck: Truck | None = None,
+    out: str | Path | None = None,
+    threads: int = 0,
+    scheduler: str | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Sweep:
+    """Run every member of a sweep, or those that a run broken off had not.
+
+    Parameters
+    ----------
+    given
+        A specification, its content as a mapping, or the path of its TOML file.
+    truck
+        In the place of the one that the specification names.
+    out
+        A folder to keep the members in, one file a chunk. If it holds a part of the same sweep, only what is
+        missing is run.
+    threads
+        Of this machine; 0 takes all. No bit depends on it.
+    scheduler
+        The address of a Dask scheduler that runs the chunks instead; needs `out`, and the extra ``cluster``.
+
+    Raises
+    ------
+    ForkliftError
+        ``"output-exists"`` if `out` holds something else, ``"value-invalid"``, ``"argument-invalid"``, and
+        those of
+        `specification.read` and `Truck.read`.
+    """
+    spec = _specified(given)
+    truck = truck or Truck.read(spec.truck)
+    members = Members(spec, truck, threads)
+    total = members.count
+    tally = begun(members)
+    folder = _folder(Path(out), members) if out is not None else None
+    elsewhere = None
+    if scheduler is not None:
+        if folder is None:
+            raise ForkliftError(
+                "argument-invalid", "a sweep on a scheduler needs a folder; give out", name="out"
+            )
+        from forklift.ensemble.cluster import runner
+
+        elsewhere = runner(members, scheduler)
+    sequence = ConfidenceSequence() if spec.sampling == "independent" else None
+    kept: list[pl.DataFrame] = []
+    clock, made = time.perf_counter(), 0
+    for table, new in chunks.all_of(members, folder, elsewhere=elsewhere):
+        before = tally.failures
+        tally.add(table)
+        made += len(table) * new
+        if folder is None:
+            kept.append(table)
+        now = sequence.add(tally.failures - before, len(table)) if sequence else None
+        if progress:
+            spent = time.perf_counter() - clock
+            progress(Progress(tally.members, total, tally.failures, made / spent if spent else 0.0, now))
+    seconds = time.perf_counter() - clock
+    found = Sweep(spec, truck, tally, probability(tally), folder, seconds, made, tuple(kept))
+    if folder is not None:
+        text = json.dumps(found.to_dict(), indent=1, ensure_ascii=False) + "\n"
+        output.write_text(folder / RESULT, text)
+    return found
+
+
+def begun(members: Members) -> Tally:
+    """A tally that has seen nothing yet."""
+    spec = members.specification
+    varied = [members._varied(name, vary) for name, vary in spec.vary.items()]
+    axes = tuple(axis(*one) for one in varied[:2])
+    scramble = members.count // spec.scrambles if spec.sampling == "sobol" else 0
+    return Tally(spec, axes, scramble)
+
+
+def probability(tally: Tally) -> Interval | None:
+    """Of a failure, by the interval that the sampling allows."""
+    sampling = tally.specification.sampling
+    if sampling == "grid":
+        return None
+    if sampling == "sobol":
+        return over_scrambles([count / tally.scramble for _, count in sorted(tally.shares.items())])
+    return clopper_pearson(tally.failures, tally.members)
+
+
+def replay(spec: Specification, truck: Truck, index: int) -> Trajectory:
+    """One member of a sweep by itself, with its trajectory.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"`` for a member that the sweep does not have.
+    """
+    from forklift.ensemble.tables import verdicts
+    from forklift.plant.forklift.tables import outputs
+
+    members = Members(spec, truck, 1)
+    if not 0 <= index < members.count:
+        raise ForkliftError(
+            "argument-invalid",
+            f"there is no member {index}; this sweep has members 0 to {members.count - 1}",
+            name="member",
+            value=index,
+        )
+    values, streams = members.draw(index, index + 1)
+    run = members.core.trace(values[0], int(streams[0]))
+    table = pl.DataFrame(
+        {"time_s": run["tick_s"] * np.arange(len(run["request"])), "request": run["request"]}
+    )
+    extra = {name: run["outputs"][:, k] for k, name in enumerate(outputs())}
+    for k, lift in enumerate(("free", "main")):
+        extra[f"reference_{lift}_m_s"] = run["reference"][:, k]
+        extra[f"current_{lift}_a"] = run["current"][:, k]
+    names = [require.name for require in spec.require]
+    margins = {name: float(x) for name, x in zip(names, run["numbers"], strict=False)}
+    varied = {name: float(x) for name, x in zip(spec.vary, values[0], strict=True)}
+    return Trajectory(
+        index,
+        list(verdicts())[run["verdict"]],
+        varied,
+        margins,
+        table.with_columns(**{k: pl.Series(v) for k, v in extra.items()}),
+    )
+
+
+def of_folder(folder: str | Path) -> tuple[Specification, Truck]:
+    """The sweep that a folder holds.
+
+    Raises
+    ------
+    ForkliftError
+        ``"file-unreadable"``.
+    """
+    path = Path(folder) / MARK
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        spec = specification.check(document["specification"], str(path))
+        values = {name: _tupled(value) for name, value in document["truck"]["values"].items()}
+        return spec, Truck(document["truck"]["name"], values)
+    except (OSError, ValueError, KeyError, TypeError):
+        raise ForkliftError(
+            "file-unreadable",
+            f"{folder} holds no sweep ({MARK} cannot be read); name a sweep's folder",
+            file=str(path),
+        ) from None
+
+
+def _specified(given: Specification | Mapping[str, Any] | str | Path) -> Specification:
+    if isinstance(given, Specification):
+        return given
+    if isinstance(given, Mapping):
+        return specification.check(given)
+    if isinstance(given, str | Path):
+        return specification.read(given)
+    raise ForkliftError(
+        "argument-invalid",
+        f"the sweep is a {type(given).__name__}; give a specification, a mapping or a TOML file",
+        name="given",
+    )
+
+
+def _folder(folder: Path, members: Members) -> Path:
+    """A folder that holds this sweep as far as it was run, or nothing."""
+    spec, truck = members.specification, members.truck
+    document = {
+        "specification": spec.model_dump(mode="json"),
+        "specification_sha256": spec.sha256,
+        "truck": {
+            "name": truck.name,
+            "sha256": truck.sha256,
+            "values": {name: list(v) if isinstance(v, tuple) else v for name, v in truck.values.items()},
+        },
+    }
+    known = {*FILES, *(f"{chunks.FOLDER}/{chunks.path(folder, k).name}" for k in range(members.chunks))}
+    mark = folder / MARK
+    if mark.is_file():
+        try:
+            earlier = json.loads(mark.read_text(encoding="utf-8"))
+            same = (
+                earlier["specification_sha256"] == spec.sha256 and earlier["truck"]["sha256"] == truck.sha256
+            )
+        except (ValueError, KeyError, TypeError):
+            same = False
+        if not same:
+            raise ForkliftError(
+                "output-exists",
+                f"{folder} holds another sweep, or one of another truck; name a folder that does not exist "
+                f"yet",
+                file=str(folder),
+            )
+        return folder
+    folder = output.check_folder(folder, known, MARK)
+    folder.mkdir(exist_ok=True)
+    output.write_text(mark, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    return folder
+
+
+def _written(path: str | Path, table: pl.DataFrame) -> Path:
+    output.check_suffix(path, (".parquet", ".csv"))
+    if Path(path).suffix.lower() == ".csv":
+        return output.write_file(path, table.write_csv)
+    return output.write_file(path, table.write_parquet)
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _plain(value: Any) -> Any:
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,0 +1,242 @@
+"""Sweeps: a member is a function of seed and index, a folder survives anything, and a page says it all."""
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import forklift
+from forklift.base.errors import ForkliftError
+from forklift.ensemble import chunks, specification
+from forklift.ensemble.members import Members
+from forklift.ensemble.reduce import Tally
+from forklift.ensemble.sweep import of_folder, replay, sweep
+from forklift.plant.forklift.truck import Truck
+
+THESIS = Truck.read("thesis")
+
+
+def document(**changes):
+    """A small open-loop sweep of the free lift: the profile's levels are currents."""
+    found = {
+        "name": "open loop",
+        "lifts": "free",
+        "duration_s": 3.0,
+        "substeps": 2,
+        "members": 200,
+        "chunk": 48,
+        "seed": 7,
+        "worst": 5,
+        "settle_s": 1.5,
+        "profile": [{"from_s": 0.0, "level": 0.0}, {"from_s": 0.2, "level": 0.7}],
+        "vary": {
+            "load_kg": {"uniform": [0.0, 1500.0]},
+            "oil_temperature_degc": {"uniform": [10.0, 60.0]},
+            "free.viscosity.nu_0": {"log_normal": [1.0, 0.1], "relative": True},
+        },
+        "require": [
+            {"name": "slow", "template": "always", "signal": "speed", "upper": 0.45, "scale": 0.45},
+            {
+                "name": "calm",
+                "template": "never_after_settling",
+                "signal": "speed",
+                "peak_to_peak_s": 1.0,
+                "after_s": 1.5,
+                "upper": 0.05,
+                "scale": 0.05,
+            },
+        ],
+    }
+    return found | changes
+
+
+def digest(folder):
+    """Of every member's file."""
+    files = sorted((folder / chunks.FOLDER).iterdir())
+    return [(file.name, hashlib.sha256(file.read_bytes()).hexdigest()) for file in files]
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sweep") / "swept"
+    return sweep(document(), out=folder)
+
+
+def test_the_page_the_json_and_the_text_count_alike(swept):
+    told = swept.to_dict()
+    assert sum(told["verdicts"].values()) == told["members"] == 200
+    assert told["failures"] == 200 - told["verdicts"]["stable"]
+    assert sum(map(sum, told["map"]["members"])) == 200
+    assert sum(map(sum, told["map"]["failures"])) == told["failures"]
+    assert 0 < told["failures"] < 200
+    table = swept.to_polars()
+    assert [int((table[f"margin.{name}"] < 0).sum()) for name in ("slow", "calm")] == [
+        one["broken"] for one in told["requirements"]
+    ]
+    assert json.loads((swept.folder / "result.json").read_text())["failures"] == told["failures"]
+    page = forklift.base.present.page(swept)
+    assert f"{told['failures']} of 200" in page
+    assert str(swept.worst["index"][0]) in page
+
+
+def test_the_worst_are_the_least_margins_of_all(swept):
+    table = swept.to_polars()
+    least = np.minimum(table["margin.slow"].to_numpy() / 0.45, table["margin.calm"].to_numpy() / 0.05)
+    order = np.lexsort((table["index"].to_numpy(), least))[:5]
+    assert swept.worst["index"].to_list() == table["index"].to_numpy()[order].tolist()
+
+
+def test_no_byte_of_a_chunk_depends_on_threads_and_no_number_on_its_size(swept, tmp_path):
+    one = sweep(document(), out=tmp_path / "one", threads=1)
+    assert digest(one.folder) == digest(swept.folder)
+    other = sweep(document(chunk=7))
+    assert other.to_polars().equals(swept.to_polars())
+
+
+def test_a_folder_goes_on_where_it_stood(swept, tmp_path):
+    folder = tmp_path / "again"
+    again = sweep(document(), out=folder)
+    assert again.made == 200
+    for name in ("000001", "000003"):
+        (folder / chunks.FOLDER / f"{name}.parquet").unlink()
+    (folder / chunks.FOLDER / ".000001.parquet.1.tmp").write_text("half")
+    again = sweep(document(), out=folder)
+    assert again.made == 48 + 48
+    assert digest(folder) == digest(swept.folder)
+    assert sweep(document(), out=folder).made == 0
+    with pytest.raises(ForkliftError, match="another sweep") as caught:
+        sweep(document(seed=8), out=folder)
+    assert caught.value.code == "output-exists"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs SIGKILL")
+def test_what_was_killed_and_goes_on_has_the_same_bytes(tmp_path):
+    settings = document(members=600, chunk=16)
+    whole = sweep(settings, out=tmp_path / "whole")
+    folder = tmp_path / "killed"
+    script = f"from forklift.ensemble.sweep import sweep; sweep({settings!r}, out={str(folder)!r})"
+    place = folder / chunks.FOLDER
+    for least in (1, 8):
+        process = subprocess.Popen([sys.executable, "-c", script], env=os.environ)
+        deadline = time.monotonic() + 60.0
+        while process.poll() is None and time.monotonic() < deadline:
+            if place.is_dir() and len(list(place.glob("*.parquet"))) >= least:
+                process.send_signal(signal.SIGKILL)
+                break
+            time.sleep(0.002)
+        process.wait()
+    sweep(settings, out=folder)
+    assert digest(folder) == digest(whole.folder)
+
+
+def test_a_member_by_itself_has_its_numbers_and_its_trajectory(swept):
+    table = swept.to_polars()
+    for index in (0, 47, 48, 199):
+        row = table.row(index, named=True)
+        one = replay(*of_folder(swept.folder), index)
+        assert one.verdict == row["verdict"]
+        assert one.margins == {name: row[f"margin.{name}"] for name in ("slow", "calm")}
+        assert one.varied == {name: row[name] for name in document()["vary"]}
+        assert -one.table["velocity_free_m_s"].min() == row["free.peak_speed_m_s"]
+    with pytest.raises(ForkliftError, match="no member 200"):
+        replay(*of_folder(swept.folder), 200)
+
+
+def test_the_single_run_of_the_same_steps_has_the_same_bits(swept):
+    """The open loop is a recording replayed, delayed by the four ticks between sensors and coil."""
+    one = swept.replay(3)
+    time_s = one.table["time_s"].to_numpy()
+    current = np.concatenate([np.zeros(4), one.table["current_free_a"].to_numpy()[:-4]])
+    truck = THESIS.with_values({"free.viscosity.nu_0": one.varied["free.viscosity.nu_0"]})
+    run = truck.core.simulate(
+        time_s,
+        time_s,
+        np.stack([current, np.zeros_like(current)], axis=1),
+        np.full(len(time_s), one.varied["oil_temperature_degc"]),
+        one.varied["load_kg"],
+        lifts="free",
+        solver="fixed",
+        substeps=2,
+    )
+    velocity = list(forklift.plant.forklift.tables.outputs()).index("velocity_free_m_s")
+    assert np.array_equal(run["outputs"][:, velocity], one.table["velocity_free_m_s"].to_numpy())
+
+
+def test_what_is_out_of_bounds_has_a_verdict():
+    vary = {"load_kg": {"uniform": [-500.0, 500.0]}}
+    found = sweep(document(vary=vary, members=64))
+    outside = found.to_polars()["load_kg"].to_numpy() < 0.0
+    assert found.tally.verdicts["out_of_bounds"] == outside.sum() > 0
+    assert forklift.base.present.page(found)
+
+
+def test_a_sobol_sweep_has_an_interval_over_scrambles_and_a_grid_has_none():
+    found = sweep(document(sampling="sobol", members=256, scrambles=16))
+    assert "16 scrambles" in found.probability.method
+    assert found.probability.estimate == pytest.approx(found.tally.failures / 256)
+    # A member does not depend on the chunk that holds it.
+    assert (
+        sweep(document(sampling="sobol", members=256, scrambles=16, chunk=3))
+        .to_polars()
+        .equals(found.to_polars())
+    )
+    vary = {"load_kg": {"grid": [0.0, 1500.0, 4]}, "oil_temperature_degc": {"choice": [20.0, 40.0, 60.0]}}
+    grid = sweep(document(sampling="grid", vary=vary))
+    assert grid.probability is None
+    assert grid.tally.seen.tolist() == [[1, 1, 1]] * 4
+    assert sorted(set(grid.to_polars()["load_kg"])) == [0.0, 500.0, 1000.0, 1500.0]
+
+
+def test_points_of_a_scrambled_sequence_fill_their_cells():
+    members = Members(specification.check(document(sampling="sobol", members=512, scrambles=2)), THESIS)
+    values, _ = members.draw(0, 256)
+    counts, _ = np.histogram(values[:, 0], bins=16, range=(0.0, 1500.0))
+    assert set(counts) == {16}
+    assert not np.array_equal(values, members.draw(256, 512)[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        ({"members": 0}, "value-invalid"),
+        ({"sampling": "sobol", "members": 100}, "value-invalid"),
+        ({"typo": 1}, "key-unknown"),
+        ({"require": []}, "value-invalid"),
+        ({"conditions": {"load": 3.0}}, "value-invalid"),
+        ({"vary": {"load_kg": {}}}, "value-invalid"),
+        ({"vary": {"load": {"uniform": [0.0, 1.0]}}}, "argument-invalid"),
+        ({"vary": {"load_kg": {"uniform": [1.0, 0.0]}}}, "argument-invalid"),
+        ({"substeps": 0}, "argument-invalid"),
+        ({"duration_s": -1.0}, "argument-invalid"),
+    ],
+)
+def test_a_mistake_is_one_sentence(change, code):
+    with pytest.raises(ForkliftError) as caught:
+        sweep(document(**change))
+    assert caught.value.code == code
+
+
+@pytest.mark.parametrize("template", list(specification.FORMULAS))
+def test_every_template_has_its_formula(template):
+    given = {
+        "name": "x", "template": template, "signal": "speed", "scale": 1.0, "lower": 0.0, "upper": 1.0,
+        "from_s": 0.5,
+        "to_s": 2.0, "after_s": 1.0, "within_s": 1.0, "band": 0.1, "share": 0.8,
+    }  # fmt: skip
+    assert "speed" in specification.Require(**given).formula
+
+
+def test_a_tally_is_the_same_however_its_members_are_cut(swept):
+    members = Members(swept.specification, THESIS)
+    table = swept.to_polars()
+    tally = Tally(members.specification, swept.tally.axes)
+    for piece in (table[:13], table[13:14], table[14:]):
+        tally.add(piece)
+    assert tally.verdicts == swept.tally.verdicts
+    assert tally.worst.equals(swept.worst)
