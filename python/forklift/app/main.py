@@ -443,42 +443,6 @@ def replay(
 @app.command(epilog="Example: forklift info thesis")
 def info(
     what: Annotated[
-        str | None, typer.Argument(help="A campaign's folder, a shipped truck's name or a truck's file.")
->>>>>>> sweeps
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Prove the diagnosis on sealed campaigns of an independent plant with concealed physics."""
-    from forklift.base import output
-    from forklift.ensemble.proof import open as opened
-    from forklift.ensemble.proof import prove as proof
-    from forklift.ensemble.proof import sensitivity as bounds
-    from forklift.report.of_proof import proof_page, proof_text
-
-    def say(line: str) -> None:
-        typer.echo(line, err=as_json)
-
-    if sensitivity:
-        rows = bounds.sensitivity(seed, campaigns, out, only=only, jobs=jobs, limit_s=limit, progress=say)
-        print_json(rows) if as_json else say(bounds.text(rows))
-        return
-    if score_open:
-        found = opened.score_open(score_open, out, answers=answers, only=only, limit_s=limit, progress=say)
-    else:
-        found = proof.prove(
-            seed, campaigns, out, only=only, jobs=jobs, keep=keep, limit_s=limit, progress=say
-        )
-    page = output.write_text(out / proof.PAGE, proof_page(found))
-    if as_json:
-        print_json(found.score)
-    else:
-        typer.echo(proof_text(found))
-        say_written(page, out / proof.SCORE)
-
-
-@app.command(epilog="Example: forklift info thesis")
-def info(
-    what: Annotated[
         str | None,
         typer.Argument(help="A campaign's folder, a log, a shipped truck's name or a truck's file."),
     ] = None,
