@@ -9,22 +9,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.diagnosis.dependence import Shape, shapes, telling
-from forklift.diagnosis.hypotheses import acting, with_truck_unknowns
+from forklift.diagnosis.dependence import Shape, shapes
+from forklift.diagnosis.hypotheses import acting, starting_values, with_truck_unknowns
 from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.screening import screen
 from forklift.plant.forklift import variables as operation
 from forklift.plant.forklift.effects import EFFECTS
-from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FINE, FreeCurve
 from forklift.plant.forklift.free_curve import variables as shape_variables
 from forklift.plant.forklift.ports import equation, lift_of, ports, respond
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.unknowns import unknown
 from forklift.recordings.channels import Lift
 
-SMALL = 0.2
-"""Share of a curve's largest absolute value below which it counts as nothing."""
+MOST_PORTS, MOST = 4, 3
+"""At how many ports curves are screened, and how many of them are tried."""
+NEAR = 0.7
+"""A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
+linear about the same place."""
+STROKE = "position"
+"""The variable along which something may repeat."""
 RINGS, ANSWERS = "hidden_resonance", "free_response"
 VALVE = "valve-dynamics"
 SUDDEN_S = 0.1
@@ -46,22 +52,45 @@ class FreeCurves:
     """
 
     lifts: tuple[Lift, ...]
-    known: Mapping[Refit, Sequence[UnknownInput]]
+    known: dict[Refit, Sequence[UnknownInput]]
 
     def __call__(self, refit: Refit) -> list[Hypothesis]:
-        """The most promising shapes beside what the refit has; beside nothing also something that rings, and
-        where the valve's dynamics are in doubt its answer."""
-        inputs = self.known.get(refit) or unknown_inputs(
-            refit.early.problem, refit.early.x, ports(self.lifts), respond
-        )
-        found = self._shapes(refit, [one for one in inputs if equation(one.port) != "sensor"])
-        if refit.hypotheses:
-            return found
-        first = inputs[0].port if inputs else ""
-        lift = lift_of(first) if first else None
-        if not lift:
-            return found
-        return [*found, _ringing(lift), *([_answer(refit, lift)] if equation(first) == VALVE else [])]
+        """The curves whose evidence is greatest beside what the refit has: at the most credible ports, over
+        every variable of operation. Beside nothing also something that rings, and where the valve's dynamics
+        are in doubt its answer."""
+        inputs = [one for one in self._inputs(refit) if equation(one.port) != "sensor"]
+        places = [one.port for one in _places(refit, inputs)[:MOST_PORTS]]
+        offered = self._curves(refit, places)
+        if not refit.hypotheses and inputs:
+            lift = _lift_of(inputs[0].port)
+            offered += _ringing(lift)
+            if equation(inputs[0].port) == VALVE:
+                offered.append(_answer(refit, lift))
+        at = refit.told_from
+        ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
+        worth = [one for one in ranked if one.evidence >= NEAR * ranked[0].evidence > 0.0]
+        return [one.hypotheses[0] for one in worth[:MOST]]
+
+    def located(self, refit: Refit) -> list[tuple[str, str]]:
+        """The lift and the equation of each port, the most credible first."""
+        inputs = [one for one in self._inputs(refit) if equation(one.port) != "sensor"]
+        return [(_lift_of(one.port), equation(one.port)) for one in inputs]
+
+    def _inputs(self, refit: Refit) -> Sequence[UnknownInput]:
+        if refit not in self.known:
+            early = refit.early
+            self.known[refit] = unknown_inputs(early.problem, early.x, ports(self.lifts), respond)
+        return self.known[refit]
+
+    def _curves(self, refit: Refit, places: Sequence[str]) -> list[Hypothesis]:
+        """A curve over every variable of operation at each of these ports; over the stroke a fine one too."""
+        ranges = {lift: _ranges(refit, lift) for lift in dict.fromkeys(map(_lift_of, places))}
+        return [
+            _curve(port.partition(".")[2], lift, variable, *ends, count=count)
+            for port, lift in zip(places, map(_lift_of, places), strict=True)
+            for variable, ends in ranges[lift].items()
+            for count in ((COEFFICIENTS, FINE) if variable == STROKE else (COEFFICIENTS,))
+        ]
 
     def beside(self, refit: Refit) -> list[Hypothesis]:
         """A curve over every variable of operation, at each port of the equations that the refit changes;
@@ -71,24 +100,9 @@ class FreeCurves:
             for port in ports(self.lifts)
             if any((equation(port), lift_of(port)) == (one.equation, one.where) for one in refit.hypotheses)
         ]
-        ranges = {lift: _ranges(refit, lift) for lift in dict.fromkeys(map(_lift_of, places))}
-        curves = [
-            _curve(port.partition(".")[2], lift, variable, *ends)
-            for port, lift in zip(places, map(_lift_of, places), strict=True)
-            for variable, ends in ranges[lift].items()
-        ]
+        curves = self._curves(refit, places)
         answers = {one.where for one in refit.hypotheses if one.equation == VALVE}
         return [*curves, *(_answer(refit, lift) for lift in self.lifts if lift in answers)]
-
-    def _shapes(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[Hypothesis]:
-        def over(one: UnknownInput) -> list[Shape]:
-            seen = over_variables(refit, one, _lift_of(one.port))
-            return [shape for shape in seen if shape.variable in shape_variables()]
-
-        return [
-            _curve(one.port.partition(".")[2], _lift_of(one.port), shape.variable, *_range(shape))
-            for one, shape in telling(_places(refit, inputs), over)
-        ]
 
 
 def _lift_of(port: str) -> Lift:
@@ -131,15 +145,18 @@ def _places(refit: Refit, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
     return list(dict.fromkeys([*own[:1], *inputs]))
 
 
-def _curve(port: str, lift: Lift, variable: str, lower: float, upper: float) -> Hypothesis:
-    """A free shape at a port over one variable, quiet."""
+def _curve(
+    port: str, lift: Lift, variable: str, lower: float, upper: float, count: int = COEFFICIENTS
+) -> Hypothesis:
+    """A free shape of so many coefficients at a port over one variable, quiet."""
     meaning = operation.words(variable, lift)[0]
+    shape = FreeCurve(lift, port, variable, lower, upper, coefficients=(0.0,) * count)
     return _quiet(
         f"something acts on the {port.replace('_', ' ')} as a function of the {meaning}",
         lift,
         equation(f"{lift}.{port}"),
-        [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)],
-        FreeCurve(lift, port, variable, lower, upper).parameters(),
+        [f"{shape.head}shape_{k}" for k in range(count)],
+        shape.parameters(),
         f"the {meaning}",
     )
 
@@ -163,18 +180,21 @@ def _quiet(
     )
 
 
-def _range(shape: Shape) -> tuple[float, float]:
-    """Where the curve is not small, and a knot on either side: splines resolve a narrow place the better."""
-    strong = np.flatnonzero(np.abs(shape.curve) >= SMALL * np.abs(shape.curve).max())
-    first, last = max(strong[0] - 1, 0), min(strong[-1] + 1, len(shape.at) - 1)
-    return float(shape.at[first]), float(shape.at[last])
-
-
-def _ringing(lift: Lift) -> Hypothesis:
+def _ringing(lift: Lift) -> list[Hypothesis]:
+    """Something that rings, from several frequencies: where its mass is zero, no derivative tells which."""
     effect = next(effect for effect in EFFECTS if effect.id == RINGS)
-    return Hypothesis(
-        "unknown", "unknown", effect.name, lift, effect.equation, f"{lift}.{RINGS}.mass", acting(RINGS, lift)
-    )
+    return [
+        Hypothesis(
+            "unknown",
+            "unknown",
+            effect.name,
+            lift,
+            effect.equation,
+            f"{lift}.{RINGS}.mass",
+            acting(RINGS, lift, starts),
+        )
+        for starts in starting_values(RINGS, None)
+    ]
 
 
 def _answer(refit: Refit, lift: Lift) -> Hypothesis:

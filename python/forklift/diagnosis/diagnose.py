@@ -195,7 +195,7 @@ def diagnose(
         sample(found, truck, every, oil_temperature_degc=oil_temperature_degc)
         for found in campaign.recordings
     )
-    everyone = Problem(truck, unknowns(truck, lifts), samples, substeps=4)
+    everyone = Problem(truck, unknowns(truck, lifts, hold=_held(cautions)), samples, substeps=4)
     fitted = tuple(found for found in samples if found.recording.role == "estimate")
     refitter = Refitter(replace(everyone, samples=fitted), everyone, every)
     everybody = hypotheses(lifts, list(every), _travelled(samples))
@@ -253,6 +253,13 @@ def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[C
         lifts = {lift for recording in campaign.recordings for lift in commanded(recording.lift)}
         return tuple(lift for lift in LIFTS if lift in lifts), (), error.message
     return suited.lifts, suited.cautions, ""
+
+
+def _held(cautions: Sequence[Caution]) -> list[str]:
+    """What no recording tells. Left to its prior it would go to its bound, if that let recordings explain
+    anything by what is their own: a viscosity that falls twenty times too fast turns a sensor's error of a
+    tenth of a kelvin into any oil temperature."""
+    return [str(one.facts["parameter"]) for one in cautions if "parameter" in one.facts]
 
 
 def _evidence(

@@ -74,7 +74,7 @@ class Site:
     places: Sequence[str]
     respond: Respond
     shapes: Callable[[Refit, UnknownInput], list[Shape]]
-    general: Callable[[Mapping[Refit, Sequence[UnknownInput]]], General]
+    general: Callable[[dict[Refit, Sequence[UnknownInput]]], General]
     noun: str
     width_s: float = WIDTH_S
 

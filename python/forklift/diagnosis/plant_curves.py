@@ -64,17 +64,14 @@ class FreeCurves:
     """
 
     places: Sequence[str]
-    known: Mapping[Refit, Sequence[UnknownInput]]
+    known: dict[Refit, Sequence[UnknownInput]]
 
     def __call__(self, refit: Refit) -> list[Hypothesis]:
         """The most promising, beside what the refit has."""
         problem = refit.early.problem
         assert isinstance(problem, PlantProblem)
         ports = {port.name: port for port in problem.machine.plant.ports}
-        inputs = self.known.get(refit) or unknown_inputs(
-            problem, refit.early.x, self.places, respond, width_s(problem)
-        )
-        inputs = [one for one in inputs if one.port in ports]
+        inputs = [one for one in self._inputs(refit) if one.port in ports]
         return [
             _curve(
                 ports[one.port],
@@ -84,6 +81,20 @@ class FreeCurves:
             )
             for one, shape in telling(inputs, partial(over_variables, refit))
         ]
+
+    def located(self, refit: Refit) -> list[tuple[str, str]]:
+        """Each port and its equation, the most credible first."""
+        problem = refit.early.problem
+        assert isinstance(problem, PlantProblem)
+        kinds = {port.name: port.kind for port in problem.machine.plant.ports}
+        return [(one.port, kinds[one.port]) for one in self._inputs(refit) if one.port in kinds]
+
+    def _inputs(self, refit: Refit) -> Sequence[UnknownInput]:
+        if refit not in self.known:
+            problem = refit.early.problem
+            assert isinstance(problem, PlantProblem)
+            self.known[refit] = unknown_inputs(problem, refit.early.x, self.places, respond, width_s(problem))
+        return self.known[refit]
 
     def beside(self, refit: Refit) -> list[Hypothesis]:
         """A curve over every state, input and quantity of the bus, at each port that the refit's effects
