@@ -70,6 +70,8 @@ class Diagnosis:
     verdict: Verdict
     location: Location | None
     causes: tuple[Cause, ...]
+    doubted: tuple[Cause, ...]
+    """Explanations of which none is more likely than all others together: several fit as well."""
     inputs: tuple[UnknownInput, ...]
     """An unknown input at every place, the most credible first."""
     shapes: tuple[Shape, ...]
@@ -224,6 +226,7 @@ def diagnose(
         said,
         None if said == "no-mismatch" else _location(baseline, named, inputs, seen),
         named,
+        found.doubted,
         inputs,
         seen,
         selection,

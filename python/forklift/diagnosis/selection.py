@@ -21,6 +21,9 @@ FIRST, FURTHER = 3, 4
 WORTH = 0.1
 """A hypothesis enters the race if it promises this share of the best one's gain; and what is easily confused
 with a complete explanation is tried beside that from this share of its gain on."""
+LITTLE = 0.05
+"""Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
+the start machine where the evidence is."""
 PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
@@ -130,6 +133,10 @@ def select(
             steps.append(step)
             best = step.accepted or best
     best = _needed(refitter, best, say)
+    law = _law_instead(refitter, baseline, best, steps, say, general) if best.complete else None
+    if law is not None:
+        steps.append(law)
+        return Selection(baseline, tuple(steps), law.accepted or best)
     named = [step.accepted for step in steps if step.accepted]
     curve = None
     if best.complete and len(best.hypotheses) == 1:
@@ -224,7 +231,9 @@ def _near(
 def _round(refitter: Refitter, best: Refit, screening: Screening, say: Say) -> Step:
     """The most promising; further ones while none explains everything; what the winner is confused with."""
     share = refitter.later if best.hypotheses else LEAST_GAIN
-    ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
+    gains = [found.gain for found in screening.singles]
+    least = max(WORTH * gains[0], LITTLE * _excess(best, screening)) if gains else 0.0
+    ranked = screening.singles[:1] + tuple(one for one in screening.singles[1:] if one.gain >= least)
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
     refits: list[Refit] = []
     for entered in (ranked[:1], [*ranked[1:FIRST], *pairs], ranked[FIRST : FIRST + FURTHER]):
@@ -236,6 +245,48 @@ def _round(refitter: Refitter, best: Refit, screening: Screening, say: Say) -> S
             break
     accepted = _choice([refit for refit in refits if _helps(refit, best, share)])
     return Step(screening, tuple(sorted(refits, key=_rank)), accepted)
+
+
+def _excess(best: Refit, screening: Screening) -> float:
+    """How far −ln posterior lies above what the sensors' noise leaves, where the hypotheses were screened."""
+    samples = sum(len(seen.rows) for one in best.found.problem.samples for seen in one.observed)
+    return max(screening.cost - 0.5 * samples, 0.0)
+
+
+def _law_instead(
+    refitter: Refitter,
+    baseline: Refit,
+    best: Refit,
+    steps: Sequence[Step],
+    say: Say,
+    general: General,
+) -> Step | None:
+    """One law with a curve that mends it, in place of a condition entered wrongly.
+
+    A condition has a freedom in every recording, so that it follows what a law of another shape than the
+    catalogue's does not; what that freedom costs is part of the comparison.
+    """
+    if all(hypothesis.amplitude is not None for hypothesis in best.hypotheses):
+        return None
+    step, most = steps[0], (1.0 - MOST_OF) * baseline.excess
+    laws = [
+        refit
+        for refit in step.refits
+        if len(refit.hypotheses) == 1 and refit.hypotheses[0].kind == "physics" and refit.excess <= most
+    ]
+    if not laws:
+        return None
+    law = min(laws, key=lambda refit: refit.squares)
+    at = law.found if law.finished else law.early
+    curves = screen(at.problem, at.x, general.beside(law), 0).ranked
+    if not curves:
+        return None
+    curve = max(curves, key=lambda one: one.evidence).hypotheses[0]
+    say(f"fitting {law.hypotheses[0].label} with {curve.name}")
+    mended = refitter.finish(refitter.rough((*law.hypotheses, curve), law))
+    if not mended.complete or mended.squares > best.squares + AS_NEAR:
+        return None
+    return Step(step.screening, tuple(sorted([mended, law, best], key=_rank)), mended)
 
 
 def _leads(accepted: Refit, best: Refit, screening: Screening) -> bool:
