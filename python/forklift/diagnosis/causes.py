@@ -88,7 +88,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
 
 
 def told(found: Sequence[Cause]) -> tuple[Cause, ...]:
-    """Those that are more likely than not, with all that cannot be told from them: no others are a verdict."""
+    """Those that are more likely than not, with all that cannot be told from them."""
     return tuple(cause for cause in found if cause.credibility >= LIKELY)
 
 
