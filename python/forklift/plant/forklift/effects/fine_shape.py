@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from forklift.plant.forklift.effects.effect import Effect
 
+COEFFICIENTS = 40
+
 EFFECT = Effect(
     id="fine_shape",
     name="something without a name changes often along one variable of operation",
@@ -15,7 +17,7 @@ EFFECT = Effect(
     confused_with=("friction_position", "free_shape"),
     sentence=(
         "Something without a name acts on the {lift} lift as a fine curve over one variable of operation, "
-        "with coefficients from {shape_0} and {shape_1} to {shape_38} and {shape_39}."
+        "with the coefficients " + ", ".join(f"{{shape_{k}}}" for k in range(COEFFICIENTS)) + "."
     ),
     general=True,
 )
