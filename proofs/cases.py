@@ -10,9 +10,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from reference.plant import campaign, effects, others, run
-from reference.plant.sensors import Sensors
-from reference.plant.truck import LIFTS, scattered
+from forklift.ensemble.proof.truth import effects, others, run
+from forklift.ensemble.proof.truth.sensors import Sensors
+from forklift.ensemble.proof.truth.truck import LIFTS, scattered
+from reference.plant import campaign
 
 POINTS = (0.5, 2.0, 8.0)
 """What the effects cost, in points of the velocity's NRMSE."""

@@ -1,7 +1,7 @@
 """Is what a diagnosis said of a truck of `variations.py` right? And the table of all of them."""
 
 from cases import BETWEEN_LIFTS, EQUATIONS, POINTS
-from reference.plant.truck import LIFTS
+from forklift.ensemble.proof.truth.truck import LIFTS
 
 PARTS = ("verdict", "equation", "lift", "cause", "alone", "form")
 """Of an answer: the verdict, where it is, who it is, nobody else, and whether the law's form is right."""

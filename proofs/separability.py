@@ -16,10 +16,11 @@ import numpy as np
 
 import forklift
 from cases import BETWEEN_LIFTS, POINTS, ROUGH, amplitude_of, at_cost, cost_curve, most, plausible
+from forklift.ensemble.proof.truth import effects, others, run
+from forklift.ensemble.proof.truth.sensors import COUNT_M, HEIGHT_NOISE_M, PRESSURE_NOISE_PA, PRESSURE_STEP_PA
+from forklift.ensemble.proof.truth.truck import ESTIMATED, LIFTS, THESIS
 from reference.names import NAMES
-from reference.plant import campaign, effects, others, run
-from reference.plant.sensors import COUNT_M, HEIGHT_NOISE_M, PRESSURE_NOISE_PA, PRESSURE_STEP_PA
-from reference.plant.truck import ESTIMATED, LIFTS, THESIS
+from reference.plant import campaign
 from variations import write
 
 ROOT = Path(__file__).resolve().parents[1]

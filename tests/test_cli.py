@@ -197,8 +197,12 @@ def test_every_wrong_call_is_one_sentence_and_status_2(capfd, demo, tmp_path):
         "a channel that says nothing": (
             "convert", demo / "campaign" / RECORDINGS[0].file, "--out", tmp_path / "c", "--channel", "Valve",
         ),
-        "a conversion without load": (
-            "convert", demo / "campaign" / RECORDINGS[0].file, "--out", tmp_path / "c",
+        "a conversion with a load that the campaign tells": (
+            "convert", demo / "campaign", "--load", 800, "--out", tmp_path / "c",
+        ),
+        "a table that is not there": (
+            "convert", demo / "campaign" / RECORDINGS[0].file, "--table", tmp_path / "no.csv",
+            "--out", tmp_path / "c",
         ),
     }  # fmt: skip
     for what, arguments in wrong.items():

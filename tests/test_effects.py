@@ -244,7 +244,7 @@ def test_oil_that_the_valve_heats_lets_the_lift_gain_speed():
 
 def test_what_has_no_physics_of_its_own_is_no_suspect_by_name():
     general = {effect.id for effect in EFFECTS if effect.general}
-    assert general == {"free_shape", "hidden_resonance", "free_response"}
+    assert general == {"free_shape", "fine_shape", "hidden_resonance", "free_response"}
     offered = {
         hypothesis.id
         for hypothesis in hypotheses(Truck.read("thesis"), LIFTS, [], {})

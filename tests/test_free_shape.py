@@ -115,7 +115,7 @@ def test_every_port_and_variable_can_be_chosen():
         ({"port": "weather"}, "there is no port weather"),
         ({"variable": "mood"}, "there is no variable mood"),
         ({"lower": 1.0}, "the range from 1 to 1 is none"),
-        ({"coefficients": (1.0,)}, "a shape has 7, not 1"),
+        ({"coefficients": (1.0,)}, "a shape has 7 or 40, not 1"),
     ],
 )
 def test_what_is_no_shape_is_refused(changes, message):

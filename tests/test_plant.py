@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, Truck, _core, simulate
+from forklift.ensemble.proof.truth import effects, model, others, run, sensors
+from forklift.ensemble.proof.truth.truck import LIFTS, THESIS, scattered
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.effects import EFFECTS
 from reference import trajectory
-from reference.plant import campaign, effects, model, others, run, sensors
-from reference.plant.truck import LIFTS, THESIS, scattered
+from reference.plant import campaign
 
 TABLE = [spec for spec in _core.effect_table() if spec["id"] in effects.CATALOGUE]
 BETWEEN_LIFTS = {spec["id"] for spec in TABLE if spec["scope"] == "mast"}
@@ -204,6 +205,6 @@ def test_a_dead_time_shifts_the_command():
         (4, 0.01, 3.0, 0.01),  # until the other lift's next tick
         (4, 0.015, 3.0, 0.005),
     ]:
-        u, rest = run.with_fixed(command, np.array([tick]), np.array([since]), late, column)
+        u, rest = run.held(command, np.array([tick]), np.array([since]), late, column)
         assert u[:, 0].tolist() == [value, 10.0 * tick]
         assert rest[0] == pytest.approx(until)

@@ -260,11 +260,13 @@ def linearise(
     load: float,
     oil_temperature: float,
 ) -> tuple[_Floats, _Floats, _Floats]:
-    """Rates (n,) of one lift about a state, their derivatives (n, n) along the states and (n,) along the command."""
+    """Rates (n,) of one lift about a state, their derivatives (n, n) along the states and (n,) along the
+    command."""
 
 @final
 class Ensemble:
-    """Lowerings of one truck, varied: members are drawn, run in lanes on all cores, and judged while they run."""
+    """Lowerings of one truck, varied: members are drawn, run in lanes on all cores, and judged while they
+    run."""
 
     def __new__(
         cls,
@@ -288,7 +290,8 @@ class Ensemble:
     @property
     def threads(self) -> int: ...
     def uniform(self, first: int, count: int) -> _Floats:
-        """Uniform numbers (count, varied) of the members from `first` on, each a function of seed and index."""
+        """Uniform numbers (count, varied) of the members from `first` on, each a function of seed and
+        index."""
 
     def values(self, uniform: _Floats) -> _Floats:
         """What the uniform numbers (n, varied) come to."""

@@ -107,7 +107,7 @@ fn with_effects() -> Scene {
                     changes.push((format!("{}.centre", instance.name()), lift.start_position() - 0.1))
                 }
                 // A range that the lift's velocity goes through.
-                "free_shape" => {
+                "free_shape" | "fine_shape" => {
                     changes.push((format!("{}.lower", instance.name()), -0.12));
                     changes.push((format!("{}.upper", instance.name()), 0.02));
                 }

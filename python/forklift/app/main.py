@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
@@ -24,7 +25,8 @@ from forklift.app.terminal import (
     telling,
 )
 from forklift.base.errors import ForkliftError
-from forklift.recordings.channels import channels
+from forklift.recordings import units
+from forklift.recordings.channels import channels as known_channels
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.commands import Command
@@ -33,6 +35,8 @@ REFUSED = 2
 """Exit status of a mistake in the call, its files or its numbers; also of a run that failed."""
 INTERRUPTED = 130
 """Exit status after Ctrl-C (128 + SIGINT)."""
+
+_CHANNELS = tuple(known_channels())
 
 PAGES = (".html",)
 """Suffixes of a page."""
@@ -326,6 +330,62 @@ def diagnose(
         say_written(out / PAGE, out / diagnosis_files.TRUCK, out / diagnosis_files.MARK)
 
 
+@app.command(epilog="Example: forklift prove --seed 7 --campaigns 20 --out proof --jobs 2")
+def prove(
+    out: Annotated[Path, typer.Option("--out", help="Folder of the proof; the same call goes on in it.")],
+    seed: Annotated[
+        int,
+        typer.Option("--seed", min=0, help="Below 1,000,000: for development; above: to be told, used once."),
+    ] = 1,
+    campaigns: Annotated[int, typer.Option("--campaigns", min=1, help="How many to draw.")] = 20,
+    only: Annotated[
+        str | None,
+        typer.Option("--only", help="Kinds or ids of what is concealed, by commas; others are skipped."),
+    ] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Campaigns side by side.")] = 1,
+    keep: Annotated[bool, typer.Option("--keep", help="Keep campaigns, diagnoses and truth.")] = False,
+    limit: Annotated[float, typer.Option("--limit", help="Longest time for a diagnosis [s].")] = 3600.0,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Halve and double each bound that decides an answer.")
+    ] = False,
+    score_open: Annotated[
+        Path | None,
+        typer.Option("--score-open", help="Score this folder of open campaigns instead of drawing."),
+    ] = None,
+    answers: Annotated[
+        Path | None,
+        typer.Option("--answers", help="Answer file of the open campaigns, else FOLDER/answers.json."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Prove the diagnosis on sealed campaigns of an independent plant with concealed physics."""
+    from forklift.base import output
+    from forklift.ensemble.proof import open as opened
+    from forklift.ensemble.proof import prove as proof
+    from forklift.ensemble.proof import sensitivity as bounds
+    from forklift.report.of_proof import proof_page, proof_text
+
+    def say(line: str) -> None:
+        typer.echo(line, err=as_json)
+
+    if sensitivity:
+        rows = bounds.sensitivity(seed, campaigns, out, only=only, jobs=jobs, limit_s=limit, progress=say)
+        print_json(rows) if as_json else say(bounds.text(rows))
+        return
+    if score_open:
+        found = opened.score_open(score_open, out, answers=answers, only=only, limit_s=limit, progress=say)
+    else:
+        found = proof.prove(
+            seed, campaigns, out, only=only, jobs=jobs, keep=keep, limit_s=limit, progress=say
+        )
+    page = output.write_text(out / proof.PAGE, proof_page(found))
+    if as_json:
+        print_json(found.score)
+    else:
+        typer.echo(proof_text(found))
+        say_written(page, out / proof.SCORE)
+
+
 @app.command(epilog="Example: forklift sweep examples/sweep.toml --out swept")
 def sweep(
     spec: Annotated[Path, typer.Argument(help="The sweep's TOML file: what varies and what is asked.")],
@@ -387,11 +447,22 @@ def replay(
 @app.command(epilog="Example: forklift info thesis")
 def info(
     what: Annotated[
-        str | None, typer.Argument(help="A campaign's folder, a shipped truck's name or a truck's file.")
+        str | None,
+        typer.Argument(help="A campaign's folder, a log, a shipped truck's name or a truck's file."),
+    ] = None,
+    dbc: Annotated[
+        list[Path] | None, typer.Option("--dbc", help="What the frames of a CAN log hold; may be repeated.")
+    ] = None,
+    write: Annotated[
+        Path | None, typer.Option("--write", help="Write the proposed [channels] to a .toml file.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Tell what a campaign or a truck holds; of nothing: version, trucks, effects and parameters."""
+    """Tell what a campaign, a log or a truck holds; of nothing: version, trucks, effects and parameters.
+
+    Of a log: every signal with its clock, unit, range and course, and the [channels] it proposes.
+    """
+    from forklift.recordings.formats import SUFFIXES
     from forklift.report import tables
 
     if what is None:
@@ -401,6 +472,24 @@ def info(
 
         campaign = Campaign.read(what)
         print_json(campaign.to_dict()) if as_json else print_tables(tables.campaign_table(campaign))
+    elif Path(what).suffix.lower() in SUFFIXES:
+        from forklift.base import output
+        from forklift.recordings.inspect import inspect
+
+        if write:
+            output.check_file(write)
+            output.check_suffix(write, (".toml",))
+        log = inspect(what, dbc=dbc or ())
+        head = f"dbc = {json.dumps([os.path.abspath(one) for one in dbc])}\n\n" if dbc else ""
+        if write:
+            output.write_text(write, head + log.mapping())
+        if as_json:
+            print_json(log.to_dict() | {"written": [str(write)] if write else []})
+            return
+        print_tables(tables.log_table(log))
+        typer.echo(log.mapping())
+        if write:
+            say_written(write)
     else:
         from forklift.plant.forklift.truck import Truck
 
@@ -409,12 +498,13 @@ def info(
 
 
 @app.command(
-    epilog="Example: forklift convert day1.mf4 day2.mf4 --lift free --load 800 --out campaign "
-    "--channel ValveCurrFL=current_free_a,0.001"
+    epilog="Example: forklift convert free_800kg.mf4 main_800kg.mf4 --channels channels.toml --out campaign. "
+    "The channels a recording may hold: " + ", ".join(_CHANNELS)
 )
 def convert(
     source: Annotated[
-        list[Path], typer.Argument(help="A campaign, or recordings: .mf4, .mat, .parquet, .csv.")
+        list[Path],
+        typer.Argument(help="A campaign, or recordings: .mf4, .mat, .parquet, .csv; CAN: .blf, .asc, .mf4."),
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder of the plain campaign to write.")],
     lift: Annotated[_Lift | None, typer.Option("--lift", help="Which valves were commanded.")] = None,
@@ -428,19 +518,47 @@ def convert(
     ] = None,
     channel: Annotated[
         list[str] | None,
-        typer.Option("--channel", help="NAME=CHANNEL,SCALE,OFFSET: what a signal is; may be repeated."),
+        typer.Option(
+            "--channel",
+            help="NAME=CHANNEL, NAME=CHANNEL,UNIT or NAME=CHANNEL,SCALE,OFFSET: what a signal is; may be "
+            "repeated.",
+        ),
     ] = None,
+    channels: Annotated[
+        Path | None,
+        typer.Option("--channels", help="A TOML file with [channels], as info FILE --write makes it."),
+    ] = None,
+    propose: Annotated[
+        bool, typer.Option("--propose", help="Map the signals as info FILE proposes it.")
+    ] = False,
+    dbc: Annotated[
+        list[Path] | None, typer.Option("--dbc", help="What the frames of a CAN log hold; may be repeated.")
+    ] = None,
+    table: Annotated[
+        Path | None, typer.Option("--table", help="A CSV file with the columns file, lift, load_kg, role.")
+    ] = None,
+    cut: Annotated[bool, typer.Option("--cut", help="Cut each file into its lowerings.")] = False,
+    extend: Annotated[bool, typer.Option("--extend", help="Add to the campaign that stands there.")] = False,
     ignore: Annotated[
         list[str] | None, typer.Option("--ignore", help="A column to pass over; may be repeated.")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier campaign.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Turn recordings of any format and unit into a campaign of CSV files in SI units."""
+    """Turn recordings of any format and unit into a campaign of CSV files in SI units.
+
+    Lift and load come from the options, else from the table, else from each file's name (free_800kg.mf4),
+    else they are asked for.
+    """
     from forklift import convert as verb
     from forklift.report import tables
 
-    with busy("SensorUnknown and checking"):
+    def ask(file: str, what: str) -> Any:
+        if what == "lift":
+            return typer.prompt(f"{file}: which lift was commanded (free, main or both)?", err=True)
+        return typer.prompt(f"{file}: how many kilograms were on the forks?", type=float, err=True)
+
+    with busy("Reading and checking"):
         campaign = verb(
             source if len(source) > 1 else source[0],
             out,
@@ -449,8 +567,14 @@ def convert(
             role=role.value if role else None,
             name=name,
             sample_rate_hz=rate,
-            channels=dict(map(_mapping, channel)) if channel else None,
+            channels=dict(map(_mapping, channel)) if channel else channels,
             ignore=ignore or (),
+            dbc=dbc or (),
+            table=table,
+            cut=cut,
+            propose=propose,
+            extend=extend,
+            ask=ask if sys.stdin.isatty() and sys.stderr.isatty() else None,
             overwrite=overwrite,
         )
     if as_json:
@@ -571,9 +695,11 @@ def _command(name: str, lift: str, seed: int, duration: float) -> Command:
 
 
 def _mapping(text: str) -> tuple[str, dict[str, str | float]]:
-    """``ValveCurrFL=current_free_a,0.001,0`` as an entry of ``[channels]``."""
+    """``ValveCurrFL=current_free_a,0.001,0`` or ``pA=pressure_free_pa,bar`` as an entry of ``[channels]``."""
     name, equals, rest = text.partition("=")
     channel, *numbers = rest.split(",")
+    if name and channel and len(numbers) == 1 and units.known(numbers[0]):
+        return name, {"channel": channel, "unit": numbers[0]}
     try:
         scaled: dict[str, str | float] = dict(zip(("scale", "offset"), map(float, numbers), strict=False))
         if not (equals and name and channel) or len(numbers) > len(scaled):
@@ -601,7 +727,7 @@ def _about() -> dict[str, Any]:
         "parameters": _core.parameter_table(),
         "states": list(names.states().values()),
         "outputs": list(names.outputs().values()),
-        "channels": list(channels().values()),
+        "channels": list(known_channels().values()),
     }
 
 

@@ -12,7 +12,8 @@ from forklift.plant.protocol import Hypothesis
 
 AS_GOOD = 0.05
 """Credibility from which on a rival that leaves nothing over cannot be told from the cause."""
-
+LIKELY = 0.5
+"""Credibility below which a cause is no verdict: it is more likely to be another."""
 
 Form = Literal["complete", "uncertain"]
 
@@ -23,6 +24,7 @@ class Cause:
 
     hypothesis: Hypothesis
     credibility: float
+    """Share of resampled sets of recordings in which this, or what cannot be told from it, explains best."""
     form: Form
     not_separable_from: tuple[Hypothesis, ...]
     rivals: tuple[tuple[tuple[Hypothesis, ...], float, float], ...]
@@ -62,8 +64,12 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                 if hypothesis.label not in own
             )
         )
+        tied = {hypothesis.label for hypothesis in alike}
         credible = shares[accepted] + sum(
-            shares[refit] for refit in refits if refit is not accepted and own <= _labels(refit)
+            shares[refit]
+            for refit in refits
+            if refit is not accepted
+            and (own <= _labels(refit) or {one.label for one in _new(refit, known)} <= tied)
         )
         for hypothesis in _new(accepted, known):
             if hypothesis in final.hypotheses:
@@ -79,6 +85,11 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         if hypothesis.kind == "unknown" and hypothesis not in curves
     ]
     return tuple(found)
+
+
+def told(found: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Those that are more likely than not, with all that cannot be told from them."""
+    return tuple(cause for cause in found if cause.credibility >= LIKELY)
 
 
 def _curve(named: Hypothesis, selection: Selection) -> Hypothesis | None:

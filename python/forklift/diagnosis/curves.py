@@ -1,21 +1,25 @@
-"""Hypotheses without a name: a free curve where the mismatch is, over what it depends on."""
+"""Hypotheses without a name: free curves where the mismatch is, ranked by their evidence."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.diagnosis.dependence import Shape, shapes, telling
+from forklift.diagnosis.dependence import Shape, shapes
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.screening import screen
 from forklift.fitting.interface import Problem
 from forklift.plant.protocol import Hypothesis, Machine, Place
 
-SMALL = 0.2
-"""Share of a curve's largest absolute value below which it counts as nothing."""
+MOST_PLACES, MOST = 4, 3
+"""At how many places curves are screened, and how many of them are tried."""
+NEAR = 0.7
+"""A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
+linear about the same place."""
 STANDS = 1e-6
 """Share of its size by which a variable moves if it is one."""
 
@@ -29,66 +33,76 @@ class FreeCurves:
     machine
         Whose places and variables there are.
     known
-        Unknown inputs that were estimated already, by refit.
+        Unknown inputs that were estimated already, by refit; more are kept here.
     """
 
     machine: Machine
-    known: Mapping[Refit, Sequence[UnknownInput]]
+    known: dict[Refit, Sequence[UnknownInput]]
 
     def __call__(self, refit: Refit) -> list[Hypothesis]:
-        """The most promising beside what the refit has; beside nothing also what is no curve."""
-        places = {one.name: one for one in self.machine.places}
-        problem = refit.early.problem
-        inputs = self.known.get(refit) or unknown_inputs(
-            problem, refit.early.x, list(places), self.machine.hat_width_s(problem.samples)
-        )
-        found = self._curves(refit, [one for one in inputs if one.port in places])
-        first = places.get(inputs[0].port) if inputs else None
-        if refit.hypotheses or first is None:
-            return found
-        return [*found, *self.machine.unnamed(first, problem.samples)]
+        """The curves whose evidence is greatest beside what the refit has: at the most credible places, over
+        every variable. Beside nothing also what is no curve."""
+        inputs = self._inputs(refit)
+        places = self._first(refit, inputs)[:MOST_PLACES]
+        offered = self._curves(refit, places)
+        if not refit.hypotheses and inputs:
+            samples = refit.early.problem.samples
+            offered += self.machine.unnamed(self._place(inputs[0].port), samples)
+        at = refit.told_from
+        ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
+        worth = [one for one in ranked if one.evidence >= NEAR * ranked[0].evidence > 0.0]
+        return [one.hypotheses[0] for one in worth[:MOST]]
+
+    def located(self, refit: Refit) -> list[tuple[str, str]]:
+        """The part and the equation of each place, the most credible first."""
+        places = [self._place(one.port) for one in self._inputs(refit)]
+        return [(one.part, one.equation) for one in places]
 
     def beside(self, refit: Refit) -> list[Hypothesis]:
         """A curve over every variable at each place where the refit's hypotheses act; and other curves that
         belong there."""
         acted_on = {name for one in refit.hypotheses for name in self.machine.acted_on(one)}
         places = [one for one in self.machine.places if one.name in acted_on]
-        ranges = {part: _ranges(refit, part) for part in dict.fromkeys(one.part for one in places)}
-        curves = [
-            self.machine.curve(place, variable, *ends, place.size)
-            for place in places
-            for variable, ends in ranges[place.part].items()
-        ]
         others = [
             one
             for place in places
             for one in self.machine.unnamed(place, refit.early.problem.samples)
             if one.over
         ]
-        return [*(one for one in curves if one), *others]
+        return [*self._curves(refit, places), *others]
 
-    def _curves(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[Hypothesis]:
-        places = {one.name: one for one in self.machine.places}
+    def _place(self, name: str) -> Place:
+        return next(one for one in self.machine.places if one.name == name)
 
-        def over(one: UnknownInput) -> list[Shape]:
-            seen = over_variables(refit, one, places[one.port].part)
-            return [shape for shape in seen if _offer(self.machine, places[one.port], one, shape)]
+    def _inputs(self, refit: Refit) -> list[UnknownInput]:
+        """An unknown input at every place, sensors apart, the most credible first."""
+        places = [one.name for one in self.machine.places]
+        if refit not in self.known:
+            early = refit.early
+            width_s = self.machine.hat_width_s(early.problem.samples)
+            self.known[refit] = unknown_inputs(early.problem, early.x, places, width_s)
+        return [one for one in self.known[refit] if one.port in places]
 
-        offered = [
-            _offer(self.machine, places[one.port], one, shape)
-            for one, shape in telling(self._first(refit, inputs), over)
+    def _curves(self, refit: Refit, places: Sequence[Place]) -> list[Hypothesis]:
+        """Curves over every variable at each of these places."""
+        ranges = {part: _ranges(refit, part) for part in dict.fromkeys(one.part for one in places)}
+        return [
+            one
+            for place in places
+            for variable, ends in ranges[place.part].items()
+            for one in self.machine.curves(place, variable, *ends)
         ]
-        return [one for one in offered if one]
 
-    def _first(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[UnknownInput]:
+    def _first(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[Place]:
         """Where curves are tried: where the named hypothesis acts, and where the evidence is greatest."""
         own = [
-            one
+            one.port
             for one in inputs
             for hypothesis in refit.hypotheses
             if one.port in self.machine.acted_on(hypothesis)
         ]
-        return list(dict.fromkeys([*own[:1], *inputs]))
+        names = dict.fromkeys([*own[:1], *(one.port for one in inputs)])
+        return [self._place(name) for name in names]
 
 
 def variables(problem: Problem, x: Floats, part: str, at: Sequence[Floats]) -> list[dict[str, Floats]]:
@@ -104,14 +118,6 @@ def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Shape]:
     """An unknown input as a function of each variable, the best first."""
     early = refit.early
     return shapes(found, variables(early.problem, early.x, part, found.centres))
-
-
-def _offer(machine: Machine, place: Place, one: UnknownInput, shape: Shape) -> Hypothesis | None:
-    """The curve where it is not small, and a knot on either side: it resolves a narrow stretch the better."""
-    strong = np.flatnonzero(np.abs(shape.curve) >= SMALL * np.abs(shape.curve).max())
-    first, last = max(strong[0] - 1, 0), min(strong[-1] + 1, len(shape.at) - 1)
-    size = float(np.sqrt(np.mean(np.concatenate(one.values) ** 2)))
-    return machine.curve(place, shape.variable, float(shape.at[first]), float(shape.at[last]), size)
 
 
 def _ranges(refit: Refit, part: str) -> dict[str, tuple[float, float]]:

@@ -73,6 +73,8 @@ class Diagnosis:
     verdict: Verdict
     location: Location | None
     causes: tuple[Cause, ...]
+    doubted: tuple[Cause, ...]
+    """Explanations of which none is more likely than all others together: several fit as well."""
     inputs: tuple[UnknownInput, ...]
     """An unknown input at every place, the most credible first."""
     shapes: tuple[Shape, ...]
@@ -195,7 +197,7 @@ def diagnose(
     lifts, cautions, unexcited = _suited(campaign, truck)
     every = sensors(campaign.recordings)
     machine = Forklift(truck, lifts, oil_temperature_degc)
-    everyone = pose(machine, campaign.recordings, unknowns(truck, lifts), every)
+    everyone = pose(machine, campaign.recordings, unknowns(truck, lifts, hold=_held(cautions)), every)
     fitted = [found for found in everyone.samples if found.recording.role == "estimate"]
     refitter = Refitter(everyone.over(fitted), everyone, every)
     everybody = hypotheses(truck, lifts, list(every), _travelled(everyone.samples))
@@ -224,6 +226,7 @@ def diagnose(
         said,
         None if said == "no-mismatch" else _location(baseline, named, inputs, seen),
         named,
+        found.doubted,
         inputs,
         seen,
         selection,
@@ -253,6 +256,13 @@ def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[C
         lifts = {lift for recording in campaign.recordings for lift in commanded(recording.lift)}
         return tuple(lift for lift in LIFTS if lift in lifts), (), error.message
     return suited.lifts, suited.cautions, ""
+
+
+def _held(cautions: Sequence[Caution]) -> list[str]:
+    """What no recording tells. Left to its prior it would go to its bound, if that let recordings explain
+    anything by what is their own: a viscosity that falls twenty times too fast turns a sensor's error of a
+    tenth of a kelvin into any oil temperature."""
+    return [str(one.facts["parameter"]) for one in cautions if "parameter" in one.facts]
 
 
 def _evidence(

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Literal
 
-from forklift.diagnosis.causes import Cause, causes
+from forklift.diagnosis.causes import Cause, causes, told
 from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
@@ -62,6 +62,8 @@ class Investigation:
     screening: Screening
     """All hypotheses at the fitted machine."""
     causes: tuple[Cause, ...]
+    doubted: tuple[Cause, ...]
+    """Explanations of which none is more likely than all others together."""
 
 
 def investigate(
@@ -99,7 +101,10 @@ def investigate(
         with clock.stage("trying the hypotheses"):
             general = FreeCurves(machine, {baseline: inputs})
             selection = select(refitter, baseline, asked, hypotheses, clock.say, general)
-    return Investigation(tuple(inputs), tuple(seen), selection, screening, causes(selection))
+    found = causes(selection)
+    credible = told(found)
+    doubted = tuple(cause for cause in found if cause not in credible)
+    return Investigation(tuple(inputs), tuple(seen), selection, screening, credible, doubted)
 
 
 def verdict(selection: Selection, found: Sequence[Cause], *, hopeless: bool = False) -> Verdict:

@@ -14,6 +14,7 @@ from scipy.stats import norm
 from forklift.base import output, present
 from forklift.base.numbers import defined
 from forklift.base.result_files import PAGE, earlier_files
+from forklift.diagnosis.causes import AS_GOOD
 from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.ledger import considered
 from forklift.fitting.compare import (
@@ -65,6 +66,18 @@ def sentence(found: Diagnosis) -> str:
             f"samples the fitted truck explains all {len(judged)} recordings held out to the sensors' noise."
         )
     rose = _rise(found)
+    if not found.causes and found.doubted:
+        options = {
+            " and ".join(one.name for one in hypotheses): share
+            for cause in found.doubted
+            for hypotheses, share, _ in [((cause.hypothesis,), cause.credibility, 0.0), *cause.rivals]
+            if share >= AS_GOOD
+        }
+        listed = "; ".join(f"{name} ({share:.2f})" for name, share in options.items())
+        return (
+            "Something is missing, and several explanations fit the recordings held out about as well "
+            f"(credibility): {listed}."
+        )
     if not found.causes:
         assert found.location
         return (
@@ -211,6 +224,10 @@ def to_dict(found: Diagnosis) -> dict[str, Any]:
             [cause.hypothesis.label, *(one.label for one in cause.not_separable_from)]
             for cause in found.causes
             if cause.not_separable_from
+        ]
+        + [
+            [cause.hypothesis.label, *("+".join(one.label for one in names) for names, *_ in cause.rivals)]
+            for cause in found.doubted
         ],
         "next_recording": found.next_recording and found.next_recording.to_dict(COMMAND),
         "next_recording_why": found.next_why,

@@ -12,18 +12,22 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
-from forklift.diagnosis.screening import loo_log_score
+from forklift.diagnosis.screening import log_evidence, loo_log_score
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
+from forklift.fitting.nuisance import sought
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Progress, Stage, search
 from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
 
-ROUGH, FINE, AGAIN = STAGES[:2], STAGES[2:], STAGES[1:2]
+SETTLED = 2e-3
+"""Share of the cost by which a step of the race must lower it: what gains less is as good there."""
+ROUGH, FINE = tuple(replace(stage, share=SETTLED) for stage in STAGES[:2]), STAGES[2:]
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
+AGAIN = ROUGH[1:]
 QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)
 """For who is tried beside what explains everything: who explains as much is nearly there by then."""
 SETTLING = (replace(STAGES[2], evaluations=8),)
@@ -42,6 +46,8 @@ LESS = 0.95
 be quicker than the model without it."""
 TWICE = 2.0
 """Recordings held out may feel the substeps this many times as much as those that were fitted."""
+LIVES_UP = 0.8
+"""Share of what the score test promised that a search must gain, or it is started elsewhere too."""
 MUCH = 0.2
 """Share of what was left over that one start may leave without another being tried."""
 ALIKE = 0.5
@@ -74,6 +80,8 @@ class Refit:
     loo_log_score: float | None = None
     """How much better all recordings foretell each other than without its hypotheses, in ln probability;
     asked where nothing shows without them."""
+    cold: bool = False
+    """Whether it was searched for from the start machine too."""
 
     @property
     def rough(self) -> float:
@@ -94,7 +102,8 @@ class Refit:
     @cached_property
     def reduced_chi2(self) -> float:
         """Mean square over all held-out samples, in units of the sensors' noise."""
-        return self.squares / sum(found.samples for found in self.held_out)
+        samples = sum(found.samples for found in self.held_out)
+        return sum(found.samples * found.mean_square for found in self.held_out) / samples
 
     @cached_property
     def worst(self) -> ChannelResidual:
@@ -112,8 +121,8 @@ class Refit:
 
     @cached_property
     def squares(self) -> float:
-        """Sum of squares on recordings held out."""
-        return sum(found.samples * found.mean_square for found in self.held_out)
+        """Sum of squares on recordings held out, with what the freedom of their own unknowns costs."""
+        return sum(found.cost for found in self.held_out)
 
     @cached_property
     def excess(self) -> float:
@@ -130,17 +139,24 @@ class Refit:
         over."""
         if hypothesis.amplitude is None or hypothesis.kind == "unknown":
             return True
+        return self.deviations(hypothesis) >= CLEAR
+
+    def deviations(self, hypothesis: Hypothesis) -> float:
+        """How many of its standard deviations the amplitude lies from its null value, each widened by what is
+        left over; none, where there is no one amplitude."""
+        if hypothesis.amplitude is None:
+            return 0.0
         place = [unknown.name for unknown in self.found.problem.unknowns].index(hypothesis.amplitude)
         left = self.reduced_chi2 if self.left_at_weights is None else self.left_at_weights
         deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, left))
-        return bool(abs(self.found.x[place]) >= CLEAR * deviation)
+        return float(abs(self.found.x[place]) / max(deviation, 1e-300))
 
     def by_recording(self) -> dict[str, float]:
         """Sum of squares of each recording held out, or of each of its stretches that err independently."""
         sums: dict[str, float] = {}
         for found in self.held_out:
             if found.blocks == 1:
-                sums[found.file] = sums.get(found.file, 0.0) + found.samples * found.mean_square
+                sums[found.file] = sums.get(found.file, 0.0) + found.cost
                 continue
             for k, part in enumerate(np.array_split(found.left, found.blocks)):
                 name = f"{found.file}, stretch {k + 1}"
@@ -190,19 +206,21 @@ class Refitter:
             return self._stopped(hypotheses, found, (first, np.inf))
         return self._led_on(First(hypotheses, found, first), QUICK[1:])
 
-    def ahead(self, several: Sequence[tuple[Hypothesis, ...]], after: Refit) -> Refit:
+    def ahead(
+        self, several: Sequence[tuple[Hypothesis, ...]], after: Refit, promised: float = np.inf
+    ) -> Refit:
         """Who comes furthest in the tempered stages: the first of several sets of hypotheses from where
-        another refit left them; and if that leaves much over, all of them from the start machine too.
+        another refit left them; and all of them from the start machine too, unless the first gains nearly
+        the share of the cost that was promised, or leaves little over.
 
         Either start can end astray where the other does not.
         """
-        warm = self._first(several[0], after)
-        if warm.cost > MUCH * after.costs[0]:
-            return self._furthest([warm, *self._cold(several)])
-        refit = self._led_on(warm)
-        if refit.excess <= MUCH * after.excess:
-            return refit
-        return min(refit, self._furthest(self._cold(several)), key=lambda one: one.rough)
+        warm = self._led_on(self._first(several[0], after))
+        gained = 1.0 - warm.rough / after.rough
+        if gained >= LIVES_UP * promised or warm.excess <= MUCH * after.excess:
+            return warm
+        cold = self._furthest(self._cold(several))
+        return replace(min(warm, cold, key=lambda one: one.rough), cold=True)
 
     def afresh(self, refit: Refit) -> Refit:
         """The same hypotheses from the start machine, to the end; the refit itself if it came from there."""
@@ -269,12 +287,31 @@ class Refitter:
         stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
         return search(problem, x, self.sensors, (stage,), self.progress)
 
+    def evidence(self, refit: Refit) -> float:
+        """ln of the marginal likelihood of all recordings (Laplace's approximation), up to what all refits
+        have in common: a freedom costs what the recordings narrow its prior by, in each recording of which it
+        is a part. Slow noise counts as often as it is independent."""
+        found = self.everywhere(refit)
+        with one_thread():
+            return log_evidence(found.problem, found.x, self.together)
+
     def finish(self, refit: Refit) -> Refit:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
         early, clearly = refit.early, refit.worst.mean_square >= MISFIT
-        fine = search(early.problem, early.x, self.sensors, SETTLING if clearly else FINE, self.progress)
-        done = self._judged(refit.hypotheses, _after(early, fine), refit.costs, early=early, finished=True)
-        return done if clearly or done.complete else self._finer(done)
+        stages = SETTLING if clearly else FINE[:1]
+        done = self._ended(refit, early, stages)
+        if clearly or done.worst.mean_square >= MISFIT:
+            return done
+        done = self._ended(refit, done.found, FINE[1:])
+        return done if done.complete else self._finer(done)
+
+    def _ended(self, refit: Refit, at: Found, stages: tuple[Stage, ...]) -> Refit:
+        """The refit after these stages from there, judged."""
+        found = search(at.problem, at.x, self.sensors, stages, self.progress)
+        ended = self._judged(
+            refit.hypotheses, _after(at, found), refit.costs, early=refit.early, finished=True
+        )
+        return replace(ended, cold=refit.cold)
 
     def _finer(self, refit: Refit) -> Refit:
         """The same with shorter substeps, if what is left over is the simulation's own error."""
@@ -342,7 +379,7 @@ class Refitter:
                 granted = covariance_at_noise(found.problem, found.x, self.sensors)
                 judged = tuple(judge(everyone, theta, granted, self.sensors, far=NEAR, moves=MOVES))
             else:
-                judged = tuple(judge(everyone, theta, known.covariance, self.sensors))
+                judged = tuple(judge(everyone, theta, known.covariance, self.sensors, seek=sought))
         left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
         return Refit(tuple(hypotheses), found, known, judged, costs, finished, early, left)
 

@@ -44,6 +44,9 @@ class Screened:
     conditions."""
     deviations: tuple[float, ...]
     """Standard deviation of each amplitude beside all other unknowns, in its prior's; likewise."""
+    evidence: float = float("nan")
+    """Gain less what the freedom of all its amplitudes costs: ln of the ratio of the marginal likelihoods
+    with and without, both linear about the same place (Laplace's approximation)."""
 
     @property
     def testable(self) -> bool:
@@ -120,6 +123,13 @@ def loo_log_score(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis])
     """
     base, columns = _linear(problem, x, hypotheses)
     return base.loo_log_score(columns) if len(columns) == len(hypotheses) else float("nan")
+
+
+def log_evidence(problem: Problem, x: Floats, together: float = 1.0) -> float:
+    """ln of the marginal likelihood of all recordings about x, each sample counted 1/`together` times, up to
+    what depends on the recordings alone (Laplace's approximation; MacKay 2003, chapter 28)."""
+    base, _ = _linear(problem, x, ())
+    return base.log_evidence(together)
 
 
 def _linear(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]) -> tuple[_Base, list[_Column]]:
@@ -229,6 +239,7 @@ class _Base:
         self.residual, self.jacobian = residual, jacobian
         self.places = [problem.columns(k) for k in range(len(residual))]
         self.normal, self.gradient = np.diag(slope**2), slope * rho
+        self.own_prior = self.normal.copy()
         square = float(rho @ rho)
         for place, own, rest in zip(self.places, jacobian, residual, strict=True):
             self.normal[np.ix_(place, place)] += own.T @ own
@@ -236,6 +247,12 @@ class _Base:
             square += float(rest @ rest)
         self.cost = 0.5 * square
         self.alone = self._drop(self.normal, self.gradient)
+
+    def log_evidence(self, together: float) -> float:
+        """The function of this name."""
+        eye = np.eye(len(self.gradient))
+        normal = eye + (self.normal - self.own_prior) / together
+        return -(self.cost - self.alone) / together - 0.5 * float(np.linalg.slogdet(normal)[1])
 
     def gain(self, columns: Sequence[_Column]) -> Screened:
         """What these hypotheses together take off the cost, beyond what a step without them would."""
@@ -247,11 +264,14 @@ class _Base:
             amplitudes.append(float("nan") if column.own else float(step[first]))
             deviations.append(float("nan") if column.own else float(deviation[first]))
             first += wide
+        gain = self._drop(normal, gradient) - self.alone
+        freedom = 0.5 * float(np.linalg.slogdet(normal)[1] - np.linalg.slogdet(self.normal)[1])
         return Screened(
             tuple(column.hypothesis for column in columns),
-            self._drop(normal, gradient) - self.alone,
+            gain,
             tuple(amplitudes),
             tuple(deviations),
+            gain - freedom,
         )
 
     def loo_log_score(self, columns: Sequence[_Column]) -> float:

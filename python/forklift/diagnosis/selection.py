@@ -21,12 +21,24 @@ FIRST, FURTHER = 3, 4
 WORTH = 0.1
 """A hypothesis enters the race if it promises this share of the best one's gain; and what is easily confused
 with a complete explanation is tried beside that from this share of its gain on."""
+LITTLE = 0.05
+"""Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
+the start machine where the evidence is."""
 PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
 """From how many places of its further parameters the search for one hypothesis starts."""
 NEARLY = 0.01
 """Share of what was left over that may still be left by a search that only ended in the wrong place."""
+NEAR_PLACES, MOST_NEAR = 4, 4
+"""At how many of the most credible places names are tried from the start machine before something is said to
+have none, and how many names."""
+AHEAD, MOST_OF = 2.0, 0.5
+"""How many times as much as the next the most promising promises, and which share of what is left over it
+removes, if no other is tried in its place."""
+BEYOND_DOUBT = 25.0
+"""An amplitude so many of its deviations from none is needed: without it −ln posterior would rise by some
+three hundred."""
 LEAST_ROUGH = 2.0
 """A hypothesis stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what
 it has with the best one, and by no less than this."""
@@ -63,6 +75,9 @@ class General(Protocol):
 
     def beside(self, refit: Refit) -> Sequence[Hypothesis]:
         """That would mend the law of what the refit has, where it acts."""
+
+    def located(self, refit: Refit) -> Sequence[tuple[str, str]]:
+        """Where and in which equation something acts that a refit leaves over, the most credible first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,16 +126,17 @@ def select(
 
     `screening` is the baseline's: of a baseline that explains everything only what is `alarming`.
     """
-    best, steps = baseline, [_round(refitter, baseline, screening, say)]
-    while (accepted := steps[-1].accepted) is not None:
-        best = accepted
-        if best.complete or len(best.hypotheses) >= MOST_ACCEPTED:
-            break
-        known = {hypothesis.label for hypothesis in best.hypotheses}
-        say("screening the hypotheses")
-        left = [hypothesis for hypothesis in hypotheses if hypothesis.label not in known]
-        steps.append(_round(refitter, best, screen(best.told_from.problem, best.told_from.x, left), say))
+    best, steps = _named(refitter, baseline, screening, hypotheses, say)
+    if not best.complete:
+        step = _near(refitter, best, steps, hypotheses, say, general)
+        if step is not None:
+            steps.append(step)
+            best = step.accepted or best
     best = _needed(refitter, best, say)
+    law = _law_instead(refitter, baseline, best, steps, say, general) if best.complete else None
+    if law is not None:
+        steps.append(law)
+        return Selection(baseline, tuple(steps), law.accepted or best)
     named = [step.accepted for step in steps if step.accepted]
     curve = None
     if best.complete and len(best.hypotheses) == 1:
@@ -138,24 +154,149 @@ def select(
     if not final.finished:
         say("fitting the final model")
         final = refitter.finish(final)
+    if chosen:
+        final = _needed(refitter, final, say)
     return Selection(baseline, tuple(steps), final, unnamed, curve)
+
+
+def _named(
+    refitter: Refitter, baseline: Refit, screening: Screening, hypotheses: Sequence[Hypothesis], say: Say
+) -> tuple[Refit, list[Step]]:
+    """Rounds of names, as long as each leaves enough less over."""
+    best, steps = baseline, [_round(refitter, baseline, screening, say)]
+    while (accepted := steps[-1].accepted) is not None:
+        best = accepted
+        if best.complete or len(best.hypotheses) >= MOST_ACCEPTED:
+            break
+        say("screening the hypotheses")
+        left = _beside(best, hypotheses)
+        steps.append(_round(refitter, best, screen(best.told_from.problem, best.told_from.x, left), say))
+    return best, steps
+
+
+def _beside(best: Refit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Those that `best` has not."""
+    known = {hypothesis.label for hypothesis in best.hypotheses}
+    return [hypothesis for hypothesis in hypotheses if hypothesis.label not in known]
+
+
+def _near(
+    refitter: Refitter,
+    best: Refit,
+    steps: Sequence[Step],
+    hypotheses: Sequence[Hypothesis],
+    say: Say,
+    general: General,
+) -> Step | None:
+    """Where something is left over, physics at the most credible places, from the start machine.
+
+    The parameters may have bent so far to make up for what is missing that no linear step from there promises
+    anything of it. Those that were searched for from the start machine are not tried again.
+    """
+    if len(best.hypotheses) >= MOST_ACCEPTED:
+        return None
+    places = list(dict.fromkeys(general.located(best)))[:NEAR_PLACES]
+    own = {one.label for one in best.hypotheses}
+    tried = {
+        one.label
+        for step in steps
+        for refit in step.refits
+        if refit.cold
+        for one in refit.hypotheses
+        if {each.label for each in refit.hypotheses} - {one.label} == own
+    }
+    left = [
+        one
+        for one in _beside(best, hypotheses)
+        if one.kind == "physics"
+        and one.label not in tried
+        and any(one.equation == equation and one.where in (where, "") for where, equation in places)
+    ]
+    if not left:
+        return None
+    screening = screen(best.told_from.problem, best.told_from.x, left)
+    refits: list[Refit] = []
+    for screened in screening.singles[:MOST_NEAR]:
+        hypothesis = screened.hypotheses[0]
+        say(f"trying {hypothesis.label} from the start")
+        refit = replace(refitter.rough((*best.hypotheses, hypothesis)), cold=True)
+        refits += _finished(refitter, best, [refit], refits, say)[len(refits) :]
+        if refits[-1].complete and refits[-1].identifiable:
+            break
+    share = refitter.later if best.hypotheses else LEAST_GAIN
+    accepted = _choice([refit for refit in refits if _helps(refit, best, share)])
+    return Step(screening, tuple(sorted(refits, key=_rank)), accepted)
 
 
 def _round(refitter: Refitter, best: Refit, screening: Screening, say: Say) -> Step:
     """The most promising; further ones while none explains everything; what the winner is confused with."""
     share = refitter.later if best.hypotheses else LEAST_GAIN
-    ranked = [found for found in screening.singles if found.gain >= WORTH * screening.singles[0].gain]
+    gains = [found.gain for found in screening.singles]
+    least = max(WORTH * gains[0], LITTLE * _excess(best, screening)) if gains else 0.0
+    ranked = screening.singles[:1] + tuple(one for one in screening.singles[1:] if one.gain >= least)
     pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
     refits: list[Refit] = []
     for entered in (ranked[:1], [*ranked[1:FIRST], *pairs], ranked[FIRST : FIRST + FURTHER]):
         refits = _race(refitter, best, entered, screening, refits, say)
         accepted = _choice([refit for refit in refits if _helps(refit, best, share)])
-        if accepted is not None and accepted.complete:
+        if accepted is not None and (accepted.complete or _leads(accepted, best, screening)):
             rivals = _rivals(accepted, refits, screening)
             refits = _race(refitter, best, rivals, screening, refits, say, quick=True)
             break
     accepted = _choice([refit for refit in refits if _helps(refit, best, share)])
     return Step(screening, tuple(sorted(refits, key=_rank)), accepted)
+
+
+def _excess(best: Refit, screening: Screening) -> float:
+    """How far −ln posterior lies above what the sensors' noise leaves, where the hypotheses were screened."""
+    samples = sum(len(seen.rows) for one in best.found.problem.samples for seen in one.observed)
+    return max(screening.cost - 0.5 * samples, 0.0)
+
+
+def _law_instead(
+    refitter: Refitter,
+    baseline: Refit,
+    best: Refit,
+    steps: Sequence[Step],
+    say: Say,
+    general: General,
+) -> Step | None:
+    """One law with a curve that mends it, in place of a condition entered wrongly.
+
+    A condition has a freedom in every recording, so that it follows what a law of another shape than the
+    catalogue's does not; what that freedom costs is part of the comparison.
+    """
+    if all(hypothesis.amplitude is not None for hypothesis in best.hypotheses):
+        return None
+    step, most = steps[0], (1.0 - MOST_OF) * baseline.excess
+    laws = [
+        refit
+        for refit in step.refits
+        if len(refit.hypotheses) == 1 and refit.hypotheses[0].kind == "physics" and refit.excess <= most
+    ]
+    if not laws:
+        return None
+    law = min(laws, key=lambda refit: refit.squares)
+    at = law.found if law.finished else law.early
+    curves = screen(at.problem, at.x, general.beside(law), 0).ranked
+    if not curves:
+        return None
+    curve = max(curves, key=lambda one: one.evidence).hypotheses[0]
+    say(f"fitting {law.hypotheses[0].label} with {curve.name}")
+    mended = refitter.finish(refitter.rough((*law.hypotheses, curve), law))
+    if not mended.complete or mended.squares > best.squares + AS_NEAR:
+        return None
+    return Step(step.screening, tuple(sorted([mended, law, best], key=_rank)), mended)
+
+
+def _leads(accepted: Refit, best: Refit, screening: Screening) -> bool:
+    """Whether the most promising removes most of what is left over, and promises far more than the next: what
+    is left is then sought beside it, and no other instead of it."""
+    first, *others = screening.singles
+    own = {hypothesis.label for hypothesis in accepted.hypotheses} - {one.label for one in best.hypotheses}
+    alone = own == {first.hypotheses[0].label}
+    ahead = not others or first.gain >= AHEAD * others[0].gain
+    return alone and ahead and best.squares - accepted.squares >= MOST_OF * best.excess
 
 
 def _unnamed(
@@ -173,12 +314,16 @@ def _unnamed(
         beside = [baseline, *first]
     refits = []
     for refit in beside:
-        rough = []
+        tried: list[Refit] = []
         for hypothesis in general(refit):
             say(f"trying {hypothesis.label} at the {hypothesis.equation}")
-            hypotheses = (*refit.hypotheses, hypothesis)
-            rough.append(refitter.ahead([hypotheses], refit))
-        refits += _finished(refitter, refit, rough, [], say)
+            rough = refitter.rough((*refit.hypotheses, hypothesis), refit)
+            tried = _finished(refitter, refit, [rough], tried, say)
+            if tried[-1].complete:
+                break
+        refits += tried
+        if any(one.complete for one in tried):
+            break
     return tuple(sorted(refits, key=_rank))
 
 
@@ -273,7 +418,7 @@ def _needed(refitter: Refitter, best: Refit, say: Say) -> Refit:
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none.
     """
     for hypothesis in best.hypotheses:
-        if len(best.hypotheses) > 1:
+        if len(best.hypotheses) > 1 and best.deviations(hypothesis) < BEYOND_DOUBT:
             say(f"checking whether {hypothesis.label} is needed")
             refit = refitter.without(hypothesis, best)
             if refit.complete or refit.squares <= best.squares + CLEARLY:
@@ -346,7 +491,8 @@ def _roughly(
     if len(screened.hypotheses) == 1:
         several = [(one,) for one in screening.variants(screened.hypotheses[0])[:VARIANTS]]
     every = [(*best.hypotheses, *more) for more in several]
-    return refitter.quick(every[0], best) if quick else refitter.ahead(every, best)
+    promised = screened.gain / screening.cost
+    return refitter.quick(every[0], best) if quick else refitter.ahead(every, best, promised)
 
 
 def credibility(refits: Sequence[Refit], draws: int = REDRAWS, seed: int = 1) -> list[float]:

@@ -1,1 +1,1 @@
-"""Many seeded runs: stability sweeps, their intervals, and rare failures."""
+"""Many seeded runs, drawn by counter-based random numbers and resumed after a stop: sweeps and proofs."""

@@ -68,8 +68,10 @@ def descend(
     evaluations: int,
     gain: float,
     progress: Callable[[float, Floats], None],
+    share: float = 0.0,
 ) -> Floats:
-    """From x down to where a step lowers the cost, as predicted or twice in a row, by less than `gain`.
+    """From x down to where a step lowers the cost, as predicted or twice in a row, by less than `gain`, or by
+    less than this share of the cost.
 
     Raises
     ------
@@ -80,15 +82,16 @@ def descend(
     progress(here.cost, x)
     limits, damping, small = problem.limits(), DAMPING, 0
     for _ in range(1, evaluations):
-        if here.lost or small > 1 or here.gain(here.step(limits)) < gain:
+        enough = max(gain, share * here.cost)
+        if here.lost or small > 1 or here.gain(here.step(limits)) < enough:
             break
-        then, damping = _downhill(problem, here, limits, damping, gain)
+        then, damping = _downhill(problem, here, limits, damping, enough)
         if then is None:
             break
         before, here = here.cost, then
         progress(here.cost, here.x)
         damping /= RELAX
-        small = small + 1 if before - here.cost < gain else 0
+        small = small + 1 if before - here.cost < enough else 0
     return here.x
 
 

@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.fitting.problem import LeastSquares
@@ -61,7 +63,7 @@ def predict_all(
         If a run fails.
     """
     with one_thread():
-        x = settled(problem, theta, far=far, moves=moves)
+        x = np.clip(settled(problem, theta, far=far, moves=moves), *problem.bounds())
         own, read = problem.run(x, read=False), problem.run(x)
     names = problem.machine.outputs
     return tuple(

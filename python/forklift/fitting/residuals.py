@@ -8,10 +8,10 @@ is white.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from math import hypot, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,10 +39,16 @@ that is rounding, and taken off."""
 FAR = 0.3
 """What moves one of a recording's own unknowns by more of its prior's deviations is linearised anew: a load
 that was entered wrongly, say."""
+STRAIN = 25.0
+"""Sum of squares of a recording's own unknowns, in their priors' deviations, that chance explains: of five of
+them it exceeds this once in seven thousand recordings."""
 MOST_MOVES = 4
 HALVINGS = 5
 WHITE = 0.01
 """Its level: a complete model fails one test in a hundred."""
+
+Seek = Callable[[Any, Floats], Floats]
+"""Given a problem and a place: the same with each recording's own unknowns where they explain it best."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +96,13 @@ class ChannelResidual:
         seen[self.rows] = given[self.rows]
         return seen if self.instants is None else seen[self.instants]
 
+    strain: float = 0.0
+    """What the recording's own unknowns cost by their prior beyond chance, in squares: in the channel they
+    moved most. What a model lacks must not hide in an oil temperature that no sensor can be off by."""
+    freedom: float = 0.0
+    """ln det of how much the recording narrows its own unknowns' prior, likewise in one channel: twice what
+    their freedom costs in ln of the marginal likelihood."""
+
     @property
     def bound(self) -> float:
         """Mean square up to which nothing is left over that the sensor's noise does not explain."""
@@ -108,6 +121,11 @@ class ChannelResidual:
         return self.samples * max(self.mean_square - 1.0, 0.0)
 
     @property
+    def cost(self) -> float:
+        """−2 ln of the recording's marginal likelihood, as far as this channel says, up to a constant."""
+        return self.samples * self.mean_square + self.freedom
+
+    @property
     def white(self) -> bool | None:
         return None if self.whiteness is None else self.whiteness >= WHITE
 
@@ -120,17 +138,34 @@ def judge(
     *,
     far: float = FAR,
     moves: int = MOST_MOVES,
+    seek: Seek | None = None,
 ) -> list[ChannelResidual]:
     """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`.
 
     The channels pull with the problem's weights, so that one the model cannot follow does not bend the
     others; what is left is then told in units of the sensors' noise. A recording's own unknowns that move by
-    more than `far` are linearised anew, at most in `moves` places.
+    more than `far` are linearised anew, at most in `moves` places; `seek` is asked first where they may be.
     """
-    _, runs, steps = _settled(problem, theta, covariance, far, moves)
+    x, runs, steps = _settled(problem, theta, covariance, far, moves, seek)
     judged = []
-    for sample, at, step in zip(problem.samples, runs, steps, strict=True):
-        judged += _judge(sample, at, step, sensors)
+    for k, (sample, at, step) in enumerate(zip(problem.samples, runs, steps, strict=True)):
+        own = problem.nuisance(x, k) + step[len(theta) :]
+        judged += _paid(_judge(sample, at, step, sensors), at, own)
+    return judged
+
+
+def _paid(judged: list[ChannelResidual], at: Linearised, own: Floats) -> list[ChannelResidual]:
+    """With what the recording's own unknowns cost, in the channel that pulls them most."""
+    if not judged or not len(own):
+        return judged
+    pulls = [float(np.sum((at.jacobian[one.channel][:, -len(own) :] @ own) ** 2)) for one in judged]
+    most = int(np.argmax(pulls))
+    rows = np.vstack([at.jacobian[one.channel][:, -len(own) :] for one in judged])
+    freedom = float(np.linalg.slogdet(np.eye(len(own)) + rows.T @ rows)[1])
+    strain = max(float(own @ own) - STRAIN, 0.0)
+    one = judged[most]
+    square = one.mean_square + strain / one.samples
+    judged[most] = replace(one, mean_square=square, strain=strain, freedom=freedom)
     return judged
 
 
@@ -141,22 +176,48 @@ def settled(problem: Problem, theta: Floats, *, far: float, moves: int) -> Float
 
 
 def _settled(
-    problem: Problem, theta: Floats, covariance: Floats, far: float, moves: int
+    problem: Problem,
+    theta: Floats,
+    covariance: Floats,
+    far: float,
+    moves: int,
+    seek: Seek | None = None,
 ) -> tuple[Floats, list[Linearised], list[Floats]]:
     """Where the recordings were last linearised, how, and the steps from there."""
     x = problem.at(theta)
+    if seek is not None and _far(problem, _stepped(problem, x, covariance)[1], far):
+        x = seek(problem, x)
+    return _moved(problem, x, covariance, far, moves)
+
+
+def _moved(
+    problem: Problem, x: Floats, covariance: Floats, far: float, moves: int
+) -> tuple[Floats, list[Linearised], list[Floats]]:
+    """From x, linearised anew as long as anything moves far."""
+    shared = len(problem.unknowns)
+    runs, steps = _stepped(problem, x, covariance)
     for _ in range(moves):
-        runs = problem.linearise(x)
-        steps = [
-            _step(sample, at, covariance, problem.nuisance(x, k))
-            for k, (sample, at) in enumerate(zip(problem.samples, runs, strict=True))
-        ]
-        own = np.concatenate([step[len(theta) :] for step in steps])
-        if not np.any(np.abs(own) > far):
+        if not _far(problem, steps, far):
             break
-        there = np.clip(x + np.concatenate([np.zeros(len(theta)), own]), *problem.bounds())
+        own = np.concatenate([step[shared:] for step in steps])
+        there = np.clip(x + np.concatenate([np.zeros(shared), own]), *problem.bounds())
         x = _towards(problem, x, there)
+        runs, steps = _stepped(problem, x, covariance)
     return x, runs, steps
+
+
+def _stepped(problem: Problem, x: Floats, covariance: Floats) -> tuple[list[Linearised], list[Floats]]:
+    """Every recording linearised at x, and its step from there."""
+    runs = problem.linearise(x)
+    return runs, [
+        _step(sample, at, covariance, problem.nuisance(x, k))
+        for k, (sample, at) in enumerate(zip(problem.samples, runs, strict=True))
+    ]
+
+
+def _far(problem: Problem, steps: list[Floats], far: float) -> bool:
+    """Whether any of what recordings have of their own moves far."""
+    return any(np.any(np.abs(step[len(problem.unknowns) :]) > far) for step in steps)
 
 
 def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:

@@ -41,6 +41,8 @@ class Stage:
     """The stage ends where a further step lowers the cost by less than about this."""
     sharpest: float = 0.3
     """Least softness of an encoder's edges, in counts."""
+    share: float = 0.0
+    """It ends as well where a further step lowers the cost by less than this share of it."""
 
 
 STAGES = (
@@ -90,7 +92,7 @@ def search(
         for stage in stages:
             problem = _weighted(problem, x, sensors, stage)
             counter = Counter(stage, progress)
-            x = geodesic.descend(problem, x, stage.evaluations, stage.gain, counter)
+            x = geodesic.descend(problem, x, stage.evaluations, stage.gain, counter, stage.share)
             evaluations += counter.count
         return _found(problem, x, evaluations)
 

@@ -24,6 +24,8 @@ CORRELATED = 16
 """Residuals may be correlated over one in so many of a recording's samples."""
 KNOTS = 7
 """Of a free curve."""
+MOST = 10.0
+"""Of what a curve may add, in the place's usual size."""
 HATS = 60
 """Of an unknown input, over the longest recording."""
 SAMPLES = 4
@@ -223,16 +225,14 @@ class NumpyMachine:
         usual = max(float(np.median(np.diff(one.recording.time_s))) for one in cases)
         return max(longest / HATS, SAMPLES * usual)
 
-    def curve(
-        self, place: Place, variable: str, lower: float, upper: float, size: float
-    ) -> Hypothesis | None:
+    def curves(self, place: Place, variable: str, lower: float, upper: float) -> tuple[Hypothesis, ...]:
         """Σ kₙ hat((v − vₙ)/(v₁ − v₀)) over evenly spaced knots vₙ, constant beyond them."""
         if place.name not in {port.name for port in self.plant.ports}:
-            return None
-        head, most = f"{place.name}.over.{variable}", 10.0 * max(size, 1e-12)
+            return ()
+        head, most = f"{place.name}.over.{variable}", MOST * place.size
         knots = [Param(f"{head}.knot_{k}", place.unit, 0.0, -most, most) for k in range(KNOTS)]
         ends = ((f"{head}.lower", lower), (f"{head}.upper", upper))
-        return Hypothesis(
+        one = Hypothesis(
             "unknown",
             "unknown",
             f"something acts on the {place.name} as a function of {variable}",
@@ -245,6 +245,7 @@ class NumpyMachine:
             further=tuple(one.name for one in knots[1:]),
             over=variable,
         )
+        return (one,)
 
     def acted_on(self, hypothesis: Hypothesis) -> tuple[str, ...]:
         """The effect's ports, or the curve's."""

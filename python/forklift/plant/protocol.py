@@ -287,12 +287,10 @@ class Machine(Protocol):
         As the machine has them where it computes them, else as they were recorded.
         """
 
-    def curve(
-        self, place: Place, variable: str, lower: float, upper: float, size: float
-    ) -> Hypothesis | None:
-        """A free curve over one variable at a place, from `lower` to `upper`; at its null value it is zero.
+    def curves(self, place: Place, variable: str, lower: float, upper: float) -> tuple[Hypothesis, ...]:
+        """Free curves over one variable at a place, from `lower` to `upper`; zero at their null values.
 
-        `size`: of what the place may get, in its unit. None where the variable takes no curve.
+        Of several resolutions where the variable asks for it; none where it takes no curve.
         """
 
     def acted_on(self, hypothesis: Hypothesis) -> tuple[str, ...]:

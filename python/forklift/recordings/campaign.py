@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from forklift.recordings.campaign_file import CampaignFile
 
 FILE = "campaign.toml"
+MAPPING = "channels.toml"
+"""How the logs of a converted campaign were mapped."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,7 +81,9 @@ class Campaign:
             )
         return cls(document.name, document.sample_rate_hz, tuple(recordings), folder)
 
-    def write(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+    def write(
+        self, folder: str | Path, *, overwrite: bool = False, notes: Mapping[str, str] | None = None
+    ) -> Path:
         """Write a folder of CSV files in SI units and its ``campaign.toml``, whole or not at all.
 
         Recordings of other formats are named ``.csv``. Every number reads back the same, to the bit.
@@ -91,6 +95,8 @@ class Campaign:
         overwrite
             Whether an earlier campaign may be replaced: a folder that holds the files of a campaign and no
             others.
+        notes
+            Further files to write there, name to text: ``channels.toml``, which an earlier campaign keeps.
 
         Raises
         ------
@@ -103,7 +109,13 @@ class Campaign:
         recordings = [replace(found, file=csv_name(found.file)) for found in self.recordings]
         document = campaign_file.dump(self.name, self.sample_rate_hz, recordings)
         campaign_file.parse(document.encode(), Place(FILE, str(folder / FILE)))
+        kept = folder / MAPPING
+        notes = dict(notes or {})
+        if MAPPING not in notes and kept.is_file() and overwrite:
+            notes[MAPPING] = kept.read_text(encoding="utf-8")
         with output.folder(folder, replaceable(folder, overwrite), FILE) as temporary:
+            for name, text in notes.items():
+                (temporary / name).write_text(text, encoding="utf-8", newline="\n")
             for found in recordings:
                 path = temporary / found.file
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -252,4 +264,4 @@ def replaceable(folder: Path, overwrite: bool) -> frozenset[str]:
         _, document = document_of(folder)
     except ForkliftError:
         return frozenset()
-    return frozenset({FILE, *(str(PurePosixPath(entry.file)) for entry in document.recording)})
+    return frozenset({FILE, MAPPING, *(str(PurePosixPath(entry.file)) for entry in document.recording)})

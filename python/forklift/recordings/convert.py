@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from forklift.base import output
 from forklift.base.errors import ForkliftError
-from forklift.recordings.campaign import FILE, Campaign, document_of, places, replaceable
+from forklift.recordings.campaign import FILE, MAPPING, Campaign, document_of, places, replaceable
 from forklift.recordings.channels import Lifts
+from forklift.recordings.cut import lowerings
+from forklift.recordings.entered import Entered, of_name, of_table
 from forklift.recordings.formats import SUFFIXES, format_of
 from forklift.recordings.formats.signals import Place
+from forklift.recordings.inspect import inspect
 from forklift.recordings.recording import Role
 
 if TYPE_CHECKING:
@@ -20,6 +25,8 @@ if TYPE_CHECKING:
     from forklift.recordings.reading import Raw
 
 _RATE_DIGITS = 6  # of a sample rate that is found from time stamps: a clock is not better than 1 ppm
+Ask = Callable[[str, str], Any]
+"""Answers of a file what its lift or load is."""
 _OPTIONS = "convert"  # what errors about the options name instead of a file
 
 
@@ -32,9 +39,14 @@ def convert(
     role: Role | None = None,
     name: str | None = None,
     sample_rate_hz: float | None = None,
-    channels: Mapping[str, str | Mapping[str, Any]] | None = None,
+    channels: Mapping[str, str | Mapping[str, Any]] | str | Path | None = None,
     ignore: Iterable[str] = (),
     dbc: str | Path | Sequence[str | Path] = (),
+    table: str | Path | None = None,
+    cut: bool = False,
+    propose: bool = False,
+    extend: bool = False,
+    ask: Ask | None = None,
     overwrite: bool = False,
 ) -> Campaign:
     """Write a plain campaign: one CSV file in SI units for each recording, and its ``campaign.toml``.
@@ -45,23 +57,38 @@ def convert(
     ----------
     source
         A campaign (folder or ``campaign.toml``), whose file says all the rest; or one or more recordings
-        (MDF4, MAT, Parquet, CSV), of which `lift`, `load_kg`, `role` and the following are told here.
+        (MDF4, MAT, Parquet, CSV, CAN), of which `lift`, `load_kg`, `role` and the following are told here.
     out
         The folder to write; it does not exist yet, or is empty.
     lift, load_kg, role
-        As in ``campaign.toml`` [kg], for all recordings; `role` is ``"estimate"`` unless told.
+        As in ``campaign.toml`` [kg], for all recordings. Unless told: as `table` says of the file, else as
+        its name does (`forklift.recordings.entered`), else as `ask` answers; `role` is then ``"estimate"``.
     name
         Of the campaign; the folder's name, or the source's, unless told.
     sample_rate_hz
-        To bring all channels to [Hz], see `forklift.recordings.resample`; a recording that is at this rate
-        stays as it is. Unless told, the campaign's, or that of the commanded current.
+        Of recordings whose channels have one clock [Hz]; of a clock that is a whole number of times as fast
+        every so-manieth row is kept, and lost rows are filled with missing samples. Unless told, the
+        campaign's, or that of the commanded current. Channels on clocks of their own keep them.
     channels
         As ``[channels]``: ``{"ValveCurrFL": {"channel": "current_free_a", "scale": 0.001}}``; a bare name
-        stands for its channel, without scale.
+        stands for its channel, in the unit that the file states. Or a TOML file with that table, as
+        ``forklift info FILE --write`` makes it; it may hold ``ignore`` and ``dbc`` too.
     ignore
         Columns to pass over.
     dbc
         The DBC of a CAN log, or several.
+    table
+        A CSV file with the columns ``file, lift, load_kg, role``.
+    cut
+        Whether each file is cut into its lowerings, see `forklift.recordings.cut`; the lift is then told by
+        the currents.
+    propose
+        Whether what `forklift.recordings.inspect` proposes stands for `channels`.
+    extend
+        Whether the recordings are added to the campaign that stands in `out`. Unless told otherwise they are
+        mapped as its ``channels.toml`` says.
+    ask
+        Called with a file and ``"lift"`` or ``"load_kg"`` where nothing tells it.
     overwrite
         See `Campaign.write`.
 
@@ -78,7 +105,10 @@ def convert(
     """
     from forklift.recordings import campaign_file, reading
 
-    output.check_folder(out, replaceable(Path(out), overwrite), FILE)
+    output.check_folder(out, replaceable(Path(out), overwrite or extend), FILE)
+    earlier = Campaign.read(out) if extend else None
+    if extend and channels is None and not propose and (Path(out) / MAPPING).exists():
+        channels = Path(out) / MAPPING
     if sample_rate_hz is not None:
         campaign_file.check_rate(sample_rate_hz, Place(_OPTIONS, str(out)))
     files = [Path(source)] if isinstance(source, str | Path) else [Path(file) for file in source]
@@ -92,6 +122,10 @@ def convert(
             "role": role,
             "channels": channels,
             "ignore": tuple(ignore) or None,
+            "table": table,
+            "cut": cut or None,
+            "propose": propose or None,
+            "extend": extend or None,
         }
         _nothing_told(files[0], told)
         folder, document = document_of(files[0])
@@ -100,17 +134,40 @@ def convert(
                 "output-exists", f"{out} is the campaign to be converted; name another folder", file=str(out)
             )
         found = list(places(folder, document))
+        notes: dict[str, str] = {}
         name = name or document.name
         rate = rate or document.sample_rate_hz
     else:
-        name = name or Path(out).resolve().name
-        document = _document(name, files, str(out), lift, load_kg, role, channels, ignore)
+        name = name or (earlier.name if earlier else Path(out).resolve().name)
+        told_by = of_table(table) if table else {}
+        entered = [
+            Entered(lift, load_kg, role).over(told_by.get(file.name, Entered())).over(of_name(file.name))
+            for file in files
+        ]
+        if ask and not cut:
+            entered = [
+                Entered(one.lift or ask(file.name, "lift"), one.load_kg, one.role)
+                for one, file in zip(entered, files, strict=True)
+            ]
+        if ask:
+            entered = [
+                one
+                if one.load_kg is not None
+                else Entered(one.lift, float(ask(file.name, "load_kg")), one.role)
+                for one, file in zip(entered, files, strict=True)
+            ]
+        if cut:
+            entered = [Entered(one.lift or "both", one.load_kg, one.role) for one in entered]
+        mapping = _mapping(channels, ignore, dbc)
+        if propose and files:
+            mapping["channels"] = tomllib.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())["channels"]
+        document = _document(name, files, str(out), entered, mapping)
         entries = zip(document.recording, files, strict=True)
-        bases = [dbc] if isinstance(dbc, str | Path) else dbc
-        databases = tuple(os.path.abspath(file) for file in bases)
+        databases = tuple(os.path.abspath(file) for file in mapping["dbc"])
+        notes = {MAPPING: _written(mapping)} if mapping["channels"] else {}
         found = [(entry, Place(entry.file, os.path.abspath(file), dbc=databases)) for entry, file in entries]
     raws = [(entry, reading.load(place, document.channel_map)) for entry, place in found]
-    rate = rate or _rate(raws[0][1])
+    rate = rate or (earlier.sample_rate_hz if earlier else _rate(raws[0][1]))
     recordings = tuple(
         reading.build(
             raw,
@@ -122,43 +179,115 @@ def convert(
         )
         for entry, raw in raws
     )
-    return Campaign.read(Campaign(name, rate, recordings).write(out, overwrite=overwrite))
+    if cut:
+        recordings = tuple(part for one in recordings for part in lowerings(one))
+    if earlier:
+        recordings = (*earlier.recordings, *recordings)
+    made = Campaign(name, rate, recordings)
+    return Campaign.read(made.write(out, overwrite=overwrite or extend, notes=notes))
 
 
 def _document(
     name: str,
     files: Sequence[Path],
     out: str,
-    lift: Lifts | None,
-    load_kg: float | None,
-    role: Role | None,
-    channels: Mapping[str, str | Mapping[str, Any]] | None,
-    ignore: Iterable[str],
+    entered: Sequence[Entered],
+    mapping: Mapping[str, Any],
 ) -> CampaignFile:
     """The campaign file that would say the same as the options."""
     from forklift.recordings import campaign_file
 
-    for option, value in (("lift", lift), ("load_kg", load_kg)):
-        if value is None:
-            raise ForkliftError(
-                "option-missing",
-                f"the files do not tell {option}; give it, or write a {FILE} for them",
-                name=option,
-            )
-    entered = {"lift": lift, "load_kg": load_kg, "role": role or "estimate"}
+    for file, one in zip(files, entered, strict=True):
+        for option, value in (("lift", one.lift), ("load_kg", one.load_kg)):
+            if value is None:
+                raise ForkliftError(
+                    "option-missing",
+                    f"nothing tells {option} of {file.name}; give it, write it into the file's name as in "
+                    "free_800kg.mf4, or into a table",
+                    name=option,
+                    file=str(file),
+                )
     return campaign_file.check(
         {
             "name": name,
             "sample_rate_hz": 1.0,  # not known before the files are read, and not used
-            "ignore": list(ignore),
-            "channels": {
-                name: {"channel": source} if isinstance(source, str) else dict(source)
-                for name, source in (channels or {}).items()
-            },
-            "recording": [{"file": file.name, **entered} for file in files],
+            "ignore": list(mapping["ignore"]),
+            "channels": dict(mapping["channels"]),
+            "recording": [
+                {
+                    "file": file.name,
+                    "lift": one.lift,
+                    "load_kg": one.load_kg,
+                    "role": one.role or "estimate",
+                }
+                for file, one in zip(files, entered, strict=True)
+            ],
         },
         Place(_OPTIONS, out),
     )
+
+
+def _mapping(
+    channels: Mapping[str, str | Mapping[str, Any]] | str | Path | None,
+    ignore: Iterable[str],
+    dbc: str | Path | Sequence[str | Path],
+) -> dict[str, Any]:
+    """``channels``, ``ignore`` and ``dbc``, from the options or from a file that says them."""
+    bases = [str(dbc)] if isinstance(dbc, str | Path) else [str(file) for file in dbc]
+    if not isinstance(channels, str | Path):
+        plain = {
+            name: source if isinstance(source, str) else dict(source)
+            for name, source in (channels or {}).items()
+        }
+        return {"channels": plain, "ignore": list(ignore), "dbc": bases}
+    path = Path(channels)
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise ForkliftError(
+            "mapping-unreadable",
+            f"{path} cannot be read as TOML ({error}); make one with forklift info FILE --write {path.name}",
+            file=str(path),
+        ) from error
+    unknown = [key for key in found if key not in ("channels", "ignore", "dbc")]
+    if unknown or not isinstance(found.get("channels", {}), dict):
+        raise ForkliftError(
+            "mapping-unreadable",
+            f"{path} holds {unknown[0] if unknown else 'channels that are no table'}; it may hold "
+            "[channels], ignore and dbc",
+            file=str(path),
+        )
+    stated = found.get("dbc", [])
+    stated = [stated] if isinstance(stated, str) else stated
+    return {
+        "channels": found.get("channels", {}),
+        "ignore": [*found.get("ignore", []), *ignore],
+        "dbc": bases or [str(path.parent / file) for file in stated],
+    }
+
+
+def _written(mapping: Mapping[str, Any]) -> str:
+    """The mapping as a TOML file, for the next time."""
+
+    def text(value: object) -> str:
+        return json.dumps(value, ensure_ascii=False)
+
+    lines = ["# How these recordings' logs were mapped; forklift convert --extend maps further ones alike."]
+    for key in ("ignore", "dbc"):
+        if mapping[key]:
+            values = [os.path.abspath(one) for one in mapping[key]] if key == "dbc" else mapping[key]
+            lines.append(f"{key} = {text(values)}")
+    lines += ["", "[channels]"]
+    for name, source in mapping["channels"].items():
+        if isinstance(source, str):
+            lines.append(f"{text(name)} = {text(source)}")
+        else:
+            inside = ", ".join(
+                f"{key} = {text(value) if isinstance(value, str) else repr(float(value))}"
+                for key, value in source.items()
+            )
+            lines.append(f"{text(name)} = {{ {inside} }}")
+    return "\n".join(lines) + "\n"
 
 
 def _nothing_told(campaign: Path, told: Mapping[str, object]) -> None:

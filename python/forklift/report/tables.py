@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from forklift.plant.forklift.simulate import Simulation
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
+    from forklift.recordings.inspect import Log
 
 WIDTH = 160
 """Columns of a table that is printed into a string."""
@@ -91,6 +92,27 @@ def campaign_table(campaign: Campaign) -> Table:
         f"sha256 {campaign.sha256[:12]})"
     )
     return _table(title, ["file", "lift", ">load [kg]", "role", ">samples", ">seconds", ">channels"], rows)
+
+
+def log_table(log: Log) -> Table:
+    """The signals of a log, with the channels that are proposed for them."""
+    rows = (
+        (
+            one.name,
+            str(one.clock),
+            one.unit,
+            str(one.samples),
+            "" if one.rate_hz is None else f"{one.rate_hz:g}",
+            "" if one.least is None else f"{one.least:.4g}",
+            "" if one.greatest is None else f"{one.greatest:.4g}",
+            one.sketch,
+            one.proposal.channel if one.proposal else "",
+        )
+        for one in log.signals
+    )
+    seconds = "" if log.duration_s is None else f", {log.duration_s:.1f} s"
+    heads = ["signal", ">clock", "unit", ">samples", ">Hz", ">least", ">greatest", "course", "may be"]
+    return _table(f"{log.file} ({log.format}{seconds})", heads, rows)
 
 
 def simulation_table(simulation: Simulation) -> Table:

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.plant import run, sensors
-from reference.plant.model import Law
-from reference.plant.truck import LIFTS, scattered
+from forklift.ensemble.proof.truth import run, sensors
+from forklift.ensemble.proof.truth.model import Law
+from forklift.ensemble.proof.truth.truck import LIFTS, scattered
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LIKE = {"free": "null", "main": "leak", "both": "coupling"}

@@ -16,9 +16,9 @@ use crate::scalar::Scalar;
 /// Port and variable are numbers like the others, and chosen anew wherever they are needed, by `select`: each lane
 /// may have its own.
 #[derive(Debug, Clone)]
-pub struct FreeShape<S> {
+pub struct Curve<S, const N: usize> {
     /// Times what is typical at the port.
-    coefficients: [S; COEFFICIENTS],
+    coefficients: [S; N],
     port: S,
     variable: S,
     lower: S,
@@ -31,6 +31,9 @@ pub struct FreeShape<S> {
     load: S,
     place: usize,
 }
+
+/// The curve on four intervals.
+pub type FreeShape<S> = Curve<S, COEFFICIENTS>;
 
 /// What a shape may be a function of.
 #[derive(Debug, Clone, Copy)]
@@ -85,6 +88,7 @@ variables! {
     "other_velocity", "m/s", 0.02, Some(Velocity), true, "velocity of the other lift's cylinder, upward positive";
     "time_at_rest", "s", 0.1, None, false, "time since the cylinder last moved by half a centimetre, at most 10 s";
     "time_since_command", "s", 0.1, None, false, "time since the command last moved by a hundredth of an ampere, at most 10 s";
+    "other_command", "A", 0.02, None, true, "command of the other lift's proportional valve";
 }
 
 /// Where [`VARIABLES`] lists a variable; one that it lacks does not compile.
@@ -97,9 +101,13 @@ const fn variable(name: &str) -> usize {
 }
 
 const OTHER_VELOCITY: usize = variable("other_velocity");
+const OTHER_COMMAND: usize = variable("other_command");
 const TIME_AT_REST: usize = variable("time_at_rest");
 
 const COEFFICIENTS: usize = 7;
+/// Of the curve that follows what repeats along a stroke: a period of 0.19 m has seven intervals on a way of one
+/// metre, and more than three on two.
+pub const FINE: usize = 40;
 /// A lag shorter than this [s] is none.
 const SHORTEST: f64 = 1e-4;
 /// Times that are longer count as this long [s].
@@ -142,7 +150,7 @@ const fn given(
     ParameterSpec { name, symbol, unit, lower, upper, scale, origin, equation: "any", meaning, bounds_reason }
 }
 
-impl<S: Scalar> FreeShape<S> {
+impl<S: Scalar, const N: usize> Curve<S, N> {
     /// How much of the age is renewed per second by moving at `v`.
     #[inline(always)]
     fn renewal(v: S) -> S {
@@ -168,6 +176,7 @@ impl<S: Scalar> FreeShape<S> {
             if L == 2 { bus.lifts[1 - self.place].v } else { S::zero() },
             time,
             time,
+            if L == 2 { bus.command[1 - self.place] } else { S::zero() },
         ];
         let mut chosen = values[0];
         for (k, &value) in values.iter().enumerate().skip(1) {
@@ -182,22 +191,11 @@ impl<S: Scalar> FreeShape<S> {
     }
 }
 
-impl<S: Scalar> Effect<S> for FreeShape<S> {
-    const SPEC: EffectSpec = EffectSpec {
-        id: "free_shape",
-        scope: Scope::Lift,
-        equation: "f = sum of shape_k B_k(y),  y between 0 and 1,  lag dy/dt = (variable - lower) / (upper - lower) - y,  \
-                   the port's sum grows by f times what is typical, or the logarithm of its factor",
-        source: "de Boor (1978), A Practical Guide to Splines, chapters IX and X: cubic B-splines, here on four equal \
-                 intervals",
-        parameters: &[
-            coefficient("shape_0", "c0"),
-            coefficient("shape_1", "c1"),
-            coefficient("shape_2", "c2"),
-            coefficient("shape_3", "c3"),
-            coefficient("shape_4", "c4"),
-            coefficient("shape_5", "c5"),
-            coefficient("shape_6", "c6"),
+/// The parameters of a curve with these coefficients.
+macro_rules! parameters {
+    ($($k:literal)*) => {
+        &[
+            $(coefficient(concat!("shape_", $k), concat!("c", $k)),)*
             given(
                 "port",
                 "",
@@ -242,39 +240,68 @@ impl<S: Scalar> Effect<S> for FreeShape<S> {
                 meaning: "time constant with which the variable acts late; 0 is at once",
                 bounds_reason: "longer than a lowering",
             },
-        ],
-        quiet: 0.0,
-        plausible: &[
-            [-0.5, 0.5],
-            [-0.5, 0.5],
-            [-0.5, 0.5],
-            [-0.5, 0.5],
-            [-0.5, 0.5],
-            [-0.5, 0.5],
-            [-0.5, 0.5],
-            // A choice has no width, but a range has: all of it is the force, over the velocity.
-            [port("force") as f64 - 0.4, port("force") as f64],
-            [variable("velocity") as f64, variable("velocity") as f64 + 0.4],
-            [-0.5, -0.3],
-            [-0.1, 0.1],
-            [0.0, 0.5],
-        ],
-        states: &[
-            StateSpec { name: "spot", unit: "1", scale: 1.0, meaning: "where the variable lies in its range, after the lag" },
-            StateSpec { name: "memory", unit: "A", scale: 1.0, meaning: "command of a moment ago" },
-            StateSpec { name: "age", unit: "1", scale: 1.0, meaning: "1 - exp(-time / 10 s), the time at rest or since the command moved" },
-        ],
-        shows: &[],
+        ]
     };
+}
 
-    const AMPLITUDES: usize = COEFFICIENTS;
+/// Where the parameters of a curve may lie.
+const fn plausible<const M: usize>() -> [[f64; 2]; M] {
+    let mut ends = [[-0.5, 0.5]; M];
+    // A choice has no width, but a range has: all of it is the force, over the velocity.
+    ends[M - 5] = [port("force") as f64 - 0.4, port("force") as f64];
+    ends[M - 4] = [variable("velocity") as f64, variable("velocity") as f64 + 0.4];
+    ends[M - 3] = [-0.5, -0.3];
+    ends[M - 2] = [-0.1, 0.1];
+    ends[M - 1] = [0.0, 0.5];
+    ends
+}
+
+const EQUATION: &str = "f = sum of shape_k B_k(y),  y between 0 and 1,  lag dy/dt = (variable - lower) / (upper - lower) - y,  \
+                        the port's sum grows by f times what is typical, or the logarithm of its factor";
+const FEW: [[f64; 2]; COEFFICIENTS + 5] = plausible();
+const MANY: [[f64; 2]; FINE + 5] = plausible();
+
+const FEW_SPEC: EffectSpec = EffectSpec {
+    id: "free_shape",
+    scope: Scope::Lift,
+    equation: EQUATION,
+    source: "de Boor (1978), A Practical Guide to Splines, chapters IX and X: cubic B-splines, here on four equal \
+             intervals",
+    parameters: parameters!(0 1 2 3 4 5 6),
+    quiet: 0.0,
+    plausible: &FEW,
+    states: STATES,
+    shows: &[],
+};
+
+const MANY_SPEC: EffectSpec = EffectSpec {
+    id: "fine_shape",
+    source: "de Boor (1978), A Practical Guide to Splines, chapters IX and X: cubic B-splines, here on 37 equal \
+             intervals",
+    parameters: parameters!(
+        0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39
+    ),
+    plausible: &MANY,
+    ..FEW_SPEC
+};
+
+const STATES: &[StateSpec] = &[
+        StateSpec { name: "spot", unit: "1", scale: 1.0, meaning: "where the variable lies in its range, after the lag" },
+        StateSpec { name: "memory", unit: "A", scale: 1.0, meaning: "command of a moment ago" },
+        StateSpec { name: "age", unit: "1", scale: 1.0, meaning: "1 - exp(-time / 10 s), the time at rest or since the command moved" },
+    ];
+
+impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
+    const SPEC: EffectSpec = if N == COEFFICIENTS { FEW_SPEC } else { MANY_SPEC };
+
+    const AMPLITUDES: usize = N;
 
     fn joins(values: &[f64]) -> bool {
-        is_place(values[COEFFICIENTS + 1], OTHER_VELOCITY)
+        is_place(values[N + 1], OTHER_VELOCITY) || is_place(values[N + 1], OTHER_COMMAND)
     }
 
     fn new(values: &[S], lifts: &[Lift<S>], place: usize) -> Self {
-        let &[place_of_port, variable, lower, upper, lag] = &values[COEFFICIENTS..] else { unreachable!("twelve parameters") };
+        let &[place_of_port, variable, lower, upper, lag] = &values[N..] else { unreachable!("five parameters beside the shape") };
         let mut finest = S::zero();
         for (k, spec) in VARIABLES.iter().enumerate() {
             finest = S::select(is_place(variable, k), S::constant(spec.finest), finest);
@@ -284,7 +311,7 @@ impl<S: Scalar> Effect<S> for FreeShape<S> {
             typical = S::select(is_place(place_of_port, k), S::constant(spec.typical), typical);
         }
         let half = S::constant(-0.5) * lifts[place].balance.inertia;
-        FreeShape {
+        Curve {
             coefficients: std::array::from_fn(|k| typical * values[k]),
             port: place_of_port,
             variable,
@@ -315,7 +342,7 @@ impl<S: Scalar> Effect<S> for FreeShape<S> {
         rates[1] = (bus.command[self.place] - own[1]) * S::constant(1.0 / MEMORY);
         let renewal = S::select(
             is_place(self.variable, TIME_AT_REST),
-            FreeShape::renewal(bus.lifts[self.place].v),
+            Self::renewal(bus.lifts[self.place].v),
             rates[1].abs() * S::constant(1.0 / CHANGE),
         );
         rates[2] = (S::one() - own[2]) * S::constant(1.0 / LONGEST) - renewal * own[2];
@@ -328,7 +355,7 @@ impl<S: Scalar> Effect<S> for FreeShape<S> {
         let before = self.spot(from, own);
         let memory = relaxed(own[1], to.command[self.place], S::constant(1.0 / MEMORY), h);
         let changed = (memory - own[1]).abs() * S::constant(1.0 / CHANGE) / h;
-        let moved = FreeShape::renewal(from.lifts[self.place].v) + FreeShape::renewal(to.lifts[self.place].v);
+        let moved = Self::renewal(from.lifts[self.place].v) + Self::renewal(to.lifts[self.place].v);
         let renewal = S::select(is_place(self.variable, TIME_AT_REST), S::constant(0.5) * moved, changed);
         let ageing = S::constant(1.0 / LONGEST);
         own[1] = memory;

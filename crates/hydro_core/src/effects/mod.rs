@@ -271,6 +271,7 @@ catalogue! {
     free_shape::FreeShape,
     hidden_resonance::HiddenResonance,
     free_response::FreeResponse,
+    fine_shape::FineShape,
 }
 
 pub use free_shape::{VariableSpec, VARIABLES};

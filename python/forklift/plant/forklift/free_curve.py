@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 COEFFICIENTS = 7
 """Cubic B-splines on four equal intervals."""
+FINE = 40
+"""Cubic B-splines on 37 equal intervals: what repeats along the stroke has several of them in each period."""
+IDS = {COEFFICIENTS: "free_shape", FINE: "fine_shape"}
+"""By the number of coefficients: the effect of the catalogue that has them."""
 
 
 @cache
@@ -58,7 +62,7 @@ class FreeCurve:
     ------
     ForkliftError
         ``"argument-invalid"`` for a port or a variable that is not in the table, for a range that is none,
-        and for anything but seven coefficients.
+        and for anything but 7 or 40 coefficients.
     """
 
     lift: Lift
@@ -81,17 +85,19 @@ class FreeCurve:
                 raise _invalid(name, f"there is no {name} {value}; there are {', '.join(known)}")
         if not self.lower < self.upper:
             raise _invalid("upper", f"the range from {self.lower:g} to {self.upper:g} is none")
-        if len(self.coefficients) != COEFFICIENTS:
-            raise _invalid("coefficients", f"a shape has {COEFFICIENTS}, not {len(self.coefficients)}")
+        if len(self.coefficients) not in IDS:
+            counts = " or ".join(map(str, IDS))
+            raise _invalid("coefficients", f"a shape has {counts}, not {len(self.coefficients)}")
 
     @classmethod
     def of(cls, truck: Truck, lift: Lift) -> FreeCurve | None:
         """The free shape that a lift of the truck has, if any."""
-        if f"{lift}.free_shape.port" not in truck.values:
+        known = [count for count, id in IDS.items() if f"{lift}.{id}.port" in truck.values]
+        if not known:
             return None
 
         def value(name: str) -> float:
-            return float(truck.values[f"{lift}.free_shape.{name}"])  # type: ignore[arg-type]
+            return float(truck.values[f"{lift}.{IDS[known[0]]}.{name}"])  # type: ignore[arg-type]
 
         return cls(
             lift,
@@ -100,8 +106,13 @@ class FreeCurve:
             value("lower"),
             value("upper"),
             value("lag"),
-            tuple(value(f"shape_{k}") for k in range(COEFFICIENTS)),
+            tuple(value(f"shape_{k}") for k in range(known[0])),
         )
+
+    @property
+    def head(self) -> str:
+        """What the full names of its parameters begin with."""
+        return f"{self.lift}.{IDS[len(self.coefficients)]}."
 
     def parameters(self) -> dict[str, float]:
         """The parameters of a truck that has this shape, by full name."""
@@ -113,8 +124,7 @@ class FreeCurve:
             "lag": self.lag_s,
         }
         shape = {f"shape_{k}": value for k, value in enumerate(self.coefficients)}
-        head = f"{self.lift}.free_shape."
-        return {head + name: float(value) for name, value in (shape | numbers).items()}
+        return {self.head + name: float(value) for name, value in (shape | numbers).items()}
 
     def through(self, at: ArrayLike, values: ArrayLike) -> FreeCurve:
         """The same port and variable with the coefficients that come nearest to a curve.
@@ -130,10 +140,10 @@ class FreeCurve:
         wanted = np.asarray(values, dtype=float)
         wanted = (np.log(wanted) if self._factor else wanted) / ports()[self.port]["typical"]
         # Where the curve says nothing of a coefficient, it goes on evenly.
-        even = 1e-3 * np.diff(np.eye(COEFFICIENTS), axis=0)
+        even = 1e-3 * np.diff(np.eye(len(self.coefficients)), axis=0)
         rows, right = np.vstack([splines, even]), np.concatenate([wanted, np.zeros(len(even))])
         found = np.linalg.lstsq(rows, right, rcond=None)[0]
-        spec = parameters()[f"{self.lift}.free_shape.shape_0"]
+        spec = parameters()[f"{self.head}shape_0"]
         return replace(self, coefficients=tuple(map(float, np.clip(found, spec["lower"], spec["upper"]))))
 
     def at(self, variable: ArrayLike) -> Floats:
@@ -191,13 +201,13 @@ class FreeCurve:
     def _splines(self, variable: Floats) -> Floats:
         """(n, coefficients) the B-splines over the range."""
         width = max(self.upper - self.lower, variables()[self.variable]["finest"])
-        return splines((variable - self.lower) / width)
+        return splines((variable - self.lower) / width, len(self.coefficients))
 
 
-def splines(y: Floats) -> Floats:
+def splines(y: Floats, count: int = COEFFICIENTS) -> Floats:
     """(n, coefficients) cubic B-splines on equal intervals of 0 to 1, constant beyond."""
-    at = np.clip(y, 0.0, 1.0) * (COEFFICIENTS - 3)
-    t = np.abs(at[:, None] - np.arange(COEFFICIENTS) + 1.0)
+    at = np.clip(y, 0.0, 1.0) * (count - 3)
+    t = np.abs(at[:, None] - np.arange(count) + 1.0)
     far, near = np.maximum(2.0 - t, 0.0), np.maximum(1.0 - t, 0.0)
     values: Floats = (far**3 - 4.0 * near**3) / 6.0
     return values

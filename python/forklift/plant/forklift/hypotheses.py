@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 LOAD_WIDTH_KG = 100.0
 """Prior standard deviation of an entered load that may be wrong."""
-TEMPERATURE_WIDTH_K = 3.0
-"""The same of a recording's oil temperature."""
+TEMPERATURE_WIDTH_K = 10.0
+"""The same of a recording's oil temperature: a sensor that stands still is off by as much as the oil warms up
+from a cold morning to the afternoon."""
 START_WIDTH_M = 0.2
 """Where a lift starts, as far as an encoder of unknown scale tells."""
 
@@ -79,7 +80,7 @@ def _physics(
             continue
         scope = [lift for lift in LIFTS if lift in lifts] if specs[effect.id]["scope"] == "lift" else [""]
         for lift in scope:
-            for starts in _starts(effect.id, travelled.get(lift)):  # type: ignore[call-overload]
+            for starts in starting_values(effect.id, travelled.get(lift)):  # type: ignore[call-overload]
                 yield Hypothesis(
                     effect.id,
                     "physics",
@@ -117,7 +118,7 @@ def added(truck: Truck, values: Mapping[str, float], free: Sequence[str]) -> Add
     return Addition(tuple(values.items()), tuple(unknown(there, name) for name in free))
 
 
-def _starts(id: str, travelled: tuple[float, float] | None) -> Iterator[tuple[float, ...]]:
+def starting_values(id: str, travelled: tuple[float, float] | None) -> Iterator[tuple[float, ...]]:
     """From where the search for an effect's further parameters may start: the first two that are wide open
     at some values each, a place on the way that the lift travelled."""
     wide, values = 0, []
@@ -176,5 +177,5 @@ def _conditions() -> Iterator[Hypothesis]:
     yield Hypothesis(
         "temperature_offset", "parameter", "the oil's temperature is off", "", "operating-point", None,
         Addition(widened=(("oil_temperature", TEMPERATURE_WIDTH_K),)),
-        ("oil_temperature_at_valve",), ("oil_temperature_degc",),
+        ("oil_temperature_at_valve", "viscosity_law"),
     )  # fmt: skip

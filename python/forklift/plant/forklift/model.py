@@ -19,7 +19,7 @@ from forklift.plant.forklift.simulate import START_WITHIN_S, mean_temperature, s
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import grouped, rising
-from forklift.plant.forklift.unnamed import answer, curve, ringing
+from forklift.plant.forklift.unnamed import answer, curves, ringing
 from forklift.plant.forklift.variables import variables
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Place, Run, Steps
@@ -255,12 +255,10 @@ class Forklift:
             for case, run in zip(cases, runs, strict=True)
         ]
 
-    def curve(
-        self, place: Place, variable: str, lower: float, upper: float, size: float
-    ) -> Hypothesis | None:
-        """Cubic B-splines over a variable of operation, at a port of a lift."""
+    def curves(self, place: Place, variable: str, lower: float, upper: float) -> tuple[Hypothesis, ...]:
+        """Cubic B-splines over a variable of operation, at a port of a lift; over the stroke fine too."""
         port = place.name.partition(".")[2]
-        return curve(self.truck, _lift(place.part), port, place.equation, variable, lower, upper)
+        return curves(self.truck, _lift(place.part), port, place.equation, variable, lower, upper)
 
     def acted_on(self, hypothesis: Hypothesis) -> tuple[str, ...]:
         """The ports of the equation that it changes, on its lift."""
@@ -274,7 +272,7 @@ class Forklift:
         """Something that rings; where the valve's dynamics are in doubt, its answer as a curve."""
         lift = _lift(place.part)
         late = (answer(self.truck, lift, cases),) if place.equation == "valve-dynamics" else ()
-        return (ringing(self.truck, lift), *late)
+        return (*ringing(self.truck, lift), *late)
 
     def ordered(self, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> tuple[Floats, Floats]:
         """The knots of tables stay in order."""

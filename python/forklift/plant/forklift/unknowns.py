@@ -150,7 +150,7 @@ def rising(truck: Truck, unknowns: Sequence[Unknown]) -> tuple[Floats, Floats]:
             if row.any():
                 rows.append(row)
                 least.append((LEAST_GAP - 1.0) * gap)
-    return np.array(rows).reshape(-1, len(unknowns)), np.array(least)
+    return np.array(rows).reshape(len(rows), len(unknowns)), np.array(least)
 
 
 def _estimated(truck: Truck, name: str) -> bool:

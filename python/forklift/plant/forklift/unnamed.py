@@ -9,48 +9,61 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.plant.forklift import variables as operation
 from forklift.plant.forklift.effects import EFFECTS
-from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FINE, FreeCurve
 from forklift.plant.forklift.free_curve import variables as curve_variables
-from forklift.plant.forklift.hypotheses import acting, added
+from forklift.plant.forklift.hypotheses import acting, added, starting_values
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.recordings.channels import Lift
 
 RINGS, ANSWERS = "hidden_resonance", "free_response"
+STROKE = "position"
+"""The variable along which something may repeat."""
 SUDDEN_S = 0.1
 """A change of the command within this time is a step."""
 
 
-def curve(
+def curves(
     truck: Truck, lift: Lift, port: str, equation: str, variable: str, lower: float, upper: float
-) -> Hypothesis | None:
-    """A free curve at a port over one variable of operation; None if it takes none."""
+) -> tuple[Hypothesis, ...]:
+    """Free curves at a port over one variable of operation: over the stroke a fine one too, as rollers and
+    joints of rails repeat along it. None if the variable takes none."""
     if variable not in curve_variables():
-        return None
+        return ()
     meaning = operation.words(variable, lift)[0]
-    return _unnamed(
-        truck,
-        f"something acts on the {port.replace('_', ' ')} as a function of the {meaning}",
-        lift,
-        equation,
-        [f"{lift}.free_shape.shape_{k}" for k in range(COEFFICIENTS)],
-        FreeCurve(lift, port, variable, lower, upper).parameters(),
-        f"the {meaning}",
-    )
+    found = []
+    for count in (COEFFICIENTS, FINE) if variable == STROKE else (COEFFICIENTS,):
+        shape = FreeCurve(lift, port, variable, lower, upper, coefficients=(0.0,) * count)
+        found.append(
+            _unnamed(
+                truck,
+                f"something acts on the {port.replace('_', ' ')} as a function of the {meaning}",
+                lift,
+                equation,
+                [f"{shape.head}shape_{k}" for k in range(count)],
+                shape.parameters(),
+                f"the {meaning}",
+            )
+        )
+    return tuple(found)
 
 
-def ringing(truck: Truck, lift: Lift) -> Hypothesis:
-    """A mass on a spring that rides on the lift."""
+def ringing(truck: Truck, lift: Lift) -> tuple[Hypothesis, ...]:
+    """A mass on a spring that rides on the lift, from several frequencies: where the mass is zero, no
+    derivative tells which."""
     effect = next(effect for effect in EFFECTS if effect.id == RINGS)
-    return Hypothesis(
-        "unknown",
-        "unknown",
-        effect.name,
-        lift,
-        effect.equation,
-        f"{lift}.{RINGS}.mass",
-        acting(truck, RINGS, lift),
+    return tuple(
+        Hypothesis(
+            "unknown",
+            "unknown",
+            effect.name,
+            lift,
+            effect.equation,
+            f"{lift}.{RINGS}.mass",
+            acting(truck, RINGS, lift, starts),
+        )
+        for starts in starting_values(RINGS, None)
     )
 
 

@@ -28,7 +28,12 @@ def variables(recording: Recording, model: Mapping[str, Floats], lift: Lift) -> 
         (times,) by channel, as the model has them: of channels that were measured.
     """
     time, current = recording.time_s, recording[f"current_{lift}_a"]
-    known = {"load": np.full(len(time), recording.load_kg), "command": current}
+    other = next(one for one in LIFTS if one != lift)
+    known = {
+        "load": np.full(len(time), recording.load_kg),
+        "command": current,
+        "other_command": recording[f"current_{other}_a"],
+    }
     temperature = recording.channels.get("oil_temperature_degc")
     if temperature is not None and np.isfinite(temperature).any():
         known["oil_temperature"] = np.full(len(time), np.nanmean(temperature))

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from forklift.recordings.formats.optional import require
-from forklift.recordings.formats.signals import Choose, Place, Series, Signals, quoted
+from forklift.recordings.formats.signals import Choose, Everything, Place, Series, Signals, quoted
 
 EXTRA = "can"
 
@@ -47,6 +47,8 @@ def read(place: Place, choose: Choose) -> Signals:
         Those of `Bus.read` and `Bus.series`, and what `choose` raises.
     """
     bus = Bus.read(place)
+    if isinstance(choose, Everything):
+        return Signals(bus.all())
     return Signals(bus.series(choose(bus.names)))
 
 
@@ -82,6 +84,14 @@ class Bus:
     def names(self) -> list[str]:
         """Every name a signal may be asked for by."""
         return list(self.sources)
+
+    def all(self) -> dict[str, Series]:
+        """Every signal by its shortest name of its own."""
+        shortest: dict[tuple[_Frame, str], str] = {}
+        for name, sources in self.sources.items():
+            if len(sources) == 1:
+                shortest.setdefault((sources[0].frame, sources[0].signal.name), name)
+        return self.series(shortest.values())
 
     def series(self, names: Iterable[str]) -> dict[str, Series]:
         """The signals of these names.

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
-from forklift.recordings.formats.signals import Choose, Place, Series, Signals, quoted
+from forklift.recordings.formats.signals import Choose, Everything, Place, Series, Signals, quoted
 
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 _BOM = b"\xef\xbb\xbf"
@@ -36,12 +36,26 @@ def read(place: Place, choose: Choose) -> Signals:
     names, first = _header(text, place)
     chosen = choose(names)
     columns = [names.index(name) for name in chosen]
+    if isinstance(choose, Everything):
+        return _all_numbers(text, names, chosen, columns)
     values = _quickly(data, len(names), columns)
     if values is None:
         values, lines = _carefully(text, names, columns, place)
     else:
         lines = np.arange(values.shape[1], dtype=np.int64) + first + 1
     return Signals({name: Series(row) for name, row in zip(chosen, values, strict=True)}, lines)
+
+
+def _all_numbers(text: str, names: list[str], chosen: list[str], columns: list[int]) -> Signals:
+    """Every column that holds a number; what is none, in it, is missing."""
+    rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) == len(names)][1:]
+    series = {}
+    for name, k in zip(chosen, columns, strict=True):
+        cells = (row[k].strip() for row in rows)
+        values = np.array([float(cell) if _NUMBER.fullmatch(cell) else np.nan for cell in cells])
+        if np.isfinite(values).any():
+            series[name] = Series(values)
+    return Signals(series)
 
 
 def _decode(data: bytes, place: Place) -> str:

@@ -13,11 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from forklift.base.errors import ForkliftError
 from forklift.recordings.formats.can import Bus
 from forklift.recordings.formats.optional import require
-from forklift.recordings.formats.signals import Choose, Place, Series, Signals
+from forklift.recordings.formats.signals import Choose, Everything, Place, Series, Signals
 
-_FRAMES = "CAN_DataFrame.DataBytes"
+_BUS = "CAN_DataFrame"
+_FRAMES = f"{_BUS}.DataBytes"
 """ASAM MDF bus logging: the channel that holds the frames' data."""
 
 
@@ -38,6 +40,8 @@ def read(place: Place, choose: Choose) -> Signals:
         if place.dbc and _FRAMES in mdf.channels_db:
             bus = Bus.read(place, origin_s=mdf.start_time.timestamp())
         on_bus = [name for name in (bus.names if bus else ()) if name not in found]
+        if isinstance(choose, Everything):
+            return Signals(_all(mdf, found, place) | (bus.all() if bus else {}))
         chosen = choose([*found, *on_bus])
         series = {name: _series(mdf, name, found[name], place) for name in chosen if name in found}
         if bus:
@@ -56,6 +60,20 @@ def _found(mdf: Any) -> dict[str, list[tuple[int, int]]]:
                 for name in (channel.name, *(f"{head}/{channel.name}" for head in sorted(heads))):
                     found[name].append((g, k))
     return dict(found)
+
+
+def _all(mdf: Any, found: dict[str, list[tuple[int, int]]], place: Place) -> dict[str, Series]:
+    """Every series of numbers by its name, with its group where several have it."""
+    series = {}
+    for at in sorted({one for places in found.values() for one in places}):
+        names = [name for name, places in found.items() if places == [at]]
+        name = min(names, key=len, default="")
+        if name and not name.startswith(_BUS) and f"/{_BUS}" not in name:
+            try:
+                series[name] = _series(mdf, name, [at], place)
+            except ForkliftError:  # text
+                continue
+    return series
 
 
 def _series(mdf: Any, name: str, places: list[tuple[int, int]], place: Place) -> Series:

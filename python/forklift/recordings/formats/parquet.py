@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from forklift.recordings.formats.signals import Choose, Place, Series, Signals
+from forklift.recordings.formats.signals import Choose, Everything, Place, Series, Signals
 
 
 def read(place: Place, choose: Choose) -> Signals:
@@ -22,6 +22,8 @@ def read(place: Place, choose: Choose) -> Signals:
     source = Path(place.path)
     schema = polars.read_parquet_schema(source)
     chosen = choose(list(schema))
+    if isinstance(choose, Everything):
+        chosen = [name for name in chosen if schema[name].is_numeric()]
     for name in chosen:
         if not schema[name].is_numeric():
             raise place.error(

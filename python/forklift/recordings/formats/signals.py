@@ -100,6 +100,15 @@ class Choose(Protocol):
     def __call__(self, names: Sequence[str]) -> list[str]: ...
 
 
+@dataclass(frozen=True)
+class Everything:
+    """All signals that are numbers, each by its shortest name of its own; what is none is passed over."""
+
+    def __call__(self, names: Sequence[str]) -> list[str]:
+        """All names, each once."""
+        return list(dict.fromkeys(name for name in names if name))
+
+
 def quoted(value: object, longest: int = 40) -> str:
     """A value from a file as a message may show it: one line of printable characters, not too long."""
     text = ascii(value) if not str(value).isprintable() else repr(value)

@@ -206,7 +206,12 @@ def _untold(recordings: Sequence[Recording], lifts: Sequence[Lift]) -> Iterator[
                 f"the {lift} lift is recorded at one oil temperature only, {means[0]:.3g} degC: how "
                 f"viscosity falls with temperature ({lift}.viscosity.lambda) cannot be told, nor any effect "
                 "of temperature; record it with cold and with warm oil",
-                {"lift": lift, "value": means[0], "unit": "degC"},
+                {
+                    "lift": lift,
+                    "value": means[0],
+                    "unit": "degC",
+                    "parameter": f"{lift}.viscosity.lambda",
+                },
             )
         if not any(found.role == "validate" and lift in commanded(found.lift) for found in recordings):
             yield Caution(

@@ -13,6 +13,7 @@ from forklift.plant.forklift.effects import (
     compensator_dynamics,
     end_cushion,
     entrained_air,
+    fine_shape,
     free_response,
     free_shape,
     friction_dwell,
@@ -59,6 +60,7 @@ EFFECTS: tuple[Effect, ...] = (
     free_shape.EFFECT,
     hidden_resonance.EFFECT,
     free_response.EFFECT,
+    fine_shape.EFFECT,
 )
 """In the order of the core's effect table."""
 

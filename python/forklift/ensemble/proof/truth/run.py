@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reference.plant import model, solver
-from reference.plant.truck import LIFTS
+from forklift.ensemble.proof.truth import model, solver
+from forklift.ensemble.proof.truth.truck import Lift
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 TICK_S = 0.02
 TOLERANCE = 1e-6  # of a step, in typical sizes
@@ -21,29 +26,37 @@ ZERO_DEGC_K = 273.0  # as the thesis has it
 class Condition:
     """One recording: the command [A] of both lifts at each tick, (2, n), held until the next."""
 
-    command: np.ndarray
+    command: Floats
     load_kg: float
     temperature_degc: float
     warming_k: float = 0.0  # by how much the oil warms up until the end
     start_m: tuple[float, float] = START_M
-    trucks: tuple[dict, dict] | None = None  # other lifts than the rest's
-    values: dict = field(default_factory=dict)  # other values of laws than the rest's
+    trucks: tuple[Lift, Lift] | None = None  # other lifts than the rest's
+    values: dict[str, Any] = field(default_factory=dict)  # other values of laws than the rest's
 
 
 @dataclass
 class Trajectory:
     """What a truck did at each tick: (2, n) for both lifts, (n,) for the truck."""
 
-    time_s: np.ndarray
-    x: np.ndarray
-    v: np.ndarray
-    p_A: np.ndarray
-    fork_height: np.ndarray
-    temperature_degc: np.ndarray
+    time_s: NDArray[Any]
+    x: Floats
+    v: Floats
+    p_A: Floats
+    fork_height: Floats
+    temperature_degc: Floats
+    encoder: Floats | None = None  # (2, n) [m], what an encoder sees before its counts
 
 
-def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition], tolerance=TOLERANCE):
-    """The trajectory under each of the conditions, which need not be equally long."""
+def simulate(
+    trucks: tuple[Lift, Lift],
+    laws: Sequence[model.Law],
+    conditions: Sequence[Condition],
+    tolerance: float = TOLERANCE,
+    tick_s: float = TICK_S,
+) -> list[Trajectory]:
+    """The trajectory under each of the conditions, which need not be equally long; `tick_s` is a tick's
+    length."""
     k = parameters(trucks, laws, conditions)
     last = np.array([one.command.shape[1] for one in conditions]) - 1
     command = np.stack([_longer(one.command, last.max() + 1) for one in conditions], axis=-1)
@@ -60,17 +73,19 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
         np.zeros(len(conditions), int),
         np.zeros(len(conditions)),
     )
-    h = np.full(len(conditions), TICK_S)
+    h = np.full(len(conditions), tick_s)
     while len(column):
         # Each recording takes a step of its own length, not beyond the next tick or change of its command.
-        u, until = held(command, tick, since, late[:, column], column)
+        u, until = held(command, tick, since, late[:, column], column, tick_s)
         u, T = u[:, None], (warm[column] + rise[column] * tick)[None, None]
-        left = np.minimum(TICK_S - since, until)
+        left = np.minimum(tick_s - since, until)
         ends = h >= left * (1.0 - 1e-9)
         tried = np.where(ends, left, h)
-        after, error = solver.step(
-            lambda y, u=u, T=T, k=k: model.rates(y, u, T, k, laws), y, tried, scale, apart
-        )
+
+        def slope(y: Floats, u: Floats = u, T: Floats = T, k: dict[str, Floats] = k) -> Floats:
+            return model.rates(y, u, T, k, laws)
+
+        after, error = solver.step(slope, y, tried, scale, apart)
         good = error <= tolerance
         if (tried[~good] < SHORTEST_S).any():
             raise FloatingPointError(f"a step of less than {SHORTEST_S} s is needed")
@@ -79,7 +94,7 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
         # A step cut short by a tick says that a longer one is possible, not which.
         h = np.where(good & ends, np.maximum(h, wanted), wanted)
         since = np.where(good, since + tried, since)
-        met = since > TICK_S * (1.0 - 1e-9)
+        met = since > tick_s * (1.0 - 1e-9)
         since[met] = 0.0
         tick = tick + met
         kept[tick[met], :, column[met]] = y[:, 0, met].T
@@ -89,31 +104,40 @@ def simulate(trucks, laws: Sequence[model.Law], conditions: Sequence[Condition],
                 y[..., running], h[running], since[running], tick[running], column[running],
             )  # fmt: skip
             k = {name: value[..., running] if value.ndim else value for name, value in k.items()}
-    return [_trajectory(kept[: one.command.shape[1], :, n], laws, one) for n, one in enumerate(conditions)]
+    return [
+        _trajectory(kept[: one.command.shape[1], :, n], laws, one, tick_s) for n, one in enumerate(conditions)
+    ]
 
 
-def dead_times(k, laws):
+def dead_times(k: dict[str, Floats], laws: Sequence[model.Law]) -> Floats:
     """By how much each lift's command is late [s], (2, recordings) or what broadcasts to that."""
-    return sum((k[f"{law.name}.{law.dead_time}"][:, 0] for law in laws if law.dead_time), np.zeros((2, 1)))
+    late = np.zeros((2, 1))
+    for law in laws:
+        if law.dead_time:
+            late = late + k[f"{law.name}.{law.dead_time}"][:, 0]
+    return late
 
 
-def held(command, tick, since, late, column):
+def held(
+    command: Floats, tick: Ints, since: Floats, late: Floats, column: Ints, tick_s: float = TICK_S
+) -> tuple[Floats, Floats]:
     """The command that was held `late` [s] ago, (2, columns), and for how long it will still be [s].
 
     Now is `since` [s] after a tick; before its first sample a command is that.
     """
-    ago = np.ceil((late - since) / TICK_S - 1e-9).astype(
-        int
-    )  # ticks back to the last change that has arrived
+    # Ticks back to the last change that has arrived.
+    ago = np.ceil((late - since) / tick_s - 1e-9).astype(int)
     at = np.maximum(tick - np.maximum(ago, 0), 0)
-    until = late - (ago - 1) * TICK_S - since
+    until = late - (ago - 1) * tick_s - since
     return np.take_along_axis(command[:, :, column], at[:, None], axis=1)[:, 0], until.min(axis=0)
 
 
-def parameters(trucks, laws, conditions) -> dict:
+def parameters(
+    trucks: tuple[Lift, Lift], laws: Sequence[model.Law], conditions: Sequence[Condition]
+) -> dict[str, Floats]:
     """All parameters as arrays over (lift, 1, recording), or what broadcasts to that."""
     each = [one.trucks or trucks for one in conditions]
-    k = {}
+    k: dict[str, Floats] = {}
     for name in trucks[0]:
         values = np.array([[lifts[n][name] for lifts in each] for n in range(2)])
         k[name] = np.moveaxis(values, 2, 0)[:, :, None] if values.ndim == 3 else values[:, None]
@@ -130,23 +154,28 @@ def parameters(trucks, laws, conditions) -> dict:
     return k
 
 
-def _pair(value):
+def _pair(value: Any) -> Floats:
     """A value of both lifts; of one, it is (value, 0) or (0, value)."""
     return np.broadcast_to(np.asarray(value, float), 2)
 
 
-def _longer(command, ticks):
+def _longer(command: Floats, ticks: int) -> Floats:
     return np.pad(command, ((0, 0), (0, ticks - command.shape[1])), mode="edge")
 
 
-def _trajectory(y, laws, condition):
+def _trajectory(y: Floats, laws: Sequence[model.Law], condition: Condition, tick_s: float) -> Trajectory:
     s = model.split(np.moveaxis(y, 1, 0), laws)
     n = len(y)
-    height = 2.0 * s.x[0] + 2.0 * s.x[1] + sum(getattr(s, state) for law in laws for state in law.shown)
+    height = 2.0 * s.x[0] + 2.0 * s.x[1]
+    encoder = np.stack([2.0 * s.x[0], s.x[1]])
+    for law in laws:
+        height = height + sum(factor * getattr(s, state) for state, factor in law.shown)
+        for state, lift, factor in law.seen:
+            encoder[lift] = encoder[lift] + factor * getattr(s, state)
     warm = condition.temperature_degc + condition.warming_k * np.arange(n) / max(1, n - 1)
-    return Trajectory(np.arange(n) * TICK_S, s.x, s.v, s.p_A, height, warm)
+    return Trajectory(np.arange(n) * tick_s, s.x, s.v, s.p_A, height, warm, encoder)
 
 
-def on(lift: str, value: float):
+def on(lift: str, value: float) -> tuple[float, float]:
     """The value at one lift, nothing at the other."""
-    return tuple(value if name == lift else 0.0 for name in LIFTS)
+    return (value if lift == "free" else 0.0, value if lift == "main" else 0.0)

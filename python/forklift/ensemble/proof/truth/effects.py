@@ -7,9 +7,15 @@ as in the mechanics: a compliance in series, a mass on a spring.
 
 from __future__ import annotations
 
-import numpy as np
+from types import SimpleNamespace
+from typing import Any
 
-from reference.plant.model import Law
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.ensemble.proof.truth.model import Law
+
+Values = dict[str, NDArray[np.float64]]
 
 REFERENCE_K = 293.0  # 20 degC
 ATMOSPHERE_PA = 1e5
@@ -24,7 +30,7 @@ class MastCoupling(Law):
 
     joins = True
 
-    def masses(self, quantity, s, k):
+    def masses(self, quantity: Any, s: SimpleNamespace, k: Values) -> Any:
         free, main, between = quantity
         ridden = 2 * 1 * k["m_c"][0] + 2 * 2 * k["m"][0]
         return free, main, between + k["mast_coupling.factor"][0] * ridden
@@ -33,21 +39,21 @@ class MastCoupling(Law):
 class FrictionTemperature(Law):
     """sigma_2 [N s/m] falls by the factor e for every 1/`rate` [K] above 20 degC."""
 
-    def viscous(self, sigma_2, s, k):
+    def viscous(self, sigma_2: Any, s: SimpleNamespace, k: Values) -> Any:
         return sigma_2 / np.exp(k["friction_temperature.rate"] * (s.T - REFERENCE_K))
 
 
 class Leakage(Law):
     """Laminar flow through the seals' gap from cylinder to tank: `coefficient` [m³/(s Pa)] (p_A - p_T)."""
 
-    def outflow(self, q, s, k):
+    def outflow(self, q: Any, s: SimpleNamespace, k: Values) -> Any:
         return q + k["leakage.coefficient"] * (s.p_A - k["p_D"])
 
 
 class FrictionPosition(Law):
     """Coulomb and breakaway friction higher by `rise` at `centre` [m]; 1/e of it is left `width` [m] away."""
 
-    def coulomb(self, F_c, s, k):
+    def coulomb(self, F_c: Any, s: SimpleNamespace, k: Values) -> Any:
         away = (s.x - k["friction_position.centre"]) / k["friction_position.width"]
         return F_c + F_c * k["friction_position.rise"] * np.exp(-np.square(away))
 
@@ -55,7 +61,7 @@ class FrictionPosition(Law):
 class FrictionPressure(Law):
     """Seals pressed against the rod: `coefficient` [m²] p_A more Coulomb friction [N]."""
 
-    def coulomb(self, F_c, s, k):
+    def coulomb(self, F_c: Any, s: SimpleNamespace, k: Values) -> Any:
         return F_c + k["friction_pressure.coefficient"] * np.maximum(s.p_A, 0.0)
 
 
@@ -67,17 +73,17 @@ class FrictionDwell(Law):
 
     memory = {"age": 1.0}  # noqa: RUF012
 
-    def coulomb(self, F_c, s, k):
+    def coulomb(self, F_c: Any, s: SimpleNamespace, k: Values) -> Any:
         return F_c * (1 + k["friction_dwell.growth"] * np.log1p(np.maximum(s.age, 0.0)))
 
-    def rates(self, s, k):
+    def rates(self, s: SimpleNamespace, k: Values) -> Values:
         return {"age": 1 - s.speed / k["friction_dwell.way"] * s.age}
 
 
 class BulkModulusTemperature(Law):
     """E [Pa] falls by the factor e for every 1/`rate` [K] above 20 degC."""
 
-    def bulk_modulus(self, E, s, k):
+    def bulk_modulus(self, E: Any, s: SimpleNamespace, k: Values) -> Any:
         return E / np.exp(k["bulk_modulus_temperature.rate"] * (s.T - REFERENCE_K))
 
 
@@ -87,7 +93,7 @@ class EntrainedAir(Law):
     -dV_air/dp = V_air/(n p) with V_air = fraction V (1 bar/p)^(1/n), beside the oil's V/E.
     """
 
-    def capacity(self, C, s, k):
+    def capacity(self, C: Any, s: SimpleNamespace, k: Values) -> Any:
         p, n = np.maximum(s.p_A, 2e4), k["entrained_air.exponent"]
         V_air = k["entrained_air.fraction"] * s.volume * (ATMOSPHERE_PA / p) ** (1 / n)
         return C + V_air / (n * p)
@@ -100,14 +106,14 @@ class ChainElasticity(Law):
     A/2 · A/2 · compliance more volume, beside the oil's.
     """
 
-    def capacity(self, C, s, k):
+    def capacity(self, C: Any, s: SimpleNamespace, k: Values) -> Any:
         return C + (k["A"] / 2) ** 2 * k["chain_elasticity.compliance"]
 
 
 class EndCushion(Law):
     """An orifice brakes the last `length` [m] of the way down: up to `coefficient` [N s²/m²] v²."""
 
-    def force(self, F, s, k):
+    def force(self, F: Any, s: SimpleNamespace, k: Values) -> Any:
         near = np.clip((k["end_cushion.length"] - s.x) / k["end_cushion.length"], 0.0, 1.0)
         return F + np.where(s.v < 0.0, k["end_cushion.coefficient"] * s.v**2 * near, 0.0)
 
@@ -126,9 +132,9 @@ class ChassisCompliance(Law):
     joins = True
 
     shared = {"ground": 0.01, "ground_rate": 0.1}  # noqa: RUF012
-    shown = ("ground",)
+    shown = (("ground", 1.0),)
 
-    def _truck(self, k):
+    def _truck(self, k: Values) -> Any:
         """1/M [1/kg], and spring and damper per M [1/s², 1/s]."""
         c, zeta = (k[f"chassis_compliance.{name}"][0] for name in ("compliance", "damping_ratio"))
         omega = 2 * np.pi * k["chassis_compliance.frequency"][0]
@@ -139,20 +145,20 @@ class ChassisCompliance(Law):
         per_mass = np.minimum(per_truck * share, 1 / (1.2 * moved))
         return per_mass, omega**2 * share, 2 * zeta * omega * share
 
-    def _free_acceleration(self, s, k):
+    def _free_acceleration(self, s: SimpleNamespace, k: Values) -> Any:
         """y'' [m/s²] were it not for the lifts' accelerations."""
         _, spring, damper = self._truck(k)
         return -spring * s.ground - damper * s.ground_rate
 
-    def force(self, F, s, k):
+    def force(self, F: Any, s: SimpleNamespace, k: Values) -> Any:
         return F - (k["m_c"] + 2 * k["m"]) * self._free_acceleration(s, k)
 
-    def masses(self, quantity, s, k):
+    def masses(self, quantity: Any, s: SimpleNamespace, k: Values) -> Any:
         free, main, between = quantity
         per_mass, mu = self._truck(k)[0], k["m_c"] + 2 * k["m"]
         return free - mu[0] ** 2 * per_mass, main - mu[1] ** 2 * per_mass, between - mu[0] * mu[1] * per_mass
 
-    def rates(self, s, k):
+    def rates(self, s: SimpleNamespace, k: Values) -> Values:
         pulled = ((k["m_c"] + 2 * k["m"]) * s.a).sum(axis=0) * self._truck(k)[0]
         return {"ground": s.ground_rate, "ground_rate": self._free_acceleration(s, k) - pulled}
 
@@ -160,7 +166,7 @@ class ChassisCompliance(Law):
 class HoseResistance(Law):
     """Turbulent loss `coefficient` [Pa s²/m⁶] q|q| before the valve, q [m³/s] what the piston displaces."""
 
-    def inlet(self, p, s, k):
+    def inlet(self, p: Any, s: SimpleNamespace, k: Values) -> Any:
         q = -k["A"] * s.v
         return p - k["hose_resistance.coefficient"] * np.sign(q) * q**2
 
@@ -171,7 +177,7 @@ class HoseInertance(Law):
     The acceleration is the lift's from its own force balance.
     """
 
-    def inlet(self, p, s, k):
+    def inlet(self, p: Any, s: SimpleNamespace, k: Values) -> Any:
         a = s.F / (k["m_c"] + 4 * k["m"])
         return p + k["hose_inertance.inertance"] * k["A"] * a
 
@@ -181,7 +187,7 @@ class ReturnBackPressure(Law):
 
     joins = True
 
-    def back_pressure(self, p_D, s, k):
+    def back_pressure(self, p_D: Any, s: SimpleNamespace, k: Values) -> Any:
         q = np.maximum((-k["A"] * s.v).sum(axis=0), 0.0)
         return p_D + k["return_back_pressure.coefficient"][0] * q**2
 
@@ -193,14 +199,14 @@ class ViscosityLaw(Law):
     times `expansion` [1/K].
     """
 
-    def viscosity(self, nu, s, k):
+    def viscosity(self, nu: Any, s: SimpleNamespace, k: Values) -> Any:
         share, pole = k["viscosity_law.share"], k["viscosity_law.vogel"]
         at_T_0 = k["T_0"] - pole
         B = k["lam"] * at_T_0**2
         vogel = k["eta_0"] * np.exp(B / (s.T - pole) - B / at_T_0)
         return nu ** (1 - share) * vogel**share
 
-    def density(self, rho, s, k):
+    def density(self, rho: Any, s: SimpleNamespace, k: Values) -> Any:
         return rho * (1 - k["viscosity_law.share"] * k["viscosity_law.expansion"] * (s.T - k["T_0"]))
 
 
@@ -209,10 +215,10 @@ class OilTemperatureAtValve(Law):
 
     memory = {"heating": 1e3}  # noqa: RUF012
 
-    def viscosity(self, nu, s, k):
+    def viscosity(self, nu: Any, s: SimpleNamespace, k: Values) -> Any:
         return nu * np.exp(-k["lam"] * k["oil_temperature_at_valve.resistance"] * s.heating)
 
-    def rates(self, s, k):
+    def rates(self, s: SimpleNamespace, k: Values) -> Values:
         power = np.maximum(-s.v * k["A"] * s.p_A, 0.0)
         return {"heating": (power - s.heating) / k["oil_temperature_at_valve.time"]}
 
@@ -228,10 +234,10 @@ class ValveLag(Law):
 
     memory = {"lagged": 1.0}  # noqa: RUF012
 
-    def command(self, u, s, k):
+    def command(self, u: Any, s: SimpleNamespace, k: Values) -> Any:
         return u - k["valve_lag.share"] * (s.u - s.lagged)
 
-    def rates(self, s, k):
+    def rates(self, s: SimpleNamespace, k: Values) -> Values:
         return {"lagged": (s.u - s.lagged) / k["valve_lag.time"]}
 
 
@@ -244,19 +250,19 @@ class ValveCurrentLimit(Law):
 
     memory = {"coil_heat": 1.0}  # noqa: RUF012
 
-    def command(self, u, s, k):
+    def command(self, u: Any, s: SimpleNamespace, k: Values) -> Any:
         warm = 1 + k["valve_current_limit.warming"] * np.maximum(s.coil_heat, 0.0)
         over = s.u - k["valve_current_limit.limit"] / warm
         return u - k["valve_current_limit.share"] * (over + np.hypot(over, 0.02)) / 2
 
-    def rates(self, s, k):
+    def rates(self, s: SimpleNamespace, k: Values) -> Values:
         return {"coil_heat": (s.u**2 - s.coil_heat) / k["valve_current_limit.time"]}
 
 
 class ValveFlowForce(Law):
     """The jet's force on the spool is worth `coefficient` [A/N] of current, per opening times drop."""
 
-    def command(self, u, s, k):
+    def command(self, u: Any, s: SimpleNamespace, k: Values) -> Any:
         return u - k["valve_flow_force.coefficient"] * s.A_valve * (s.p_A - s.p_B)
 
 
@@ -265,10 +271,10 @@ class CompensatorDynamics(Law):
 
     memory = {"felt": 1e6}  # noqa: RUF012
 
-    def sensed(self, drop, s, k):
+    def sensed(self, drop: Any, s: SimpleNamespace, k: Values) -> Any:
         return drop - k["compensator_dynamics.share"] * (drop - s.felt)
 
-    def rates(self, s, k):
+    def rates(self, s: SimpleNamespace, k: Values) -> Values:
         return {"felt": (s.p_A - s.p_B - s.felt) / k["compensator_dynamics.time"]}
 
 
@@ -322,8 +328,8 @@ QUIET = {
 """Each effect's parameters, the amplitude first and at its quiet value, the others amid the plausible."""
 
 
-def law(name: str, amplitude=0.0, **others) -> Law:
+def law(name: str, amplitude: Any = 0.0, **others: Any) -> Law:
     """An effect of the catalogue; the amplitude of a lift's own is a pair, see `run.on`."""
-    values = QUIET[name] | others
+    values: dict[str, Any] = QUIET[name] | others
     values[next(iter(values))] = amplitude
     return CATALOGUE[name](name, **values)

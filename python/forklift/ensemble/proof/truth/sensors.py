@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reference.plant.run import TICK_S, Trajectory
+from forklift.ensemble.proof.truth.run import TICK_S, Trajectory
+
+Floats = NDArray[np.float64]
 
 COUNT_M = np.pi * 0.08 / 128  # of an encoder: a wheel of 80 mm with 128 slits
 PRESSURE_NOISE_PA, PRESSURE_STEP_PA = 0.3e5, 0.06e5
@@ -26,8 +29,10 @@ class Sensors:
         Correlation time [s] of the pressures' noise; none is white.
     temperature_lag_s
         Time constant [s] with which the temperature sensor follows.
-    gains, lates_s
-        Of single channels: a factor, and by how much a channel is late [s].
+    gains, lates_s, offsets
+        Of single channels: a factor, by how much a channel is late [s], and what is added in its unit.
+    temperature_stuck_degc
+        What the temperature channel reads whatever the oil does.
     """
 
     noise: float = 1.0
@@ -35,23 +40,33 @@ class Sensors:
     temperature_lag_s: float = 0.0
     gains: tuple[tuple[str, float], ...] = ()
     lates_s: tuple[tuple[str, float], ...] = ()
+    offsets: tuple[tuple[str, float], ...] = ()
+    temperature_stuck_degc: float | None = None
 
 
-def measured(trajectory: Trajectory, sensors: Sensors, random: np.random.Generator) -> dict[str, np.ndarray]:
+def measured(trajectory: Trajectory, sensors: Sensors, random: np.random.Generator) -> dict[str, Floats]:
     """The channels of a recording, but for time and commands."""
     n = len(trajectory.time_s)
+    encoder = trajectory.encoder
+    if encoder is None:  # made by hand: what the cylinders do
+        encoder = np.stack([2.0 * trajectory.x[0], trajectory.x[1]])
     true = {
-        "position_free_m": 2.0 * trajectory.x[0],
-        "position_main_m": trajectory.x[1],
+        "position_free_m": encoder[0],
+        "position_main_m": encoder[1],
         "pressure_free_pa": trajectory.p_A[0],
         "pressure_main_pa": trajectory.p_A[1],
         "oil_temperature_degc": lagging(trajectory.temperature_degc, sensors.temperature_lag_s),
         "fork_height_m": trajectory.fork_height,
     }
     for channel, late in sensors.lates_s:
-        true[channel] = true[channel][np.maximum(np.arange(n) - round(late / TICK_S), 0)]
+        ago = np.arange(n) - late / TICK_S
+        true[channel] = np.interp(ago, np.arange(n), true[channel])
     for channel, gain in sensors.gains:
         true[channel] = gain * true[channel]
+    for channel, offset in sensors.offsets:
+        true[channel] = true[channel] + offset
+    if sensors.temperature_stuck_degc is not None:
+        true["oil_temperature_degc"] = np.full(n, sensors.temperature_stuck_degc)
     seen = {}
     for channel, signal in true.items():
         if channel.startswith("position"):
@@ -68,11 +83,18 @@ def measured(trajectory: Trajectory, sensors: Sensors, random: np.random.Generat
     return seen
 
 
-def stepped(signal, step):
+def slipped(channel: Floats, at_s: float, by_m: float) -> Floats:
+    """The encoder's channel after its wheel lost `by_m` at `at_s`, in whole counts."""
+    out = channel.copy()
+    out[round(at_s / TICK_S) :] += round(by_m / COUNT_M) * COUNT_M
+    return out
+
+
+def stepped(signal: Floats, step: float) -> Floats:
     return np.round(signal / step) * step
 
 
-def coloured(random, n, time_s):
+def coloured(random: np.random.Generator, n: int, time_s: float) -> Floats:
     """Noise of variance one, an autoregression of order one with this correlation time."""
     white = random.standard_normal(n)
     if time_s <= 0.0:
@@ -83,7 +105,7 @@ def coloured(random, n, time_s):
     return white
 
 
-def lagging(signal, time_s):
+def lagging(signal: Floats, time_s: float) -> Floats:
     """The signal behind a first-order lag, settled at the start."""
     if time_s <= 0.0:
         return signal
@@ -93,7 +115,7 @@ def lagging(signal, time_s):
     return out
 
 
-def stuck(channel: np.ndarray, start_s: float, duration_s: float) -> np.ndarray:
+def stuck(channel: Floats, start_s: float, duration_s: float) -> Floats:
     """The channel, held at its value at `start_s` for `duration_s`."""
     first, last = round(start_s / TICK_S), round((start_s + duration_s) / TICK_S)
     held = channel.copy()

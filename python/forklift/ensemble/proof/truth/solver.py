@@ -7,7 +7,13 @@ Jacobian is one of difference quotients, all of them and all recordings in one c
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[Any]
 
 GAMMA = 0.5
 DIFFERENCE = 1e-7
@@ -15,7 +21,9 @@ ORDER = 3
 SHRINK, GROW, SAFETY = 0.2, 4.0, 0.85
 
 
-def step(rates, y, h, scale, lifts=1):
+def step(
+    rates: Callable[[Floats], Floats], y: Floats, h: Floats, scale: Floats, lifts: int = 1
+) -> tuple[Floats, Floats]:
     """`y`, (states, 1, recordings), after the steps `h` [s], (recordings,), of dy/dt = rates(y); its error.
 
     The error is the greatest of all states, in units of their typical sizes `scale`. Where `lifts` do not
@@ -33,7 +41,7 @@ def step(rates, y, h, scale, lifts=1):
     jacobian = change / width.reshape(own, lifts, recordings).transpose(1, 2, 0)[:, :, None]
     inverse = np.linalg.inv(np.eye(own) / (h[:, None, None] * GAMMA) - jacobian)
 
-    def solve(right):
+    def solve(right: Floats) -> Any:
         columns = right.reshape(own, lifts, recordings).transpose(1, 2, 0)[..., None]
         return (inverse @ columns)[..., 0].transpose(2, 0, 1).reshape(right.shape)
 
@@ -46,7 +54,7 @@ def step(rates, y, h, scale, lifts=1):
     return y + (2.0 * k1 + k3 + k4) * scale, np.abs(k4[:, 0]).max(axis=0)
 
 
-def next_step(h, error, tolerance):
+def next_step(h: Floats, error: Floats, tolerance: float) -> Floats:
     """The step [s] after one of `h` with this error; an error that is no number counts as large."""
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = SAFETY * (tolerance / error) ** (1.0 / ORDER)

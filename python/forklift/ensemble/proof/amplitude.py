@@ -1,0 +1,262 @@
+"""How large a concealed law is made, and whether the recordings can show it.
+
+The size of a law is the root mean square change that it makes to the commanded lifts, over the probes
+(a few of
+the campaign's own recordings): half from the velocity, in units of the slope noise of a height sensor
+behind the
+filter that judges it, half from the pressure, in units of its sensor's noise.
+
+A law is *hidden* if another truck imitates it: of its change d in all channels, in units of the
+sensors' noise, no
+more than chi-square = 20 is left after the best linear combination of the truck's own unknown parameters, oil
+temperatures and loads within their priors. At 20 the mean logarithm of the likelihood ratio is 10. The
+rule is
+applied before any diagnosis, by this plant alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift import _core
+from forklift.ensemble.proof import kinds
+from forklift.ensemble.proof.draw import Draw
+from forklift.ensemble.proof.truth import effects, others, run, sensors, strangers
+from forklift.ensemble.proof.truth.model import Law
+from forklift.ensemble.proof.truth.truck import ESTIMATED, LIFTS, Lift
+
+Floats = NDArray[np.float64]
+Trucks = tuple[Lift, Lift]
+
+ROUGH = 1e-5
+"""Tolerance of runs that only tell a size."""
+GRID = np.geomspace(0.01, 1.0, 5)
+"""Shares of the largest amplitude at which the size is found."""
+PROBES = 3
+PROBE_TICKS = 300
+VELOCITY_NOISE_M_S = sensors.HEIGHT_NOISE_M / run.TICK_S / np.sqrt(110.0)
+"""Slope noise of a second-order filter over 11 samples: variance over the sum of k², k = -5 ... 5."""
+HIDDEN = 20.0
+PRIORS = {"estimated": 0.3, "area": 0.15, "current": 0.02, "temperature": 1.0, "load": 0.01}
+"""Standard deviations: of logarithms, of openings' logarithms, of knots [A], of oil [K], of loads'
+logarithms."""
+
+
+def plausible(effect: str) -> dict[str, tuple[float, float, str]]:
+    """The catalogue's plausible range of each parameter of an effect, and its scale."""
+    spec = next(one for one in _core.effect_table() if one["id"] == effect)
+    return {p["name"]: (p["plausible_lower"], p["plausible_upper"], p["scale"]) for p in spec["parameters"]}
+
+
+def most(name: str) -> float:
+    """The end of what is plausible of a law's amplitude."""
+    if name in strangers.SPECS:
+        return strangers.SPECS[name].most
+    return others.MOST[name] if "__" in name else next(iter(plausible(name).values()))[1]
+
+
+def law_of(name: str, where: str, amplitude: float, random: np.random.Generator) -> Law:
+    """The law at a lift, ``free``, ``main`` or ``both``; what it has besides its amplitude is drawn."""
+    value = amplitude if where == "both" else run.on(where, amplitude)
+    own: dict[str, float] = {}
+    if name in strangers.SPECS:
+        for key, low, high in strangers.SPECS[name].others:
+            own[key] = float(np.exp(random.uniform(np.log(low), np.log(high))))
+        return strangers.law(name, value, **own)
+    if "__" in name:
+        for key, low, high in others.DRAWN.get(name, ()):
+            own[key] = float(random.uniform(low, high))
+        if "centre" in others.QUIET[name]:
+            own["centre"] = float(random.uniform(*CENTRES[where]))
+        return others.law(name, value, **own)
+    for key, (low, high, scale) in list(plausible(name).items())[1:]:
+        share = random.uniform(0.2, 0.8)
+        own[key] = low * (high / low) ** share if scale == "log" else low + share * (high - low)
+    if name == "friction_position":
+        own["centre"] = float(random.uniform(*CENTRES[where]))
+    if name == "end_cushion":
+        own["length"] = float(random.uniform(0.08, 0.2))
+    if name == "valve_current_limit":
+        own["limit"] = float(random.uniform(0.5, 0.75))
+    return effects.law(name, value, **own)
+
+
+CENTRES = {"free": (0.45, 0.8), "main": (1.4, 1.8), "both": (0.5, 0.75)}
+"""Places that a lift comes by [m]."""
+
+
+def probes(given: Draw, conditions: Sequence[run.Condition]) -> list[int]:
+    """A few recordings that differ most in load and temperature, the commanded lifts all among them."""
+    plans, chosen = given.plans, [0]
+    where = np.array([[one.load_kg / 500.0, one.temperature_degc / 15.0] for one in plans])
+    lift = np.array([LIFTS_PLACE[one.lift] for one in plans])
+    where = np.column_stack([where, 4.0 * lift])
+    while len(chosen) < min(PROBES, len(plans)):
+        away = np.min([np.linalg.norm(where - where[n], axis=1) for n in chosen], axis=0)
+        chosen.append(int(np.argmax(away)))
+    return chosen
+
+
+LIFTS_PLACE = {"free": (1.0, 0.0), "main": (0.0, 1.0), "both": (1.0, 1.0)}
+
+
+def short(one: run.Condition) -> run.Condition:
+    """The beginning of a recording."""
+    return replace(one, command=one.command[:, :PROBE_TICKS])
+
+
+def size(found: Sequence[run.Trajectory], without: Sequence[run.Trajectory], moved: Sequence[str]) -> float:
+    """The root mean square change, see above; `moved` says which lift each recording commands."""
+    squares = []
+    for one, other, lift in zip(found, without, moved, strict=True):
+        rows = [n for n, name in enumerate(LIFTS) if lift in (name, "both")]
+        n = min(len(_before_end(one, rows)), len(_before_end(other, rows)))
+        dv = (one.v[rows, :n] - other.v[rows, :n]) * _SENSED[rows] / VELOCITY_NOISE_M_S
+        dp = (one.p_A[rows, :n] - other.p_A[rows, :n]) / sensors.PRESSURE_NOISE_PA
+        squares.append(0.5 * np.mean(dv**2) + 0.5 * np.mean(dp**2))
+    return float(np.sqrt(np.mean(squares)))
+
+
+_SENSED = np.array([[2.0], [2.0]])
+"""The forks move twice as far as a cylinder."""
+
+
+def _before_end(one: run.Trajectory, rows: Sequence[int]) -> Floats:
+    low = (one.x[rows] < END_M).any(axis=0)
+    return one.time_s[: np.argmax(low) if low.any() else None]
+
+
+END_M = 0.03
+
+
+def found_for(
+    given: Draw,
+    name: str,
+    where: str,
+    wanted: float,
+    trucks: Trucks,
+    conditions: Sequence[run.Condition],
+    random: np.random.Generator,
+    tick_s: float,
+) -> tuple[Law, float, float]:
+    """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible."""
+    chosen = probes(given, conditions)
+    plain = [short(conditions[n]) for n in chosen]
+    moved = [given.plans[n].lift for n in chosen]
+    top = most(name)
+    law = law_of(name, where, top, random)
+    key, full = next(iter(law.values.items()))
+    if name == "end_cushion":
+        plain = [replace(one, start_m=(0.35, 0.7)) for one in plain]
+    grid = [0.0, *GRID]
+    amplified = [
+        replace(one, values={f"{law.name}.{key}": np.multiply(full, share)})
+        for share in grid
+        for one in plain
+    ]
+    ran = run.simulate(trucks, (law,), amplified, ROUGH, tick_s)
+    each = [ran[n * len(plain) : (n + 1) * len(plain)] for n in range(len(grid))]
+    sizes = np.maximum.accumulate([max(size(one, each[0], moved), 1e-9) for one in each[1:]])
+    if wanted >= sizes[-1]:
+        share, has = 1.0, float(sizes[-1])
+    elif wanted <= sizes[0]:
+        share, has = float(GRID[0] * wanted / sizes[0]), wanted
+    else:
+        share, has = float(np.exp(np.interp(np.log(wanted), np.log(sizes), np.log(GRID)))), wanted
+    law.values[key] = np.multiply(full, share)
+    return law, top * share, has
+
+
+def left(
+    given: Draw,
+    laws: Sequence[Law],
+    place: int,
+    trucks: Trucks,
+    conditions: Sequence[run.Condition],
+    tick_s: float,
+) -> float:
+    """Chi-square that the best imitating truck leaves of the law at `place`, scaled to all recordings."""
+    chosen = probes(given, conditions)
+    plain = [short(conditions[n]) for n in chosen]
+    law = laws[place]
+    key, full = next(iter(law.values.items()))
+    if kinds.nearest(law.name) == "end_cushion":
+        plain = [replace(one, start_m=(0.35, 0.7)) for one in plain]
+    quiet = {f"{law.name}.{key}": np.multiply(full, 0.0)}
+    asked: list[run.Condition] = []
+    asked += [replace(one, values=quiet) for one in plain]
+    asked += plain
+    moved = {
+        lift for n in chosen for lift in (LIFTS if given.plans[n].lift == "both" else (given.plans[n].lift,))
+    }
+    steps = [*_steps(trucks, sorted(moved))]
+    for other, _ in steps:
+        asked += [replace(one, values=quiet, trucks=other) for one in plain]
+    ran = run.simulate(trucks, laws, asked, ROUGH, tick_s)
+    count = len(plain)
+    rows = [_whitened(given, ran[n * count : (n + 1) * count], chosen) for n in range(2 + len(steps))]
+    base = rows[0]
+    d = np.concatenate(rows[1]) - np.concatenate(base)
+    columns = [
+        (np.concatenate(one) - np.concatenate(base)) / step
+        for one, (_, step) in zip(rows[2:], steps, strict=True)
+    ]
+    return imitated(d, np.array(columns).T) * len(given.plans) / count
+
+
+def imitated(d: Floats, columns: Floats) -> float:
+    """The least |d - J theta|² + |theta|², where each column of J is the change by one standard deviation."""
+    if columns.size == 0:
+        return float(d @ d)
+    gram = columns.T @ columns + np.eye(columns.shape[1])
+    along = columns.T @ d
+    return float(d @ d - along @ np.linalg.solve(gram, along))
+
+
+STEP = 0.25
+"""Of a standard deviation, for difference quotients."""
+
+
+def _steps(trucks: Trucks, moved: Sequence[str]) -> Any:
+    """Other trucks, each one step away along one unknown, and the step in standard deviations."""
+    for lift in moved:
+        place = LIFTS.index(lift)
+
+        def other(place: int = place, **changed: Any) -> Trucks:
+            made = [dict(one) for one in trucks]
+            made[place] |= changed
+            return made[0], made[1]
+
+        for name in ESTIMATED:
+            yield other(**{name: trucks[place][name] * np.exp(STEP * PRIORS["estimated"])}), STEP
+        for n in np.flatnonzero(trucks[place]["area"] > 0.0):
+            area = trucks[place]["area"].copy()
+            area[n] *= np.exp(STEP * PRIORS["area"])
+            yield other(area=area), STEP
+        for knot in range(1, len(trucks[place]["current"]) - 1):
+            current = trucks[place]["current"].copy()
+            current[knot] += STEP * PRIORS["current"]
+            yield other(current=current), STEP
+        # A load entered wrongly by a per cent, by what it does: a mass that moves.
+        yield other(m=trucks[place]["m"] + STEP * PRIORS["load"] * 1000.0), STEP
+
+
+def _whitened(given: Draw, found: Sequence[run.Trajectory], chosen: Sequence[int]) -> list[Floats]:
+    """All channels of all probes, in units of the sensors' noise."""
+    keep = np.exp(-run.TICK_S / given.nuisances.colour_s) if given.nuisances.colour_s > 0.0 else 0.0
+    pressure = sensors.PRESSURE_NOISE_PA * given.nuisances.noise * np.sqrt((1 + keep) / (1 - keep))
+    rows = []
+    for one in found:
+        encoder = one.encoder if one.encoder is not None else np.stack([2 * one.x[0], one.x[1]])
+        rows += [
+            (encoder / (sensors.COUNT_M / np.sqrt(12.0))).ravel(),
+            (one.p_A / pressure).ravel(),
+        ]
+        if given.nuisances.height:
+            rows.append(one.fork_height / (sensors.HEIGHT_NOISE_M * given.nuisances.noise))
+    return rows

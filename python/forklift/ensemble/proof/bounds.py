@@ -1,0 +1,23 @@
+"""The bounds that decide answers: the upper-case numbers of the diagnosis's one module of criteria."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+CRITERIA = "forklift.diagnosis.criteria"
+"""The module whose upper-case numbers are the bounds."""
+VARIABLE = "FORKLIFT_CRITERIA"
+"""In the environment of a diagnosis: bounds under another value, as a JSON object."""
+
+
+def bounds() -> dict[str, float]:
+    """Every bound by its name; empty where the module is not there."""
+    try:
+        module = import_module(CRITERIA)
+    except ModuleNotFoundError:
+        return {}
+    return {
+        name: float(value)
+        for name, value in vars(module).items()
+        if name.isupper() and isinstance(value, float) and not name.startswith("_")
+    }

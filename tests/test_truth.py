@@ -1,0 +1,130 @@
+"""The truth plant keeps to mechanics and to its own word: limits, silence at zero, and sources."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from forklift.ensemble.proof import amplitude, kinds
+from forklift.ensemble.proof.truth import drive, model, others, run, sensors, strangers
+from forklift.ensemble.proof.truth.truck import THESIS, scattered
+from reference.witness import FREE, MAIN
+
+GIVEN = [run.Condition(np.full((2, 5), 0.7), load, 40.0) for load in (200.0, 1000.0)]
+
+
+def moving(laws, seed=1):
+    """Parameters, and a state about rest in which everything moves."""
+    k = run.parameters(THESIS, laws, GIVEN)
+    start = np.array(run.START_M)[:, None, None] * np.ones((2, 1, 2)) - 0.2
+    y = model.at_rest(laws, k, start)
+    random = np.random.default_rng(seed)
+    y = y + 0.1 * model.scales(laws)[:, None, None] * random.standard_normal(y.shape)
+    place = 2 * model.STATES.index("v")
+    y[place : place + 2] = -0.3  # fast on its way down, where every law acts
+    return k, y
+
+
+def rates(laws, y, k):
+    return model.rates(
+        y, np.array([0.7, 0.5])[:, None, None] * np.ones((2, 1, 2)), np.full((1, 1, 2), 313.0), k, laws
+    )
+
+
+def test_the_values_are_the_thesis_as_the_witness_has_them():
+    for lift, known in zip(THESIS, (FREE, MAIN), strict=True):
+        for name, value in lift.items():
+            np.testing.assert_allclose(value, known[name], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", strangers.SPECS)
+def test_a_stranger_is_silent_at_zero_and_acts_at_its_most(name):
+    spec = strangers.SPECS[name]
+    silent, loud = strangers.law(name, 0.0), strangers.law(name, spec.most)
+    k, y = moving((silent,))
+    kept = 2 * len(model.STATES)
+    y[kept:] = 0.0  # a law's own states rest at zero
+    plain = rates((), y[:kept], run.parameters(THESIS, (), GIVEN))
+    np.testing.assert_allclose(rates((silent,), y, k)[:kept], plain, rtol=1e-9, atol=1e-9)
+    y[kept:] = 0.3 * model.scales((loud,))[kept:, None, None]
+    scale = model.scales(())[:, None, None]
+    changed = np.abs(rates((loud,), y, run.parameters(THESIS, (loud,), GIVEN))[:kept] - plain) / scale
+    assert changed.max() > 1e-3
+
+
+@pytest.mark.parametrize("name", strangers.SPECS)
+def test_a_stranger_has_a_source_and_its_place_is_an_equation(name):
+    spec = strangers.SPECS[name]
+    assert re.search(r"\((1[89]|20)\d\d\)|ISO \d+|IEC \d+", spec.law.__doc__)
+    known = {one for each in kinds.EQUATIONS.values() for one in each}
+    assert set(spec.equations) <= known
+    assert spec.of
+
+
+def test_at_least_a_dozen_strangers_and_none_of_them_in_the_catalogue():
+    assert len(strangers.SPECS) >= 12
+    assert not set(strangers.SPECS) & set(kinds.of_kind("effect"))
+    assert {kinds.nearest(name) for name in others.OTHERS} <= set(kinds.of_kind("effect"))
+
+
+def test_a_load_on_a_soft_spring_is_no_inertia_and_on_a_stiff_one_all_of_it():
+    """Lagrange's two degrees of freedom in both limits of the spring."""
+    k = {"m_c": np.full((2, 1, 1), 12.0), "m": np.full((2, 1, 1), 500.0), "load": np.full((2, 1, 1), 400.0)}
+    k |= {"bouncing_load.share": np.array([0.5, 0.0])[:, None, None]}
+    k |= {"bouncing_load.frequency": np.ones((2, 1, 1)), "bouncing_load.damping": np.zeros((2, 1, 1))}
+    law, force = strangers.law("bouncing_load", (0.5, 0.0)), np.full((2, 1, 1), 1000.0)
+    s = SimpleNamespace(F=force, bounce=np.zeros((1, 1)), bounce_rate=np.zeros((1, 1)))
+    soft = model.accelerations(s, k, (law,))
+    np.testing.assert_allclose(soft[0], 1000.0 / (12.0 + 4 * 300.0))  # the 200 kg stay where they are
+    # Compressed so that it follows: r'' = 0 where omega² r = -2 x''.
+    a = 1000.0 / (12.0 + 4 * 500.0)
+    s.bounce = np.full((1, 1), -2 * a / (2 * np.pi) ** 2)
+    np.testing.assert_allclose(model.accelerations(s, k, (law,))[0], a)
+    np.testing.assert_allclose(soft[1], 1000.0 / (12.0 + 4 * 500.0))  # the other lift feels nothing
+
+
+def test_commands_are_in_steps_start_at_rest_and_depend_on_the_stream_alone():
+    for kind in drive.KINDS:
+        one, other = (drive.command(kind, np.random.default_rng(5), 400, 0.02) for _ in range(2))
+        np.testing.assert_array_equal(one, other)
+        assert (one[: drive.REST_TICKS] == 0.0).all()
+        np.testing.assert_allclose(np.round(one / drive.STEP_A), one / drive.STEP_A, atol=1e-9)
+        assert 0.6 < one.max() < 1.25
+
+
+def test_sensors_fail_as_told():
+    n = 400
+    still = run.Trajectory(
+        np.arange(n) * run.TICK_S, np.full((2, n), 0.5), np.zeros((2, n)), np.full((2, n), 5e6),
+        np.full(n, 2.0), np.linspace(20.0, 22.0, n),
+    )  # fmt: skip
+    seen = sensors.measured(
+        still,
+        sensors.Sensors(offsets=(("pressure_free_pa", 2e5),), temperature_stuck_degc=30.0),
+        np.random.default_rng(2),
+    )
+    assert np.mean(seen["pressure_free_pa"]) == pytest.approx(5.2e6, abs=1e4)
+    assert set(seen["oil_temperature_degc"]) <= {29.5, 30.0, 30.5}
+    slid = sensors.slipped(seen["position_free_m"], 4.0, 0.1)
+    assert np.ptp(slid) == pytest.approx(0.1, abs=sensors.COUNT_M)
+    assert slid[199] == seen["position_free_m"][199] != slid[200]
+
+
+def test_an_imitation_leaves_what_is_orthogonal_and_pays_for_its_prior():
+    d = np.array([3.0, 4.0, 0.0])
+    free = np.array([[1e6, 0.0, 0.0]]).T  # one standard deviation explains anything along the first
+    assert amplitude.imitated(d, free) == pytest.approx(16.0, rel=1e-6)
+    assert amplitude.imitated(d, np.zeros((3, 0))) == 25.0
+    held = np.array([[1.0, 0.0, 0.0]]).T
+    assert amplitude.imitated(d, held) == pytest.approx(16.0 + 4.5)  # 9/(1 + 1)
+
+
+def test_another_truck_has_rising_openings_and_differs():
+    one, other = scattered(3), scattered(4)
+    for lift in (*one, *other):
+        assert (np.diff(lift["current"]) > 0.0).all()
+        assert (np.diff(lift["area"]) >= 0.0).all()
+    assert one[0]["sigma_2"] != other[0]["sigma_2"]
