@@ -111,6 +111,12 @@ def separability(*arguments):
     return run(PYTHON, "proofs/separability.py", *arguments)
 
 
+def control(*arguments):
+    """does the controller's C hold what is said of it; further arguments go to proofs/control.py"""
+    install()
+    return run(PYTHON, "proofs/control.py", *arguments)
+
+
 def rigs(*arguments):
     """what diagnoses say of two rigs that others recorded; further arguments go to proofs/rigs.py"""
     install()

@@ -10,18 +10,23 @@ _Floats = NDArray[np.float64]
 _Steps = NDArray[np.int64]
 
 __all__ = [
+    "CONTROL_TICK_S",
     "ENCODER_COUNT_M",
+    "PRESSURE_STEP_PA",
     "Case",
     "Ensemble",
+    "Controller",
     "Truck",
     "__version__",
     "channel_table",
+    "closed_loop",
     "dither",
     "effect_table",
     "encoder",
     "ensemble_tables",
     "height_sensor",
     "linearise",
+    "lift_setting_table",
     "low_pass",
     "output_table",
     "parameter_table",
@@ -30,13 +35,16 @@ __all__ = [
     "prms",
     "quantise_current",
     "shape_variables",
+    "shared_setting_table",
     "staircase",
     "state_table",
     "steps_to_current",
     "temperature_sensor",
 ]
 __version__: str
+CONTROL_TICK_S: float  # from one call of the controller to the next
 ENCODER_COUNT_M: float  # travel per count of a position encoder
+PRESSURE_STEP_PA: float  # resolution of a pressure sensor
 
 @type_check_only
 class ParameterSpec(TypedDict):
@@ -294,3 +302,66 @@ class Ensemble:
 
     def trace(self, values: _Floats, stream: int) -> Trace:
         """One member by itself, with its trajectory; its numbers have the bits of `run`."""
+
+@type_check_only
+class SettingSpec(TypedDict):
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    meaning: str
+
+@type_check_only
+class RangeSpec(TypedDict):
+    lift: Literal["", "free", "main"]  # "": what both share
+    variable: str
+    reach: tuple[int, int]  # before saturation
+    kept: tuple[int, int]
+    scale: int  # the value is the integer / 2^scale in `unit`
+    unit: str
+    saturates: bool
+
+_Curve = tuple[int, int, list[float]]  # first place, base-2 logarithm of the knots' distance, values
+_Swing = tuple[int, list[float], list[float], list[float], list[float]]  # distance; Hz, damping, mm/s per bar, degrees
+_Lift = tuple[list[float], _Curve, _Curve, _Swing | None]  # numbers, speed table, ratio, pressure's swing
+
+def lift_setting_table() -> list[SettingSpec]: ...
+def shared_setting_table() -> list[SettingSpec]: ...
+
+@final
+class Controller:
+    def __new__(cls, shared: list[float], free: _Lift, main: _Lift, word: int) -> Controller: ...
+    @property
+    def hash(self) -> str: ...
+    @property
+    def widest(self) -> int: ...
+    def c_sources(self, name: str) -> tuple[str, str, str, str]: ...
+    def digest(self, seed: int, ticks: int) -> int: ...
+    def ranges(self) -> list[RangeSpec]: ...
+    def ticks(
+        self, requests: list[int], readings: NDArray[np.int32], floating: bool = False
+    ) -> tuple[list[list[int]], list[list[int]]]: ...
+
+@type_check_only
+class Loop(TypedDict):
+    outputs: _Floats  # (members, ticks, outputs)
+    reference: NDArray[np.int32]  # (members, ticks, 2) [mm/s]
+    current: NDArray[np.int32]  # (members, ticks, 2) [mA]
+
+def closed_loop(
+    trucks: list[Truck],
+    controllers: list[Controller],
+    loads: list[float],
+    oil_temperatures: list[float],
+    starts: list[list[float]],
+    requests: NDArray[np.int32],
+    delays: list[int],
+    noises: list[list[float]],
+    zeros: list[list[float]],
+    streams: list[int],
+    *,
+    seed: int,
+    lifts: str = "both",
+    substeps: int = 8,
+    floating: bool = False,
+) -> Loop: ...

@@ -111,10 +111,10 @@ impl PyController {
         format!("{:016x}", self.0.hash())
     }
 
-    /// The header, the source and the test.
-    fn c_sources(&self, name: &str) -> (String, String, String) {
+    /// The header, the source, its test and what Frama-C's Eva analyses it with.
+    fn c_sources(&self, name: &str) -> (String, String, String, String) {
         let sources = c_sources(&self.0, name);
-        (sources.header, sources.source, sources.test)
+        (sources.header, sources.source, sources.test, sources.eva)
     }
 
     /// Of so many ticks from random states.

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::config::{Config, LiftConfig};
 use super::fixed::Gain;
+use super::settings::{LIFT_SETTINGS, TICK_S};
 use super::table::Table;
 use super::vectors::digest;
 use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
@@ -11,16 +12,18 @@ use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
 const HEADER: &str = include_str!("c/forklift_control.h");
 const SOURCE: &str = include_str!("c/forklift_control.c");
 const TEST: &str = include_str!("c/forklift_control_test.c");
+const EVA: &str = include_str!("c/forklift_control_eva.c");
 /// What the exported test runs unless it is told otherwise.
 const TEST_TICKS: u64 = 100_000;
 const TEST_SEED: u64 = 2017;
 
-/// The text of `forklift_control.h`, `forklift_control.c` and `forklift_control_test.c`.
+/// The text of `forklift_control.h` and of the files `forklift_control.c`, `…_test.c` and `…_eva.c`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sources {
     pub header: String,
     pub source: String,
     pub test: String,
+    pub eva: String,
 }
 
 const LIFTS: [&str; 2] = ["free", "main"];
@@ -63,18 +66,23 @@ pub fn c_sources(config: &Config, name: &str) -> Sources {
             ("@GUARD@", word.guard().to_string()),
             ("@CURRENT@", word.current().to_string()),
             ("@FACTOR@", word.factor().to_string()),
+            ("@SPEED_ONE@", (1u32 << word.speed()).to_string()),
+            ("@GUARD_ONE@", (1u32 << word.guard()).to_string()),
+            ("@CURRENT_ONE@", (1u32 << word.current()).to_string()),
+            ("@FACTOR_ONE@", (1u32 << word.factor()).to_string()),
             ("@PRESSURE@", (PRESSURE_STEP / 1e5).to_string()),
             ("@TEMPERATURE@", TEMPERATURE_STEP.to_string()),
             ("@GAINS@", gains.clone()),
             ("@TABLES@", tables.clone()),
             ("@CONFIG@", text.clone()),
+            ("@DECLARED@", declared(config)),
             ("@TICKS@", TEST_TICKS.to_string()),
             ("@SEED@", TEST_SEED.to_string()),
             ("@DIGEST@", format!("0x{:016x}", digest(config, TEST_SEED, TEST_TICKS))),
         ];
         marks.iter().fold(template.to_string(), |text, (mark, value)| text.replace(mark, value))
     };
-    Sources { header: filled(HEADER), source: filled(SOURCE), test: filled(TEST) }
+    Sources { header: filled(HEADER), source: filled(SOURCE), test: filled(TEST), eva: filled(EVA) }
 }
 
 fn line(text: &mut String, depth: usize, field: &str, value: &str) {
@@ -121,6 +129,33 @@ fn lift_fields(text: &mut String, tables: &mut String, name: &str, lift: &LiftCo
     line(&mut inner, 4, "limit", &p.limit.to_string());
     inner.push_str("            }");
     add("pressure", inner);
+}
+
+/// Gains anywhere in their ranges: the whole word, and for the integrator what its setting may be at most.
+fn declared(config: &Config) -> String {
+    let most = config.word.most();
+    let mut text = String::new();
+    for (k, lift) in config.lifts.iter().enumerate() {
+        let integral = (most_of("integral") * TICK_S * (1u64 << lift.integral.shift) as f64) as i64;
+        let rows = [
+            ("count_speed", 0, most, lift.count_speed),
+            ("proportional", -most, most, lift.proportional),
+            ("integral", 0, integral.min(most), lift.integral),
+            ("derivative", -most, most, lift.derivative),
+            ("adaptation", 0, most, lift.adaptation),
+            ("scale_slope", -most, most, lift.scale_slope),
+            ("shift_slope", -most, most, lift.shift_slope),
+        ];
+        for (field, lower, upper, gain) in rows {
+            let _ = writeln!(text, "    config.lifts[{k}].{field} = declared({lower}, {upper}, {}U);", gain.shift);
+        }
+    }
+    text.trim_end().to_string()
+}
+
+/// The upper bound of a lift's setting.
+fn most_of(setting: &str) -> f64 {
+    LIFT_SETTINGS.iter().find(|spec| spec.name == setting).map_or(0.0, |spec| spec.upper)
 }
 
 /// The gains as comments, with what they stand for.

@@ -81,9 +81,10 @@ impl LiftState {
 
     /// The reference of `delay` ticks ago.
     fn delayed(&mut self, config: &LiftConfig, reference: i32) -> i32 {
-        self.references[self.oldest as usize] = reference;
-        let place = (self.oldest as usize + MOST_DELAY - config.delay as usize) % MOST_DELAY;
-        self.oldest = (self.oldest + 1) % MOST_DELAY as u32;
+        let newest = self.oldest as usize % MOST_DELAY;
+        let place = (newest + MOST_DELAY - config.delay as usize) % MOST_DELAY;
+        self.references[newest] = reference;
+        self.oldest = ((newest + 1) % MOST_DELAY) as u32;
         self.references[place]
     }
 

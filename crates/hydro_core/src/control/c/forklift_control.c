@@ -4,43 +4,52 @@
  */
 #include "forklift_control.h"
 
-#define FC_ONE ((int64_t)1)
-#define FC_MOST_SPEED (4095 * (FC_ONE << FC_SPEED_SHIFT))
-#define FC_MOST_CURRENT (2047 * (FC_ONE << FC_CURRENT_SHIFT))
-#define FC_MOST_FACTOR ((FC_ONE << (FC_FACTOR_SHIFT + 2U)) - FC_ONE)
-#define FC_FACTOR_ONE (FC_ONE << FC_FACTOR_SHIFT)
-#define FC_GUARD_ONE (FC_ONE << FC_GUARD_SHIFT)
-#define FC_INTEGRAL_ONE (FC_ONE << FC_INTEGRAL_SHIFT)
-#define FC_PRESSURE_ONE (FC_ONE << FC_PRESSURE_SHIFT)
-#define FC_MEAN_REST ((FC_ONE << FC_MEAN_SHIFT) - FC_ONE)
-#define FC_MOST_TRIM (FC_ONE << (FC_TRIM_SHIFT - 2U))
+#define FC_SPEED_ONE ((int64_t)@SPEED_ONE@)
+#define FC_GUARD_ONE ((int64_t)@GUARD_ONE@)
+#define FC_CURRENT_ONE ((int64_t)@CURRENT_ONE@)
+#define FC_FACTOR_ONE ((int64_t)@FACTOR_ONE@)
+#define FC_INTEGRAL_ONE ((int64_t)16777216)
+#define FC_PRESSURE_ONE ((int64_t)256)
+#define FC_MOST_SPEED (4095 * FC_SPEED_ONE)
+#define FC_MOST_CURRENT (2047 * FC_CURRENT_ONE)
+#define FC_MOST_FACTOR ((4 * FC_FACTOR_ONE) - 1)
+#define FC_MEAN_REST ((int64_t)31)
+#define FC_MOST_TRIM ((int64_t)16777216)
 #define FC_MOST_COUNTS ((int64_t)64)
 #define FC_MOST_PRESSURE ((int64_t)10000)
 #define FC_MOST_PRESSURE_CHANGE ((int64_t)1000)
 #define FC_MOST_RESONANCE (16000 * FC_PRESSURE_ONE)
-#define FC_LAST_DELAY (FC_DELAYS - 1U)
 
 @TABLES@
+const uint64_t fc_configuration = @HASH@ULL;
 const fc_config fc_controller = @CONFIG@;
 
 static uint64_t fc_size(int64_t x)
 {
-    return (x < 0) ? (uint64_t)(-x) : (uint64_t)x;
+    const int64_t size = (x < 0) ? -x : x;
+    return (uint64_t)size;
+}
+
+/* The number of this size, with the sign of x. */
+static int64_t fc_signed(uint64_t size, int64_t x)
+{
+    const int64_t positive = (int64_t)size;
+    return (x < 0) ? -positive : positive;
 }
 
 /* x / 2^shift to the nearest, halves away from zero. */
 static int64_t fc_rounded(int64_t x, uint32_t shift)
 {
     const uint64_t half = ((uint64_t)1U << shift) >> 1U;
-    const int64_t size = (int64_t)((fc_size(x) + half) >> shift);
-    return (x < 0) ? -size : size;
+    const uint64_t size = (fc_size(x) + half) >> shift;
+    return fc_signed(size, x);
 }
 
 /* x / 2^shift towards zero. */
 static int64_t fc_truncated(int64_t x, uint32_t shift)
 {
-    const int64_t size = (int64_t)(fc_size(x) >> shift);
-    return (x < 0) ? -size : size;
+    const uint64_t size = fc_size(x) >> shift;
+    return fc_signed(size, x);
 }
 
 static int64_t fc_clamped(int64_t x, int64_t lower, int64_t upper)
@@ -69,9 +78,10 @@ static int64_t fc_times(fc_gain gain, int64_t x)
 static int64_t fc_table_at(const fc_table *table, int64_t x)
 {
     const int64_t segments = (int64_t)table->segments;
-    const int64_t distance = (int64_t)((uint64_t)1U << table->spacing);
+    const uint64_t spaced = (uint64_t)1U << table->spacing;
+    const int64_t distance = (int64_t)spaced;
     const int64_t from = fc_clamped(x - (int64_t)table->first, 0, segments * distance);
-    const int64_t segment = fc_clamped((int64_t)((uint64_t)from >> table->spacing), 0, segments - 1);
+    const int64_t segment = fc_clamped(fc_truncated(from, table->spacing), 0, segments - 1);
     const int64_t low = (int64_t)table->knots[segment];
     const int64_t high = (int64_t)table->knots[segment + 1];
     const int64_t into = from - (segment * distance);
@@ -121,9 +131,10 @@ static int64_t fc_swing(const fc_lift_config *config, fc_lift_state *state, int3
 /* The reference of some ticks ago. */
 static int32_t fc_delayed(const fc_lift_config *config, fc_lift_state *state, int32_t reference)
 {
-    const uint32_t place = (state->oldest - config->delay) & FC_LAST_DELAY;
-    state->references[state->oldest] = reference;
-    state->oldest = (state->oldest + 1U) & FC_LAST_DELAY;
+    const uint32_t newest = state->oldest % FC_DELAYS;
+    const uint32_t place = ((newest + FC_DELAYS) - config->delay) % FC_DELAYS;
+    state->references[newest] = reference;
+    state->oldest = (newest + 1U) % FC_DELAYS;
     return state->references[place];
 }
 
@@ -151,8 +162,8 @@ static int64_t fc_order(const fc_lift_config *config, fc_lift_state *state, int6
     const int64_t wanted = reference + trim + pid + swing;
     const int64_t u = fc_clamped(wanted, (int64_t)config->u_min, (int64_t)config->u_max);
     const int64_t learnt = fc_learn(config, state, reference);
-    const int64_t exact = (int64_t)((uint64_t)1U << (FC_INTEGRAL_SHIFT - config->integral.shift));
-    const int64_t step = ((int64_t)config->integral.mantissa * error) * exact;
+    const uint64_t exact = (uint64_t)1U << (FC_INTEGRAL_SHIFT - config->integral.shift);
+    const int64_t step = ((int64_t)config->integral.mantissa * error) * (int64_t)exact;
     const int64_t tracked = ((state->integral - learnt) + step) + ((u - wanted) * FC_INTEGRAL_ONE);
     state->error = (int32_t)error;
     state->integral = fc_saturated(tracked, FC_MOST_SPEED * FC_INTEGRAL_ONE); /* integrator's clamp */
@@ -203,7 +214,7 @@ static void fc_references(const fc_config *config, fc_state *state, int32_t requ
 {
     const int64_t most = (int64_t)config->request_most;
     const int64_t asked = fc_clamped((int64_t)request, 0, fc_truncated(most, FC_SPEED_SHIFT))
-                        * (FC_ONE << FC_SPEED_SHIFT);
+                        * FC_SPEED_ONE;
     const int64_t change =
         fc_clamped(asked - (int64_t)state->ramp, -(int64_t)config->ramp_down, (int64_t)config->ramp_up);
     const int64_t pole = (int64_t)config->ramp_pole;

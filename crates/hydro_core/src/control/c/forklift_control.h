@@ -15,9 +15,6 @@
 
 #include <stdint.h>
 
-/* The configuration's hash: the same in the controller's file and in its simulation. */
-#define FC_CONFIGURATION @HASH@ULL
-
 /* Scales: a value of scale q stands for value / 2^q. */
 #define FC_SPEED_SHIFT @SPEED@U /* speeds [mm/s] */
 #define FC_GUARD_SHIFT @GUARD@U /* a filtered speed's bits below these */
@@ -115,6 +112,8 @@ typedef struct {
     int32_t temperature; /* steps of @TEMPERATURE@ K, from 0 degC */
 } fc_reading;
 
+/* The configuration's hash: the same in the controller's file and in its simulation. */
+extern const uint64_t fc_configuration;
 extern const fc_config fc_controller;
 
 /* One tick: the valves' currents [mA] for a lowering speed asked for [mm/s]. */

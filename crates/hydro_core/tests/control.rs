@@ -1,0 +1,274 @@
+//! What the controller's integers must do whatever they read.
+
+use hydro_core::control::config::Config;
+use hydro_core::control::controller::{FixedPoint, State};
+use hydro_core::control::fixed::Word;
+use hydro_core::control::ranges::{ranges, widest, Range};
+use hydro_core::control::settings::{Curve, Lift, LiftSettings, Settings, SharedSettings, SwingSettings};
+use hydro_core::control::twin::FloatingPoint;
+use hydro_core::control::vectors::Draws;
+use hydro_core::run::closed_loop::{Controller, Reading};
+use proptest::prelude::*;
+
+/// Table 5.3, P, I, D, a, b, c, d of the free and the main lift.
+const TABLE_5_3: [[f64; 7]; 2] = [
+    [0.001201, 1.178, 0.00084129, -0.0030497, 1.8571, -0.3077, -0.049189],
+    [0.00010892, 2.1999, 0.006814, -0.0023468, 1.6415, -0.36625, -0.36953],
+];
+const U_MIN: f64 = 5.0;
+const U_MAX: f64 = 700.0;
+const I_MIN: i32 = 300;
+const I_MAX: i32 = 1300;
+
+fn settings(swing: bool) -> Settings {
+    let lift = |k: usize| {
+        let [proportional, integral, derivative, a, b, c, d] = TABLE_5_3[k];
+        Lift {
+            numbers: LiftSettings {
+                proportional,
+                integral,
+                derivative,
+                a,
+                b,
+                c,
+                d,
+                forks_per_count: [1.0, 2.0][k],
+                filter_rate: 20.0,
+                delay: 8.0,
+                u_min: U_MIN,
+                u_max: U_MAX,
+                i_min: f64::from(I_MIN),
+                i_max: f64::from(I_MAX),
+                adaptation_s: if swing { 20.0 } else { 0.0 },
+                swing_limit: if swing { 60.0 } else { 0.0 },
+            },
+            table: Curve { first: 0, spacing: 5, values: (0..23).map(|k| 400.0 + 40.0 * f64::from(k)).collect() },
+            ratio: Curve { first: 900, spacing: 7, values: vec![1.0, 0.4] },
+            swing: swing.then(|| SwingSettings {
+                spacing: 8,
+                frequency: vec![2.4, 2.0, 1.7, 1.6],
+                damping: vec![0.35; 4],
+                gain: vec![4.0; 4],
+                lead: vec![-30.0, 0.0, 40.0, 170.0],
+            }),
+        }
+    };
+    let shared = SharedSettings {
+        request_most: 600.0,
+        ramp_up: 600.0,
+        ramp_down: 900.0,
+        ramp_corner: 1.5,
+        temperature_least: -20.0,
+        temperature_most: 90.0,
+    };
+    Settings { shared, lifts: [lift(0), lift(1)] }
+}
+
+fn configs() -> Vec<Config> {
+    let both = |swing| Word::BOTH.map(|word| settings(swing).config(word).unwrap());
+    [both(false), both(true)].concat()
+}
+
+fn reading() -> impl Strategy<Value = Reading> {
+    (any::<[i32; 2]>(), any::<[i32; 2]>(), any::<i32>())
+        .prop_map(|(position, pressure, temperature)| Reading { position, pressure, temperature })
+}
+
+fn range(rows: &[Range], owner: usize, variable: &str) -> (i128, i128) {
+    let row = rows.iter().find(|row| row.owner == owner && row.variable == variable).unwrap();
+    (row.kept.0, row.kept.1)
+}
+
+/// Everything a state holds lies in the ranges that the crate prints.
+fn within(config: &Config, state: &State) -> Result<(), String> {
+    let rows = ranges(config);
+    let hold = |owner: usize, variable: &str, value: i64| {
+        let (low, high) = range(&rows, owner, variable);
+        if (low..=high).contains(&i128::from(value)) {
+            return Ok(());
+        }
+        Err(format!("{variable} of {owner} is {value}, not in {low}..={high}"))
+    };
+    hold(0, "ramp", i64::from(state.reference.ramp))?;
+    hold(0, "smooth", i64::from(state.reference.smooth))?;
+    for (k, lift) in state.lifts.iter().enumerate() {
+        hold(k + 1, "speed", i64::from(lift.speed))?;
+        hold(k + 1, "error", i64::from(lift.error))?;
+        hold(k + 1, "integral", lift.integral)?;
+        hold(k + 1, "trim", i64::from(lift.trim))?;
+        hold(k + 1, "cosine", i64::from(lift.cosine))?;
+        hold(k + 1, "sine", i64::from(lift.sine))?;
+    }
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn any_integers_are_answered_within_the_limits_and_the_ranges(
+        inputs in proptest::collection::vec((any::<i32>(), reading()), 1..40),
+        seed in any::<u64>(),
+    ) {
+        for config in configs() {
+            let mut state = Draws::new(seed).state(&config);
+            for (request, reading) in &inputs {
+                let current = state.tick(&config, *request, reading);
+                for k in 0..2 {
+                    let shut = state.wanted[k] == 0 && current[k] == 0;
+                    prop_assert!(shut || (I_MIN..=I_MAX).contains(&current[k]));
+                }
+                prop_assert_eq!(within(&config, &state), Ok(()));
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_leaves_its_limit_within_a_tick_of_the_errors_change_of_sign(wait in 50usize..400, up in any::<bool>()) {
+        // Pushed against a limit for as long as one likes, then the forks run away to the other side. With the strongest
+        // integral gain a tick of it shows in whole mA.
+        let mut strong = settings(false);
+        strong.lifts[0].numbers.integral = 20.0;
+        for config in Word::BOTH.map(|word| strong.config(word).unwrap()).iter() {
+            let mut state = State::default();
+            let mut position = 500_000i32;
+            let mut reading = Reading { position: [position, 0], pressure: [1000, 0], temperature: 80 };
+            let mut tick = |state: &mut State, counts: i32| {
+                position -= counts;
+                reading.position = [position, 0];
+                state.tick(config, 300, &reading)[0]
+            };
+            let (pushed, freed) = if up { (0, 60) } else { (60, 0) };
+            for _ in 0..wait + 1500 {
+                tick(&mut state, pushed);
+            }
+            let held = tick(&mut state, pushed);
+            let before = state.lifts[0].error.signum();
+            let mut now = held;
+            while state.lifts[0].error.signum() == before || state.lifts[0].error == 0 {
+                now = tick(&mut state, freed);
+            }
+            let next = tick(&mut state, freed);
+            let left = if up { next.min(now) < held } else { next.max(now) > held };
+            prop_assert!(left, "held {}, then {}, {}", held, now, next);
+        }
+    }
+}
+
+#[test]
+fn no_product_comes_near_the_end_of_64_bits() {
+    for config in configs() {
+        assert!(widest(&config) < 63, "{}", widest(&config));
+    }
+}
+
+#[test]
+fn the_speed_filter_and_the_resonator_come_to_rest_at_zero() {
+    for config in configs() {
+        let mut state = Draws::new(7).state(&config);
+        let reading = Reading { position: [100, 100], pressure: [1500, 900], temperature: 80 };
+        for _ in 0..3000 {
+            state.tick(&config, 0, &reading);
+        }
+        for lift in state.lifts {
+            assert_eq!((lift.speed, lift.cosine, lift.sine, lift.integral), (0, 0, 0, 0));
+        }
+    }
+}
+
+#[test]
+fn at_a_constant_reference_and_position_the_current_stands_still() {
+    for config in configs() {
+        let mut state = State::default();
+        let reading = Reading { position: [700, 0], pressure: [1500, 900], temperature: 81 };
+        let mut last = Vec::new();
+        for k in 0..40_000 {
+            let current = state.tick(&config, 250, &reading);
+            if k >= 39_000 {
+                last.push(current);
+            }
+        }
+        for lift in 0..2 {
+            let (low, high) = (last.iter().map(|c| c[lift]).min(), last.iter().map(|c| c[lift]).max());
+            assert!(high.unwrap() - low.unwrap() <= 1, "{low:?} {high:?}");
+        }
+    }
+}
+
+/// Forks that follow their current some ticks late: 1 mm/s per mA above 400 mA. In counts of the encoder.
+struct Forks {
+    travelled: f64,
+    late: Vec<i32>,
+}
+
+impl Forks {
+    fn new() -> Self {
+        Forks { travelled: 0.0, late: vec![0; 6] }
+    }
+    fn moved(&mut self, current: i32) -> Reading {
+        self.late.push(current);
+        let speed = f64::from(self.late.remove(0) - 400).max(0.0);
+        self.travelled += speed * 0.02 / 1.963495;
+        Reading { position: [-self.travelled as i32, 0], pressure: [1200, 900], temperature: 80 }
+    }
+}
+
+#[test]
+fn a_tick_lost_or_doubled_does_no_harm_that_lasts() {
+    for config in configs() {
+        let run = |odd: Option<(usize, usize)>| {
+            let (mut state, mut forks) = (State::default(), Forks::new());
+            let mut current = [0; 2];
+            let mut all = Vec::new();
+            for k in 0..2500 {
+                let reading = forks.moved(current[0]);
+                let times = odd.filter(|(at, _)| *at == k).map_or(1, |(_, times)| times);
+                for _ in 0..times {
+                    current = state.tick(&config, 300, &reading);
+                }
+                all.push(current[0]);
+            }
+            all
+        };
+        let good = run(None);
+        for odd in [(300, 0), (300, 2)] {
+            let bad = run(Some(odd));
+            let end = |all: &[i32]| all[2000..].iter().map(|&c| f64::from(c)).sum::<f64>() / 500.0;
+            assert!((end(&good) - end(&bad)).abs() < 2.0, "{} {}", end(&good), end(&bad));
+            let widest = good.iter().zip(&bad).map(|(a, b)| (a - b).abs()).max().unwrap();
+            assert!(widest < 120, "{widest}");
+        }
+    }
+}
+
+#[test]
+fn the_steady_speed_is_the_reference_and_the_twin_in_floating_point_says_the_same() {
+    for config in configs() {
+        let end = |controller: &mut dyn Controller| {
+            let (mut forks, mut current, mut from) = (Forks::new(), [0; 2], 0.0);
+            for k in 0..3000 {
+                current = controller.tick(300, &forks.moved(current[0]));
+                if k == 1999 {
+                    from = forks.travelled;
+                }
+            }
+            (forks.travelled - from) * 1.963495 / 20.0
+        };
+        // The ratio is 1 while the free lift is below 900 counts, which it is here.
+        let integers = end(&mut FixedPoint::new(&config));
+        let floats = end(&mut FloatingPoint::new(&config));
+        assert!((integers - 300.0).abs() < 1.0, "{integers}");
+        assert!((integers - floats).abs() < 1.0, "{integers} {floats}");
+    }
+}
+
+#[test]
+fn a_setting_beyond_its_bounds_or_its_word_is_refused() {
+    let names: Vec<f64> = vec![0.0; 3];
+    assert!(LiftSettings::from_values("free", &names).is_err());
+    let mut far = settings(false);
+    far.lifts[0].table.values[3] = 3000.0;
+    assert!(far.config(Word::Bits16).is_err());
+    let mut falling = settings(false);
+    falling.lifts[1].table.values[3] = 0.0;
+    let refused = falling.config(Word::Bits32).unwrap_err();
+    assert_eq!(refused.code(), "argument-invalid");
+}

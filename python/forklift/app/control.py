@@ -1,0 +1,93 @@
+"""`forklift control`: simulate, compare and tune controllers, and export one as C."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from forklift.base import output
+
+control = typer.Typer(
+    name="control",
+    help="Close the loop around a simulated truck, compare controllers, tune one, export it as C.",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+)
+
+_Name = Annotated[str, typer.Argument(help="A shipped controller (thesis, today, damped) or a TOML file.")]
+_Truck = Annotated[str, typer.Option(help="A shipped truck or a TOML file.")]
+
+
+class _Lift(StrEnum):
+    FREE = "free"
+    MAIN = "main"
+
+
+@control.command(epilog="Example: forklift control simulate thesis --lift free --load 800 --temperature 60")
+def simulate(
+    controller: _Name,
+    truck: _Truck = "thesis",
+    lift: Annotated[_Lift, typer.Option(help="The lift that is lowered alone.")] = _Lift.FREE,
+    load: Annotated[float, typer.Option(help="Load [kg].")] = 800.0,
+    temperature: Annotated[float, typer.Option(help="Oil temperature [°C].")] = 40.0,
+    signal: Annotated[int, typer.Option(min=1, max=2, help="Which reference signal.")] = 1,
+    delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
+    out: Annotated[Path | None, typer.Option(help="A CSV file for the run, a row a tick.")] = None,
+) -> None:
+    """Lower one lift by a controller and print how well it follows the reference."""
+    from forklift.control.closed_loop import DELAY_TICKS, Lowering, lower, requests, trace
+    from forklift.control.compare import summary
+    from forklift.control.controller import Controller
+    from forklift.plant.forklift.truck import Truck
+
+    chosen = Controller.read(controller).only(lift.value)
+    request = requests(lift.value, signal)
+    ticks = DELAY_TICKS if delay is None else delay
+    lowering = Lowering(Truck.read(truck), chosen, load, temperature, request, delay_ticks=ticks)
+    run = lower([lowering], lifts=lift.value)
+    typer.echo(summary(request, run, lift.value))
+    if out is not None:
+        output.check_suffix(out, (".csv",))
+        output.write_file(out, lambda temporary: trace(run).write_csv(temporary))
+        typer.echo(f"wrote {out}")
+
+
+@control.command(epilog="Example: forklift control compare thesis today damped")
+def compare(
+    controllers: Annotated[list[str], typer.Argument(help="Controllers to set side by side.")],
+    truck: _Truck = "thesis",
+    delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
+) -> None:
+    """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two signals."""
+    from forklift.control.closed_loop import DELAY_TICKS
+    from forklift.control.compare import compare_controllers, table
+    from forklift.control.controller import Controller
+    from forklift.plant.forklift.truck import Truck
+
+    ticks = DELAY_TICKS if delay is None else delay
+    found = [Controller.read(name) for name in controllers]
+    typer.echo(table(compare_controllers(found, Truck.read(truck), delay_ticks=ticks)))
+
+
+@control.command("export-c", epilog="Example: forklift control export-c thesis --out ecu")
+def export_c(
+    controller: _Name,
+    out: Annotated[Path, typer.Option(help="The folder for the C files.")],
+    word: Annotated[int | None, typer.Option(help="Word length, 16 or 32 bits.")] = None,
+    ranges: Annotated[bool, typer.Option("--ranges", help="Also print the range of every variable.")] = False,
+) -> None:
+    """Write a controller as C99, with a self-checking test; print the ranges of its variables on demand."""
+    from forklift.control.c_export import export_c as write
+    from forklift.control.c_export import range_table
+    from forklift.control.controller import Controller
+
+    chosen = Controller.read(controller)
+    if word is not None:
+        chosen = chosen.with_word(word)
+    folder = write(chosen, out)
+    typer.echo(f"wrote {folder}: configuration {chosen.hash}, {chosen.word}-bit words")
+    if ranges:
+        typer.echo(range_table(chosen))

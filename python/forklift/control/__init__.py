@@ -1,0 +1,1 @@
+"""The controller: its settings, the loop closed around a simulated truck, its measures, its C."""

@@ -1,0 +1,170 @@
+"""Trucks lowered by a controller, as the ECU would: 50 Hz, sensors as integers, a delay to the valve.
+
+Source: Fri & Fahlén (2017), sections 4.5.2, 4.6 and 5.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from forklift import _core
+from forklift.base.errors import ForkliftError
+from forklift.control.controller import Controller
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lift
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int32]
+
+TICK_S = _core.CONTROL_TICK_S
+FORKS_PER_OUTPUT = {"free": 1.0, "main": 2.0}
+"""Travel of the forks over that of the output `position_*_m`: section 2.1, x_G = 2 x_ML + x_FL."""
+DELAY_TICKS = 4
+"""From reading the sensors to the valve's coil [ticks]. The truck itself answers a step of current by half after
+60 to 90 ms; with this the whole comes to the 160 ms of section 4.5.2 (`tests/test_closed_loop.py`)."""
+START_M = (0.98, 1.96)
+"""Cylinder positions at the start, free and main [m], as the reference trajectories have them."""
+
+
+@dataclass(frozen=True)
+class Lowering:
+    """One lowering: truck, conditions, request and what its sensors are like.
+
+    Attributes
+    ----------
+    request_mm_s
+        (ticks,) Lowering speed of the forks asked for, downward positive.
+    delay_ticks
+        From reading the sensors to the current in the valve's coil.
+    pressure_noise_pa, temperature_noise_k
+        Standard deviations of the sensors' noise before rounding.
+    encoder_zero_m
+        Where within a count each encoder's zero lies.
+    stream
+        Names the noise's sequence; different streams are independent.
+    """
+
+    truck: Truck
+    controller: Controller
+    load_kg: float
+    oil_temperature_degc: float
+    request_mm_s: Integers
+    start_m: tuple[float, float] = START_M
+    delay_ticks: int = DELAY_TICKS
+    pressure_noise_pa: float = 0.3e5
+    temperature_noise_k: float = 0.1
+    encoder_zero_m: tuple[float, float] = (0.0, 0.0)
+    stream: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Lowered:
+    """What became of lowerings; arrays (lowerings, ticks).
+
+    Attributes
+    ----------
+    time_s
+        (ticks,).
+    speed_m_s
+        True speed of the forks by lift, downward positive.
+    pressure_pa
+        True cylinder pressures by lift.
+    reference_m_s
+        What the controller meant each lift to have, downward positive.
+    current_ma
+        What it ordered, before the delay.
+    """
+
+    time_s: Floats
+    speed_m_s: dict[str, Floats]
+    pressure_pa: dict[str, Floats]
+    reference_m_s: dict[str, Floats]
+    current_ma: dict[str, Integers]
+
+
+def lower(
+    lowerings: Sequence[Lowering],
+    *,
+    lifts: Literal["both"] | Lift = "both",
+    seed: int = 0,
+    substeps: int = 8,
+    floating: bool = False,
+) -> Lowered:
+    """Simulate lowerings side by side; a result depends neither on the others nor on the number of threads.
+
+    Parameters
+    ----------
+    lifts
+        ``"both"``, or one that is simulated alone.
+    seed
+        Of the sensors' noise.
+    floating
+        The controller in floating point instead of its integers: to measure what they cost.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"``, ``"argument-shape"``, ``"interrupted"``.
+    """
+    lengths = {len(one.request_mm_s) for one in lowerings}
+    if len(lengths) != 1 or 0 in lengths:
+        raise ForkliftError(
+            "argument-shape", "lowerings that run side by side need requests of one length above zero"
+        )
+    answer = _core.closed_loop(
+        [one.truck.core for one in lowerings],
+        [one.controller.core for one in lowerings],
+        [one.load_kg for one in lowerings],
+        [one.oil_temperature_degc for one in lowerings],
+        [list(one.start_m) for one in lowerings],
+        np.array([one.request_mm_s for one in lowerings], np.int32),
+        [one.delay_ticks for one in lowerings],
+        [[one.pressure_noise_pa, one.temperature_noise_k] for one in lowerings],
+        [list(one.encoder_zero_m) for one in lowerings],
+        [one.stream for one in lowerings],
+        seed=seed,
+        lifts=lifts,
+        substeps=substeps,
+        floating=floating,
+    )
+    place = {name: k for k, name in enumerate(outputs())}
+    values = answer["outputs"]
+    names = LIFTS
+    return Lowered(
+        TICK_S * np.arange(values.shape[1]),
+        {n: -FORKS_PER_OUTPUT[n] * values[:, :, place[f"velocity_{n}_m_s"]] for n in names},
+        {n: values[:, :, place[f"pressure_{n}_pa"]] for n in names},
+        {n: 1e-3 * answer["reference"][:, :, k] for k, n in enumerate(names)},
+        {n: answer["current"][:, :, k] for k, n in enumerate(names)},
+    )
+
+
+def requests(lift: Lift, signal: int) -> Integers:
+    """The two test signals of a lift [mm/s]: plateaus long enough to settle on, within the lift's stroke.
+
+    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not survive in the
+    text; these are chosen: one through three levels, one to the highest speed.
+    """
+    longer = {"free": 1.0, "main": 1.8}[lift]
+    plateaus = {1: ((200, 2.2), (450, 1.8), (100, 2.0)), 2: ((600, 1.8), (300, 1.6))}[signal]
+    parts = [np.zeros(50, np.int32)]
+    parts += [np.full(round(longer * seconds / TICK_S), level, np.int32) for level, seconds in plateaus]
+    return np.concatenate([*parts, np.zeros(75, np.int32)])
+
+
+def trace(run: Lowered, place: int = 0) -> pl.DataFrame:
+    """One of the lowerings, a row a tick."""
+    columns: dict[str, Floats | Integers] = {"time_s": run.time_s}
+    for lift in LIFTS:
+        columns[f"reference_{lift}_m_s"] = run.reference_m_s[lift][place]
+        columns[f"speed_{lift}_m_s"] = run.speed_m_s[lift][place]
+        columns[f"current_{lift}_ma"] = run.current_ma[lift][place]
+        columns[f"pressure_{lift}_pa"] = run.pressure_pa[lift][place]
+    return pl.DataFrame(columns)

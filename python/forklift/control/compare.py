@@ -1,0 +1,183 @@
+"""Controllers side by side on the thesis's grid: Tables 5.6 and 5.7, oscillation, steady error, breaches.
+
+Source: Fri & Fahlén (2017), section 5.6; Tables 5.6 and 5.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
+from forklift.control.controller import Controller
+from forklift.control.metrics import (
+    LIMIT_M_S,
+    Breach,
+    Floats,
+    Plateau,
+    breaches,
+    delayed,
+    nrmse_percent,
+    plateaus,
+)
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lift
+
+LOADS_KG = (0.0, 800.0, 1500.0)
+TEMPERATURES_DEGC = (20.0, 40.0, 60.0)
+SIGNALS = (1, 2)
+
+MEASURED = {
+    ("free", 20, 0): ((71.29, 77.84), (70.15, 72.80)),
+    ("free", 20, 800): ((72.91, 73.12), (67.83, 70.10)),
+    ("free", 20, 1500): ((69.31, 72.42), (68.27, 68.87)),
+    ("free", 60, 0): ((78.50, 78.69), (61.95, 73.10)),
+    ("free", 60, 800): ((72.50, 75.35), (69.58, 70.46)),
+    ("free", 60, 1500): ((67.04, 68.42), (58.27, 62.98)),
+    ("main", 20, 0): ((64.69, 70.37), (34.17, 48.59)),
+    ("main", 20, 800): ((57.37, 61.22), (39.10, 52.54)),
+    ("main", 20, 1500): ((42.56, 54.03), (45.68, 55.15)),
+    ("main", 60, 0): ((65.86, 69.57), (28.84, 34.03)),
+    ("main", 60, 800): ((56.94, 58.98), (15.20, 31.81)),
+    ("main", 60, 1500): ((47.25, 53.65), (32.37, 40.93)),
+}
+"""Tables 5.6 and 5.7: by lift, oil temperature [degC] and load [kg] the NRMSE [%] of the thesis's controller and of
+the one in use, each over two reference signals, measured on the thesis's own truck."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One controller at one operating point, over the reference signals: a row of Tables 5.6 and 5.7.
+
+    Attributes
+    ----------
+    nrmse_percent
+        (3.40) of each signal.
+    perfect_percent
+        What a perfect answer, 160 ms late, would have.
+    oscillation_m_s, error_percent
+        The worst of all plateaus.
+    fastest_m_s
+        The greatest mean speed of a plateau.
+    breaches
+        Plateaus above the limit of section 1.1.
+    """
+
+    controller: str
+    lift: Lift
+    oil_temperature_degc: float
+    load_kg: float
+    nrmse_percent: tuple[float, ...]
+    perfect_percent: tuple[float, ...]
+    oscillation_m_s: float
+    error_percent: float
+    fastest_m_s: float
+    breaches: tuple[Breach, ...]
+
+
+def compare_controllers(
+    controllers: Sequence[Controller],
+    truck: Truck,
+    *,
+    lifts: Sequence[Lift] = LIFTS,
+    loads_kg: Sequence[float] = LOADS_KG,
+    oil_temperatures_degc: Sequence[float] = TEMPERATURES_DEGC,
+    delay_ticks: int = DELAY_TICKS,
+    seed: int = 0,
+    floating: bool = False,
+) -> list[Row]:
+    """Each controller on every lift, temperature and load, over both reference signals.
+
+    The lifts are lowered one at a time, each with the whole reference, as the thesis measured them.
+
+    Raises
+    ------
+    ForkliftError
+        As `lower`.
+    """
+    points = [(t, load) for t in oil_temperatures_degc for load in loads_kg]
+    rows = []
+    for lift in lifts:
+        alone = [controller.only(lift) for controller in controllers]
+        runs: dict[int, tuple[NDArray[np.int32], Floats, Floats]] = {}
+        for signal in SIGNALS:
+            request = requests(lift, signal)
+            base = [
+                Lowering(truck, controller, load, t, request, delay_ticks=delay_ticks, stream=k)
+                for controller in alone
+                for k, (t, load) in enumerate(points)
+            ]
+            found = lower(base, lifts=lift, seed=seed + signal, floating=floating)
+            runs[signal] = (request, found.reference_m_s[lift], found.speed_m_s[lift])
+        for k, controller in enumerate(controllers):
+            for j, (t, load) in enumerate(points):
+                at = k * len(points) + j
+                measured = [_row(request, r[at], v[at]) for request, r, v in runs.values()]
+                every = [p for m in measured for p in m[2]]
+                rows.append(
+                    Row(
+                        controller.name,
+                        lift,
+                        t,
+                        load,
+                        tuple(m[0] for m in measured),
+                        tuple(m[1] for m in measured),
+                        max(p.oscillation_m_s for p in every),
+                        max((p.error_percent for p in every), key=abs),
+                        max(p.mean_m_s for p in every),
+                        tuple(b for m in measured for b in breaches(m[2], TICK_S)),
+                    )
+                )
+    return rows
+
+
+def _row(
+    request: NDArray[np.int32], reference: Floats, speed: Floats
+) -> tuple[float, float, list[Plateau]]:
+    """Its NRMSE, that of a perfect answer, its plateaus."""
+    return (
+        nrmse_percent(reference, speed),
+        nrmse_percent(reference, delayed(reference, TICK_S)),
+        plateaus(request, speed, TICK_S),
+    )
+
+
+def table(rows: Sequence[Row]) -> str:
+    """The rows as Tables 5.6 and 5.7 lay them out, with the thesis's own figures beside them."""
+    head = (
+        f"{'lift':<5}{'degC':>5}{'kg':>6}  {'controller':<12}{'NRMSE [%]':>13}{'of perfect':>13}"
+        f"{'swing [m/s]':>12}{'error [%]':>10}  thesis measured [%]"
+    )
+    lines = [head]
+    for row in sorted(rows, key=lambda r: (r.lift, r.oil_temperature_degc, r.load_kg)):
+        known = MEASURED.get((row.lift, round(row.oil_temperature_degc), round(row.load_kg)))
+        place = {"thesis": 0, "today": 1}.get(row.controller)
+        printed = "{:.0f} - {:.0f}".format(*known[place]) if known and place is not None else ""
+        lines.append(
+            f"{row.lift:<5}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}  {row.controller:<12}"
+            f"{min(row.nrmse_percent):>6.1f} -{max(row.nrmse_percent):>5.1f}"
+            f"{min(row.perfect_percent):>6.1f} -{max(row.perfect_percent):>5.1f}"
+            f"{row.oscillation_m_s:>12.4f}{row.error_percent:>10.2f}  {printed}"
+            + ("  above 0.6 m/s" if row.breaches else "")
+        )
+    return "\n".join(lines)
+
+
+def summary(request: NDArray[np.int32], run: Lowered, lift: Lift) -> str:
+    """One lowering in sentences: NRMSE, plateaus, breaches of the limit."""
+    reference, speed = run.reference_m_s[lift][0], run.speed_m_s[lift][0]
+    nrmse, perfect, found = _row(request, reference, speed)
+    lines = [f"NRMSE {nrmse:.1f} %; a perfect answer 160 ms late would have {perfect:.1f} %"]
+    lines += [
+        f"plateau of {p.wanted_m_s:.2f} m/s: mean {p.mean_m_s:.4f} m/s ({p.error_percent:+.2f} %), "
+        f"swing {p.oscillation_m_s:.4f} m/s"
+        for p in found
+    ]
+    lines += [
+        f"above {LIMIT_M_S} m/s from {b.time_s:.2f} s on: {b.speed_m_s:.4f} m/s"
+        for b in breaches(found, TICK_S)
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,267 @@
+"""A controller: its settings with their sources, in the units of the ECU (mm, mm/s, mA).
+
+Source: Fri & Fahlén (2017), chapter 4; Table 5.3; Figures A.16 to A.19.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from forklift import _core
+from forklift.base import output
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.speed_table import speed_to_current
+from forklift.recordings.channels import LIFTS, Lift
+from forklift.plant.forklift.truck import Truck
+
+SHIPPED = Path(__file__).parent / "controllers"
+WORDS = (16, 32)
+"""Word lengths [bits] of gains and tables."""
+TABLE_SPACING = 5
+"""The base-2 logarithm of the distance of a speed table's knots: 32 mm/s. Chosen: a straight line between knots is
+then within 4 mA of the thesis truck's curve above the first knot."""
+
+
+class Number(BaseModel):
+    """A setting and where it comes from."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    value: float
+    source: str
+
+
+class Curve(BaseModel):
+    """Values at knots that stand 2^spacing apart, from `first` on."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    first: int = 0
+    spacing: int = Field(ge=0)
+    values: list[float]
+    source: str
+
+
+class Swing(BaseModel):
+    """Feedback of the pressure's swing over the mean pressure: knots 2^spacing steps of the sensor apart."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    spacing: int = Field(ge=0)
+    frequency_hz: list[float]
+    damping: list[float]
+    gain_mm_s_per_bar: list[float]
+    lead_deg: list[float]
+    source: str
+
+
+class LiftSettings(BaseModel):
+    """One lift's numbers, the table from speed [mm/s] to current [mA], its share of the reference over the height."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    numbers: dict[str, Number]
+    table: Curve
+    ratio: Curve
+    swing: Swing | None = None
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    name: str
+    word: int = 16
+    shared: dict[str, Number]
+    free: LiftSettings
+    main: LiftSettings
+
+
+def lift_settings() -> dict[str, Mapping[str, Any]]:
+    """The settings of a lift by name: unit, bounds, meaning."""
+    return {row["name"]: row for row in _core.lift_setting_table()}
+
+
+def shared_settings() -> dict[str, Mapping[str, Any]]:
+    """The settings that both lifts share by name: unit, bounds, meaning."""
+    return {row["name"]: row for row in _core.shared_setting_table()}
+
+
+@dataclass(frozen=True)
+class Controller:
+    """Settings of a controller, immutable and checked by the core.
+
+    Raises
+    ------
+    ForkliftError
+        ``"parameter-missing"``, ``"parameter-unknown"``, ``"parameter-out-of-bounds"``, ``"argument-invalid"``,
+        ``"table-length"``.
+    """
+
+    name: str
+    shared: Mapping[str, Number]
+    free: LiftSettings
+    main: LiftSettings
+    word: int = 16
+    core: _core.Controller = field(init=False, repr=False, compare=False)
+    """The same controller as the core holds it: integers."""
+
+    def __post_init__(self) -> None:
+        shared = _ordered("shared", self.shared, shared_settings())
+        lifts = [_given(lift, getattr(self, lift)) for lift in get_args(Lift)]
+        object.__setattr__(self, "core", _core.Controller(shared, *lifts, self.word))
+
+    @classmethod
+    def read(cls, name_or_path: str | Path) -> Controller:
+        """A shipped controller by name (``"thesis"``, ``"today"``, ``"damped"``), or that of a TOML file.
+
+        Raises
+        ------
+        ForkliftError
+            ``"file-unreadable"``, ``"toml-syntax"``, ``"controller-malformed"`` and those of the class.
+        """
+        path = Path(name_or_path)
+        if str(name_or_path) in shipped():
+            path = SHIPPED / f"{name_or_path}.toml"
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            raise ForkliftError(
+                "file-unreadable",
+                f"there is no controller {name_or_path}; give a TOML file or one of {', '.join(shipped())}",
+                file=str(path),
+            ) from None
+        try:
+            found = _File.model_validate(tomllib.loads(text))
+        except tomllib.TOMLDecodeError as error:
+            raise ForkliftError("toml-syntax", f"{path}: this is not TOML ({error})", file=str(path)) from None
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise ForkliftError(
+                "controller-malformed", f"{path}: {where}: {first['msg']}", file=str(path), name=where
+            ) from None
+        return cls(found.name, found.shared, found.free, found.main, found.word)
+
+    def write(self, path: str | Path) -> Path:
+        """Write the TOML file that `read` reads back equal; whole or not at all."""
+        return output.write_text(path, _toml(self))
+
+    @property
+    def hash(self) -> str:
+        """Of the integers: the exported C shows the same."""
+        return self.core.hash
+
+    def with_word(self, word: int) -> Controller:
+        """The same settings in words of 16 or 32 bits."""
+        return replace(self, word=word)
+
+    def with_numbers(self, lift: Lift, source: str, **values: float) -> Controller:
+        """Another controller with some numbers of a lift replaced."""
+        settings: LiftSettings = getattr(self, lift)
+        numbers = settings.numbers | {k: Number(value=v, source=source) for k, v in values.items()}
+        return replace(self, **{lift: settings.model_copy(update={"numbers": numbers})})
+
+    def with_swing(self, lift: Lift, swing: Swing | None) -> Controller:
+        """Another controller with a lift's pressure feedback replaced."""
+        settings: LiftSettings = getattr(self, lift)
+        return replace(self, **{lift: settings.model_copy(update={"swing": swing})})
+
+    def only(self, lift: Lift) -> Controller:
+        """The controller of one lift alone: the reference is all its own."""
+        changed = {}
+        for name in LIFTS:
+            share = 1.0 if name == lift else 0.0
+            ratio = Curve(spacing=0, values=[share, share], source="one lift alone")
+            changed[name] = getattr(self, name).model_copy(update={"ratio": ratio})
+        return replace(self, **changed)
+
+
+def shipped() -> tuple[str, ...]:
+    """The names of the controllers that come with forklift."""
+    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+
+
+def speed_table(truck: Truck, lift: Lift, *, oil_temperature_degc: float, load_kg: float = 0.0) -> Curve:
+    """The truck's steady state inverted, at the knots of a controller's table."""
+    speeds = [1e-3 * (1 << TABLE_SPACING) * k for k in range(33)]
+    found = speed_to_current(
+        truck, lift, speeds=speeds, load_kg=load_kg, oil_temperature_degc=oil_temperature_degc
+    )
+    last = min(int(found.reached.sum()) + 1, len(speeds))
+    source = (
+        f"steady state of truck {truck.name} (sha256 {truck.sha256[:12]}), {load_kg:g} kg, "
+        f"{oil_temperature_degc:g} degC"
+    )
+    return Curve(
+        spacing=TABLE_SPACING, values=[round(1e3 * float(a), 2) for a in found.current_a[:last]], source=source
+    )
+
+
+def _ordered(where: str, numbers: Mapping[str, Number], known: Mapping[str, Mapping[str, Any]]) -> list[float]:
+    for name in numbers:
+        if name not in known:
+            raise ForkliftError(
+                "parameter-unknown", f"{where}.{name} is no setting; there are {', '.join(known)}", name=name
+            )
+    for name, row in known.items():
+        if name not in numbers:
+            raise ForkliftError(
+                "parameter-missing",
+                f"setting {where}.{name} is missing; give it a value in {row['unit']} between {row['lower']} "
+                f"and {row['upper']}",
+                name=f"{where}.{name}",
+            )
+    return [numbers[name].value for name in known]
+
+
+def _given(name: str, lift: LiftSettings) -> tuple[Any, ...]:
+    swing = lift.swing
+    return (
+        _ordered(name, lift.numbers, lift_settings()),
+        (lift.table.first, lift.table.spacing, lift.table.values),
+        (lift.ratio.first, lift.ratio.spacing, lift.ratio.values),
+        swing
+        and (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
+    )
+
+
+def _toml(controller: Controller) -> str:
+    lines = [f"name = {json.dumps(controller.name)}", f"word = {controller.word}", ""]
+    quoted = lambda text: json.dumps(text, ensure_ascii=False)  # noqa: E731
+
+    def numbers(head: str, rows: Mapping[str, Number], known: Mapping[str, Mapping[str, Any]]) -> None:
+        lines.append(f"[{head}]")
+        lines.extend(
+            f"{name} = {{ value = {float(rows[name].value)!r}, source = {quoted(rows[name].source)} }}"
+            f"  # {known[name]['unit']}"
+            for name in known
+        )
+        lines.append("")
+
+    def fields(head: str, model: BaseModel) -> None:
+        lines.append(f"[{head}]")
+        for name, value in model.model_dump().items():
+            shown = quoted(value) if isinstance(value, str) else _numbers(value)
+            lines.append(f"{name} = {shown}")
+        lines.append("")
+
+    numbers("shared", controller.shared, shared_settings())
+    for lift in LIFTS:
+        settings: LiftSettings = getattr(controller, lift)
+        numbers(f"{lift}.numbers", settings.numbers, lift_settings())
+        fields(f"{lift}.table", settings.table)
+        fields(f"{lift}.ratio", settings.ratio)
+        if settings.swing:
+            fields(f"{lift}.swing", settings.swing)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _numbers(value: int | Sequence[float]) -> str:
+    return str(value) if isinstance(value, int) else "[" + ", ".join(repr(float(x)) for x in value) + "]"

@@ -1,0 +1,92 @@
+"""How well a speed follows its reference: the measures of Tables 5.6 and 5.7 and of sections 5.4 and 5.6.
+
+Speeds are the forks', downward positive [m/s].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+TOTAL_DELAY_S = 0.16
+"""From current to speed, section 4.5.2."""
+WINDOW_S = 1.0
+"""The end of a plateau, in which the speed counts as steady: at least one period of the slowest swing, 1.3 Hz."""
+LIMIT_M_S = 0.6
+"""The speed never to be exceeded in steady state, section 1.1."""
+
+
+def nrmse_percent(reference: Floats, speed: Floats) -> float:
+    """(3.40): 100 (1 − ‖r − v‖ / ‖r − mean(r)‖), of the reference's own spread; 100 is a perfect answer."""
+    return float(100.0 * (1.0 - np.linalg.norm(reference - speed) / np.linalg.norm(reference - reference.mean())))
+
+
+def delayed(reference: Floats, tick_s: float, delay_s: float = TOTAL_DELAY_S) -> Floats:
+    """The reference later by a delay: what a perfect answer can be that does not know the reference ahead."""
+    ticks = round(delay_s / tick_s)
+    return np.concatenate([np.full(ticks, reference[0]), reference[: len(reference) - ticks]])
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """The steady end of a plateau of the request.
+
+    Attributes
+    ----------
+    start, stop
+        Ticks.
+    wanted_m_s, mean_m_s
+        Speed asked for, and its mean.
+    oscillation_m_s
+        Half of what lies between the least and the greatest speed.
+    """
+
+    start: int
+    stop: int
+    wanted_m_s: float
+    mean_m_s: float
+    oscillation_m_s: float
+
+    @property
+    def error_percent(self) -> float:
+        """Of the mean, of the speed asked for."""
+        return 100.0 * (self.mean_m_s - self.wanted_m_s) / self.wanted_m_s
+
+
+def plateaus(request_mm_s: NDArray[np.int32], speed: Floats, tick_s: float) -> list[Plateau]:
+    """The steady end of each plateau of a request above zero, with the delay of the plant added."""
+    window, late = round(WINDOW_S / tick_s), round(TOTAL_DELAY_S / tick_s)
+    jumps = np.flatnonzero(np.diff(request_mm_s)) + 1
+    found = []
+    for start, stop in zip([0, *jumps], [*jumps, len(request_mm_s)], strict=True):
+        if request_mm_s[start] <= 0 or stop - start < 2 * window // 1:
+            continue
+        last = min(stop + late // 2, len(speed))
+        part = speed[last - window : last]
+        found.append(
+            Plateau(
+                last - window,
+                last,
+                float(request_mm_s[start]) * 1e-3,
+                float(part.mean()),
+                float(np.ptp(part)) / 2.0,
+            )
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class Breach:
+    """A steady speed above the limit: when, and how much."""
+
+    time_s: float
+    speed_m_s: float
+
+
+def breaches(plateau_list: list[Plateau], tick_s: float, limit_m_s: float = LIMIT_M_S) -> list[Breach]:
+    """Every plateau of which the mean speed is above the limit."""
+    return [Breach(p.start * tick_s, p.mean_m_s) for p in plateau_list if p.mean_m_s > limit_m_s]

@@ -1,0 +1,125 @@
+"""Controllers for a truck: the thesis's with Table 5.3, and the one in use today. Both with tables of that truck.
+
+Source: Fri & Fahlén (2017), Table 5.3, sections 4.3 to 4.6, 5.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from forklift.control.controller import Controller, Curve, LiftSettings, Number, speed_table
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lift
+
+TABLE_5_3: Mapping[Lift, Mapping[str, float]] = {
+    "free": {
+        "proportional": 0.001201,
+        "integral": 1.178,
+        "derivative": 0.00084129,
+        "a": -0.0030497,
+        "b": 1.8571,
+        "c": -0.3077,
+        "d": -0.049189,
+    },
+    "main": {
+        "proportional": 0.00010892,
+        "integral": 2.1999,
+        "derivative": 0.006814,
+        "a": -0.0023468,
+        "b": 1.6415,
+        "c": -0.36625,
+        "d": -0.36953,
+    },
+}
+"""Gains and temperature scalings of the thesis, for mm/s and mA."""
+OPEN_LOOP = {
+    "proportional": 0.0,
+    "integral": 0.0,
+    "derivative": 0.0,
+    "a": 0.0,
+    "b": 1.0,
+    "c": 0.0,
+    "d": 0.0,
+}
+"""The table alone."""
+THESIS_TABLE_DEGC = 20.0
+"""With a table of this temperature (4.8) and (4.9) with Table 5.3 leave the least: up to 14 mm/s on the free lift
+against 53 mm/s with one of 40 degC (`docs/control.md`)."""
+TODAY_TABLE_DEGC = 40.0
+"""The controller in use was tuned warm, and knows no temperature: the middle of the thesis's range is taken."""
+
+_CHOSEN = "chosen"
+_STILL = {"adaptation_s": 0.0, "swing_limit": 0.0}
+
+
+def _shared() -> dict[str, Number]:
+    return {
+        "request_most": Number(value=600.0, source="section 1.1: never more than 0.6 m/s"),
+        "ramp_up": Number(value=600.0, source="chosen: a second to full speed; section 4.6 gives no slope"),
+        "ramp_down": Number(value=900.0, source=_CHOSEN),
+        "ramp_corner": Number(value=1.5, source=_CHOSEN),
+        "temperature_least": Number(value=-20.0, source=_CHOSEN),
+        "temperature_most": Number(value=90.0, source=_CHOSEN),
+    }
+
+
+def _lift(lift: Lift, table: Curve, gains: Mapping[str, float], source: str, ratio: Curve) -> LiftSettings:
+    numbers = {name: Number(value=value, source=source) for name, value in gains.items()}
+    numbers |= {
+        "forks_per_count": Number(
+            value={"free": 1.0, "main": 2.0}[lift], source="sections 2.1, 3.1.4: x_G = 2 x_ML + x_FL"
+        ),
+        "filter_rate": Number(value=20.0, source="Figure A.17: pole e^-0.4 at 50 Hz"),
+        "delay": Number(value=8.0, source="section 4.5.2: 160 ms"),
+        "u_min": Number(value=0.0, source=_CHOSEN),
+        "u_max": Number(value=700.0, source="chosen: the end of Figure 5.6a; a sixth above the greatest request"),
+        "i_min": Number(value=0.0, source="Figure A.16: the current is not negative"),
+        "i_max": Number(value=1400.0, source="Figure 5.6: the end of the tables"),
+    }
+    numbers |= {name: Number(value=value, source="off") for name, value in _STILL.items()}
+    return LiftSettings(numbers=numbers, table=table, ratio=ratio)
+
+
+def ratios(free_from: int, free_spacing: int, main_from: int, main_spacing: int) -> dict[Lift, Curve]:
+    """Shares of the reference over the forks' height [counts]: the free lift's falls from 1 to 0 over 2^spacing counts
+    from `free_from` on, the main lift's rises from 0 to 1 (4.10), (4.11)."""
+    return {
+        "free": Curve(first=free_from, spacing=free_spacing, values=[1.0, 0.0], source=_CHOSEN),
+        "main": Curve(first=main_from, spacing=main_spacing, values=[0.0, 1.0], source=_CHOSEN),
+    }
+
+
+FULL_FREE_COUNTS = 998
+"""Encoder counts of the free lift where lowering begins: 1.96 m (`tests/test_control_room.py`)."""
+
+
+def thesis(truck: Truck) -> Controller:
+    """The thesis's controller: Table 5.3, its own table at 20 degC, a free lift that starts earlier (5.6.3)."""
+    parts = ratios(FULL_FREE_COUNTS + 16, 7, FULL_FREE_COUNTS, 6)
+    lifts = {
+        lift: _lift(
+            lift,
+            speed_table(truck, lift, oil_temperature_degc=THESIS_TABLE_DEGC),
+            TABLE_5_3[lift],
+            "Table 5.3",
+            parts[lift],
+        )
+        for lift in LIFTS
+    }
+    return Controller("thesis", _shared(), lifts["free"], lifts["main"])
+
+
+def today(truck: Truck) -> Controller:
+    """The controller in use: a table tuned warm, no temperature, no feedback; both lifts change over together."""
+    parts = ratios(FULL_FREE_COUNTS, 6, FULL_FREE_COUNTS, 6)
+    lifts = {
+        lift: _lift(
+            lift,
+            speed_table(truck, lift, oil_temperature_degc=TODAY_TABLE_DEGC),
+            OPEN_LOOP,
+            "section 5.6: open loop",
+            parts[lift],
+        )
+        for lift in LIFTS
+    }
+    return Controller("today", _shared(), lifts["free"], lifts["main"])
