@@ -180,7 +180,7 @@ def run(*command, cwd=ROOT):
     return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
 
 
-PROOFS = (coverage, starts, campaigns, variations, separability, rigs)
+PROOFS = (coverage, starts, campaigns, variations, separability, rigs, control)
 TASKS = (demo, test, lint, docs, bench, bench_fit, *PROOFS)
 PASSED_ON = (test, bench, bench_fit, *PROOFS)
 """Tasks that take further arguments."""

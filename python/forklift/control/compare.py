@@ -85,11 +85,16 @@ def compare_controllers(
     lifts: Sequence[Lift] = LIFTS,
     loads_kg: Sequence[float] = LOADS_KG,
     oil_temperatures_degc: Sequence[float] = TEMPERATURES_DEGC,
-    delay_ticks: int = DELAY_TICKS,
+    later_ticks: int = 0,
     seed: int = 0,
     floating: bool = False,
 ) -> list[Row]:
     """Each controller on every lift, temperature and load, over both reference signals.
+
+    Parameters
+    ----------
+    later_ticks
+        By how much the delay is longer than `DELAY_TICKS`.
 
     The lifts are lowered one at a time, each with the whole reference, as the thesis measured them.
 
@@ -106,7 +111,7 @@ def compare_controllers(
         for signal in SIGNALS:
             request = requests(lift, signal)
             base = [
-                Lowering(truck, controller, load, t, request, delay_ticks=delay_ticks, stream=k)
+                Lowering(truck, controller, load, t, request, delay_ticks=DELAY_TICKS[lift] + later_ticks, stream=k)
                 for controller in alone
                 for k, (t, load) in enumerate(points)
             ]
