@@ -70,8 +70,11 @@ fn configs() -> Vec<Config> {
 }
 
 fn reading() -> impl Strategy<Value = Reading> {
-    (any::<[i32; 2]>(), any::<[i32; 2]>(), any::<i32>())
-        .prop_map(|(position, pressure, temperature)| Reading { position, pressure, temperature })
+    (any::<[i32; 2]>(), any::<[i32; 2]>(), any::<i32>()).prop_map(|(position, pressure, temperature)| Reading {
+        position,
+        pressure,
+        temperature,
+    })
 }
 
 fn range(rows: &[Range], owner: usize, variable: &str) -> (i128, i128) {

@@ -61,7 +61,8 @@ def compare(
     truck: _Truck = "thesis",
     later: Annotated[int, typer.Option(help="By how many ticks the delay is longer.")] = 0,
 ) -> None:
-    """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two signals."""
+    """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two
+    signals."""
     from forklift.control.compare import compare_controllers, table
     from forklift.control.controller import Controller
     from forklift.plant.forklift.truck import Truck
@@ -100,7 +101,8 @@ def tune(
     seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 1,
     name: Annotated[str, typer.Option(help="Its name.")] = "damped",
 ) -> None:
-    """Set up the feedback of the pressure's swing for a truck, load by load, and write the controller with its sources."""
+    """Set up the feedback of the pressure's swing for a truck, load by load, and write the controller with
+    its sources."""
     from dataclasses import replace
 
     from forklift.control.controller import Controller

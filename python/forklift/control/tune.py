@@ -1,7 +1,9 @@
 """Tuning on a simulated truck: the feedback of the pressure's swing, set up load by load.
 
-Section 6.3 of Fri & Fahlén (2017) asks for more than the PID; pressure feedback against the swing of a lowered load:
-Kjelland & Hansen (2013). The phase has to make up for the delay, so it follows from the truck, the load and the delay.
+Section 6.3 of Fri & Fahlén (2017) asks for more than the PID; pressure feedback against the swing of a
+lowered load:
+Kjelland & Hansen (2013). The phase has to make up for the delay, so it follows from the truck, the load
+and the delay.
 """
 
 from __future__ import annotations
@@ -24,13 +26,13 @@ KNOTS = 9
 """Up to 246 bar, beyond what 1500 kg weigh."""
 LOADS_KG = (0.0, 400.0, 800.0, 1200.0, 1500.0, 1800.0)
 TEMPERATURES_DEGC = (20.0, 60.0)
-LEADS_DEG = tuple(range(-180, 180, 15))
-GAINS = (2.0, 4.0, 6.0)
+LEADS_DEG = tuple(range(-180, 180, 30))
+GAINS = (0.0, 2.0, 4.0)
 DAMPING = 0.35
 """Of the resonator. Chosen: half an octave either way, so that a load wrong by a fifth stays in its band."""
 LIMIT_MM_S = 60.0
 """Largest correction: a tenth of the full speed. Chosen."""
-FREQUENCIES_HZ = (0.8, 4.0)
+FREQUENCIES_HZ = (1.1, 6.0)
 """Where the swing of a load is looked for."""
 
 
@@ -44,8 +46,10 @@ def tune_swing(
 ) -> Controller:
     """The controller with a lift's pressure feedback set up: frequency, gain and lead at each mean pressure.
 
-    Load by load: the frequency at which the pressure swings without feedback on a plateau, then the lead and the gain
-    with which the least swing is left over, the worst of two oil temperatures and of delays a tick shorter and longer.
+    Load by load: the frequency at which the pressure swings without feedback on a plateau, then the lead
+    and the gain
+    with which the least swing is left over, the worst of two oil temperatures and of delays a tick shorter
+    and longer.
     What lies between and beyond the loads' pressures is interpolated and held.
 
     Raises
@@ -65,6 +69,7 @@ def tune_swing(
     pressures, frequencies, gains, leads = (np.array(column) for column in zip(*found, strict=True))
     knots = np.arange(KNOTS) * float(1 << SPACING) * _core.PRESSURE_STEP_PA
     unwrapped = np.degrees(np.unwrap(np.radians(leads)))
+    unwrapped -= 360.0 * round(float(unwrapped.mean()) / 360.0)
     columns = [np.interp(knots, pressures, values) for values in (frequencies, gains, unwrapped)]
     swing = Swing(
         spacing=SPACING,
@@ -72,7 +77,8 @@ def tune_swing(
         damping=[DAMPING] * KNOTS,
         gain_mm_s_per_bar=[round(float(x), 2) for x in columns[1]],
         lead_deg=[round(float(x), 1) for x in columns[2]],
-        source=f"tuned on truck {truck.name} (sha256 {truck.sha256[:12]}), delay {delay_ticks} ticks, seed {seed}",
+        source=f"tuned on truck {truck.name} (sha256 {truck.sha256[:12]}), delay {delay_ticks} ticks, seed
+        {seed}",
     )
     return controller.with_swing(lift, swing).with_numbers(
         lift, "chosen: a tenth of full speed", swing_limit=LIMIT_MM_S
@@ -86,7 +92,7 @@ def _swing(
     request = requests(lift, 1)
     base = Lowering(truck, controller.only(lift), load, 40.0, request, delay_ticks=delay)
     run = lower([base], lifts=lift, seed=seed)
-    window = round(2.0 * WINDOW_S / TICK_S)
+    window = round(1.5 * WINDOW_S / TICK_S)
     spectrum: Floats = np.zeros(1)
     means = []
     size = 4096
@@ -94,7 +100,10 @@ def _swing(
     for plateau in plateaus(request, run.speed_m_s[lift][0], TICK_S):
         part = run.pressure_pa[lift][0, plateau.stop - window : plateau.stop]
         means.append(part.mean())
-        spectrum = spectrum + np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)), size)) ** 2
+        # What drifts over the window would outweigh what swings in it.
+        time = np.linspace(-1.0, 1.0, len(part))
+        part = part - np.polynomial.Polynomial.fit(time, part, 3)(time)
+        spectrum = spectrum + np.abs(np.fft.rfft(part * np.hanning(len(part)), size)) ** 2
     use = (frequency >= FREQUENCIES_HZ[0]) & (frequency <= FREQUENCIES_HZ[1])
     return float(np.mean(means)), float(frequency[use][np.argmax(spectrum[use])])
 
