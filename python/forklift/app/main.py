@@ -196,6 +196,7 @@ def compare(
     from forklift.base import output
     from forklift.base.result_files import PAGE, earlier_files
     from forklift.fitting.compare import MARK, result_files
+    from forklift.plant.forklift.checks import findings
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
     from forklift.report import tables
@@ -208,10 +209,11 @@ def compare(
         result = verb(found, chosen, oil_temperature_degc=temperature, progress=lambda _: step())
     if out:
         result.write(out)
+    told = findings(found.recordings, chosen)
     if as_json:
-        print_json(result.to_dict())
+        print_json(result.to_dict() | {"findings": [one.to_dict() for one in told]})
         return
-    _say_findings(result.findings)
+    _say_findings(told)
     for sentence in result.verdict:
         typer.echo(sentence)
     print_tables(*tables.comparison_tables(result))

@@ -21,7 +21,6 @@ from forklift.base.numbers import defined
 from forklift.base.result_files import PAGE, earlier_files, json_rows
 from forklift.fitting import metrics as fits
 from forklift.fitting.comparison_words import sentence
-from forklift.plant.forklift.checks import Caution, findings
 from forklift.plant.forklift.phases import PHASES, phases, shut_current
 from forklift.plant.forklift.signals import Signal, signals
 from forklift.plant.forklift.simulate import Simulation, mean_temperature, predict
@@ -130,11 +129,6 @@ class Comparison:
         """
         return tuple(said for lift in LIFTS if (said := sentence(self, lift)))
 
-    @cached_property
-    def findings(self) -> tuple[Caution, ...]:
-        """What is wrong with the recordings, as a fit would refuse or caution it; told before the verdict."""
-        return findings(self.campaign.recordings, self.truck)
-
     def validation(self, lift: Lift) -> pl.DataFrame:
         """Table 5.4 (free) or 5.5 (main): temperature, load and both velocity fits of validate recordings.
 
@@ -205,7 +199,6 @@ class Comparison:
             "forklift": __version__,
             "campaign": campaign_facts(self.campaign),
             "truck": truck_facts(self.truck),
-            "findings": [one.to_dict() for one in self.findings],
             "verdict": list(self.verdict),
             "validation": {lift: json_rows(table) for lift in LIFTS if len(table := self.validation(lift))},
             "fits": json_rows(self.fits),

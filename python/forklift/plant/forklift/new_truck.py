@@ -57,8 +57,10 @@ def new_truck(name: str, told: Mapping[str, str], base: Truck) -> Truck:
     sources: dict[str, str] = {}
     left = dict(told)
     for lift in LIFTS:
-        for key, value, source in (*_area(lift, left), *_points(lift, left)):
-            values[key], sources[key] = value, source
+        for key, area, source in _area(lift, left):
+            values[key], sources[key] = area, source
+        for key, knots, source in _points(lift, left):
+            values[key], sources[key] = knots, source
     for key, text in left.items():
         if key not in base.values or key.split(".", 1)[1] in _POINTS:
             near = get_close_matches(key, base.values, n=1)
