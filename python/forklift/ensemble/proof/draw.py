@@ -45,9 +45,9 @@ class Nuisances:
     tick
         True sample period over the recorded one.
     dither_a
-        Amplitude of the dither, which is not recorded, at half the sample rate. The spool's hysteresis feels how
-        far it travels, amplitude over frequency behind the valve's second order: 1 to 4 mA here are 4 to 16 mA
-        at 100 Hz.
+        Amplitude of the dither, which is not recorded, at half the sample rate. What the spool's hysteresis
+        feels is how far it travels, amplitude over frequency behind the valve's second order: 1 to 4 mA here
+        are 4 to 16 mA at 100 Hz.
     noise, colour_s, temperature_lag_s
         See `forklift.ensemble.proof.truth.sensors.Sensors`.
     height
