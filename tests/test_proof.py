@@ -440,6 +440,7 @@ def test_the_score_counts_what_is_asked():
         rates["cause, or a tie that holds it"]["of"],
     ) == (1, 2)
     assert (rates["false alarms"]["right"], rates["false alarms"]["of"]) == (1, 2)
+    assert rates["false alarms that tell but a load within 1 %"]["right"] == 0
     assert (rates["unknown called unknown"]["right"], rates["unknown called unknown"]["of"]) == (1, 1)
     assert rates["intervals hold the truth"]["of"] == 1
     assert found["seconds"]["one lift"]["median"] == 30.0

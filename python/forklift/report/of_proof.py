@@ -30,6 +30,7 @@ LINES = (
     "a wrong name",
     "a wrong name called complete",
     "false alarms",
+    "false alarms that tell but a load within 1 %",
     "intervals hold the truth",
     "no answer",
 )
