@@ -5,7 +5,6 @@ import tempfile
 from pathlib import Path
 
 import control_c
-
 from forklift.control.c_export import export_c
 from forklift.control.controller import Controller
 
@@ -27,14 +26,28 @@ def main() -> int:
             controller = Controller.read(arguments.controller).with_word(word)
             folder = export_c(controller, Path(home) / "ecu")
             ticks = arguments.ticks
-            say(f"{word} bits: {ticks} ticks bit-equal", control_c.equal(controller, folder, seed=11, ticks=ticks))
-            say(f"{word} bits: coverage {control_c.coverage(folder)}", set(control_c.coverage(folder).values()) == {100.0})
+            say(
+                f"{word} bits: {ticks} ticks bit-equal",
+                control_c.equal(controller, folder, seed=11, ticks=ticks),
+            )
+            say(
+                f"{word} bits: coverage {control_c.coverage(folder)}",
+                set(control_c.coverage(folder).values()) == {100.0},
+            )
             say(f"{word} bits: no finding of MISRA's checker", not control_c.misra(folder))
             say(f"{word} bits: no alarm of Eva", control_c.alarms(folder) == 0)
-            say(f"{word} bits: an alarm without the clamp", control_c.alarms(control_c.without_clamp(folder)) > 0)
+            say(
+                f"{word} bits: an alarm without the clamp",
+                control_c.alarms(control_c.without_clamp(folder)) > 0,
+            )
             for processor in control_c.MACHINES:
                 held = control_c.on_cortex(controller, folder, processor, ticks=100_000)
-                say(f"{word} bits: 100000 ticks bit-equal on {processor}, {control_c.size(folder, processor)}", held)
+                say(
+                    f"{word} bits: 100000 ticks bit-equal on {processor}, {
+                        control_c.size(folder, processor)
+                    }",
+                    held,
+                )
     return 0 if good else 1
 
 

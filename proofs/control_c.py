@@ -1,4 +1,5 @@
-"""Checks of an exported controller by tools that know nothing of forklift: compilers, Frama-C, cppcheck, QEMU."""
+"""Checks of an exported controller by tools that know nothing of forklift: compilers, Frama-C, cppcheck,
+QEMU."""
 
 import re
 import shutil
@@ -29,7 +30,8 @@ static void leave(int how)
     __asm__ volatile("bkpt 0xab" : : "r"(operation), "r"(reason) : "memory");
 }
 void begin(void);
-__attribute__((section(".vectors"), used)) void (*const vectors[2])(void) = { (void (*)(void))0x20004000, begin };
+__attribute__((section(".vectors"), used)) void (*const vectors[2])(void) = { (void (*)(void))0x20004000,
+begin };
 void begin(void)
 {
     leave((main() == 0) ? 0x20026 : 0x20023);
@@ -131,7 +133,14 @@ def on_cortex(controller, folder: Path, processor: str, *, ticks: int, seed: int
     digest = controller.core.digest(seed, ticks)
     for wanted in (digest, digest ^ 1):
         image = _cross(folder, processor, f"{processor}.elf", _defines(seed, ticks, wanted))
-        command = ["qemu-system-arm", "-machine", MACHINES[processor], "-nographic", "-semihosting", "-kernel"]
+        command = [
+            "qemu-system-arm",
+            "-machine",
+            MACHINES[processor],
+            "-nographic",
+            "-semihosting",
+            "-kernel",
+        ]
         answers.append(_run(*command, image, cwd=folder).returncode == 0)
     return answers == [True, False]
 

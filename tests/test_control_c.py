@@ -1,4 +1,5 @@
-"""The exported C: the same bits as the core, no overflow, no undefined behaviour, every branch; on a Cortex-M too.
+"""The exported C: the same bits as the core, no overflow, no undefined behaviour, every branch; on a
+Cortex-M too.
 
 `proofs/control.py` runs the same checks on ten million ticks and both word lengths.
 """
@@ -12,7 +13,6 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "proofs"))
 
 import control_c  # type: ignore[import-not-found]
-
 from forklift.control.c_export import FILES, export_c
 from forklift.control.controller import Controller
 

@@ -323,9 +323,7 @@ class RangeSpec(TypedDict):
     saturates: bool
 
 _Curve = tuple[int, int, list[float]]  # first place, base-2 logarithm of the knots' distance, values
-_Swing = tuple[
-    int, list[float], list[float], list[float], list[float]
-]  # distance; Hz, damping, mm/s per bar, degrees
+_Swing = tuple[int, list[float], list[float], list[float], list[float]]  # distance; Hz, damping, mm/s per bar, degrees
 _Lift = tuple[list[float], _Curve, _Curve, _Swing | None]  # numbers, speed table, ratio, pressure's swing
 
 def lift_setting_table() -> list[SettingSpec]: ...

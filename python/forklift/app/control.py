@@ -45,7 +45,7 @@ def simulate(
 
     chosen = Controller.read(controller).only(lift.value)
     request = requests(lift.value, signal)
-    ticks = DELAY_TICKS if delay is None else delay
+    ticks = DELAY_TICKS[lift.value] if delay is None else delay
     lowering = Lowering(Truck.read(truck), chosen, load, temperature, request, delay_ticks=ticks)
     run = lower([lowering], lifts=lift.value)
     typer.echo(summary(request, run, lift.value))
@@ -59,17 +59,16 @@ def simulate(
 def compare(
     controllers: Annotated[list[str], typer.Argument(help="Controllers to set side by side.")],
     truck: _Truck = "thesis",
-    delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
+    later: Annotated[int, typer.Option(help="By how many ticks the delay is longer.")] = 0,
 ) -> None:
-    """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two signals."""
-    from forklift.control.closed_loop import DELAY_TICKS
+    """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two
+    signals."""
     from forklift.control.compare import compare_controllers, table
     from forklift.control.controller import Controller
     from forklift.plant.forklift.truck import Truck
 
-    ticks = DELAY_TICKS if delay is None else delay
     found = [Controller.read(name) for name in controllers]
-    typer.echo(table(compare_controllers(found, Truck.read(truck), delay_ticks=ticks)))
+    typer.echo(table(compare_controllers(found, Truck.read(truck), later_ticks=later)))
 
 
 @control.command("export-c", epilog="Example: forklift control export-c thesis --out ecu")
@@ -91,3 +90,28 @@ def export_c(
     typer.echo(f"wrote {folder}: configuration {chosen.hash}, {chosen.word}-bit words")
     if ranges:
         typer.echo(range_table(chosen))
+
+
+@control.command(epilog="Example: forklift control tune thesis --out damped.toml")
+def tune(
+    controller: _Name,
+    out: Annotated[Path, typer.Option(help="The TOML file of the tuned controller.")],
+    truck: _Truck = "thesis",
+    delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
+    seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 1,
+    name: Annotated[str, typer.Option(help="Its name.")] = "damped",
+) -> None:
+    """Set up the feedback of the pressure's swing for a truck, load by load, and write the controller with
+    its sources."""
+    from dataclasses import replace
+
+    from forklift.control.controller import Controller
+    from forklift.control.tune import tune_swing
+    from forklift.plant.forklift.truck import Truck
+
+    output.check_suffix(out, (".toml",))
+    found, wanted = Controller.read(controller), Truck.read(truck)
+    for lift in ("free", "main"):
+        found = tune_swing(found, wanted, lift, delay_ticks=delay, seed=seed)
+    replace(found, name=name).write(out)
+    typer.echo(f"wrote {out}")

@@ -24,6 +24,8 @@ from forklift.app.terminal import (
     sweeping,
     telling,
 )
+from forklift.app.control import control
+from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, telling
 from forklift.base.errors import ForkliftError
 from forklift.recordings import units
 from forklift.recordings.channels import channels as known_channels

@@ -16,7 +16,8 @@ FILES = (
     "forklift_control_eva.c",
     "controller.toml",
 )
-"""Header, source, a self-checking test from random states, what Frama-C's Eva analyses it with, the settings."""
+"""Header, source, a self-checking test from random states, what Frama-C's Eva analyses it with, the
+settings."""
 
 
 def sources(controller: Controller) -> dict[str, str]:
@@ -30,7 +31,8 @@ def sources(controller: Controller) -> dict[str, str]:
     if not re.fullmatch(r"[A-Za-z0-9 _.-]{1,60}", controller.name):
         raise ForkliftError(
             "argument-invalid",
-            f"the controller's name is {controller.name!r}; give one of up to 60 plain letters, digits, space, _ . -",
+            f"the controller's name is {controller.name!r}; "
+            "give one of up to 60 plain letters, digits, space, _ . -",
             name="name",
         )
     return dict(zip(FILES, controller.core.c_sources(controller.name), strict=False))
@@ -53,7 +55,8 @@ def export_c(controller: Controller, folder: str | Path) -> Path:
 
 
 def range_table(controller: Controller) -> str:
-    """The range of every variable in the unit it stands for, before and after saturation, and where that can act."""
+    """The range of every variable in the unit it stands for, before and after saturation, and where that
+    can act."""
     lines = [f"{'lift':<6}{'variable':<15}{'reaches':>28}{'is kept in':>28} unit    saturates"]
     for row in controller.core.ranges():
         one = 2.0 ** row["scale"]

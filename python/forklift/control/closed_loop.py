@@ -26,9 +26,11 @@ Integers = NDArray[np.int32]
 TICK_S = _core.CONTROL_TICK_S
 FORKS_PER_OUTPUT = {"free": 1.0, "main": 2.0}
 """Travel of the forks over that of the output `position_*_m`: section 2.1, x_G = 2 x_ML + x_FL."""
-DELAY_TICKS = 4
-"""From reading the sensors to the valve's coil [ticks]. The truck itself answers a step of current by half after
-60 to 90 ms; with this the whole comes to the 160 ms of section 4.5.2 (`tests/test_closed_loop.py`)."""
+DELAY_TICKS: dict[Lift, int] = {"free": 2, "main": 1}
+"""From reading the sensors to the valve's coil [ticks]. The thesis's truck itself answers a step of
+current by half
+after 118 ms (free lift) and 138 ms (main lift); with these the whole comes to the 160 ms of section 4.5.2
+(`tests/test_control_room.py`)."""
 START_M = (0.98, 1.96)
 """Cylinder positions at the start, free and main [m], as the reference trajectories have them."""
 
@@ -57,7 +59,7 @@ class Lowering:
     oil_temperature_degc: float
     request_mm_s: Integers
     start_m: tuple[float, float] = START_M
-    delay_ticks: int = DELAY_TICKS
+    delay_ticks: int = DELAY_TICKS["free"]
     pressure_noise_pa: float = 0.3e5
     temperature_noise_k: float = 0.1
     encoder_zero_m: tuple[float, float] = (0.0, 0.0)
@@ -147,13 +149,17 @@ def lower(
 
 
 def requests(lift: Lift, signal: int) -> Integers:
-    """The two test signals of a lift [mm/s]: plateaus long enough to settle on, within the lift's stroke.
+    """The test signals of a lift [mm/s], 1 to 3, each within the lift's stroke.
 
-    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not survive in the
-    text; these are chosen: one through three levels, one to the highest speed.
+    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not
+    survive in the
+    text; 1 and 2 are chosen: one through three levels, one
+    from the highest speed down. 3 is one plateau that the integral part has time to settle on.
     """
-    longer = {"free": 1.0, "main": 1.8}[lift]
-    plateaus = {1: ((200, 2.2), (450, 1.8), (100, 2.0)), 2: ((600, 1.8), (300, 1.6))}[signal]
+    longer = {"free": 1.0, "main": 1.9}[lift]
+    plateaus = {1: ((200, 2.2), (450, 2.0), (100, 2.0)), 2: ((590, 2.1), (300, 1.3)), 3: ((250, 6.0),)}[
+        signal
+    ]
     parts = [np.zeros(50, np.int32)]
     parts += [np.full(round(longer * seconds / TICK_S), level, np.int32) for level, seconds in plateaus]
     return np.concatenate([*parts, np.zeros(75, np.int32)])

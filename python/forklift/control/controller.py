@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -18,14 +18,15 @@ from forklift import _core
 from forklift.base import output
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.speed_table import speed_to_current
-from forklift.recordings.channels import LIFTS, Lift
 from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lift
 
 SHIPPED = Path(__file__).parent / "controllers"
 WORDS = (16, 32)
 """Word lengths [bits] of gains and tables."""
 TABLE_SPACING = 5
-"""The base-2 logarithm of the distance of a speed table's knots: 32 mm/s. Chosen: a straight line between knots is
+"""The base-2 logarithm of the distance of a speed table's knots: 32 mm/s. Chosen: a straight line between
+knots is
 then within 4 mA of the thesis truck's curve above the first knot."""
 
 
@@ -63,7 +64,8 @@ class Swing(BaseModel):
 
 
 class LiftSettings(BaseModel):
-    """One lift's numbers, the table from speed [mm/s] to current [mA], its share of the reference over the height."""
+    """One lift's numbers, the table from speed [mm/s] to current [mA], its share of the reference over the
+    height."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -100,7 +102,8 @@ class Controller:
     Raises
     ------
     ForkliftError
-        ``"parameter-missing"``, ``"parameter-unknown"``, ``"parameter-out-of-bounds"``, ``"argument-invalid"``,
+        ``"parameter-missing"``, ``"parameter-unknown"``, ``"parameter-out-of-bounds"``,
+        ``"argument-invalid"``,
         ``"table-length"``.
     """
 
@@ -114,7 +117,7 @@ class Controller:
 
     def __post_init__(self) -> None:
         shared = _ordered("shared", self.shared, shared_settings())
-        lifts = [_given(lift, getattr(self, lift)) for lift in get_args(Lift)]
+        lifts = [_given(lift, getattr(self, lift)) for lift in LIFTS]
         object.__setattr__(self, "core", _core.Controller(shared, *lifts, self.word))
 
     @classmethod
@@ -140,7 +143,9 @@ class Controller:
         try:
             found = _File.model_validate(tomllib.loads(text))
         except tomllib.TOMLDecodeError as error:
-            raise ForkliftError("toml-syntax", f"{path}: this is not TOML ({error})", file=str(path)) from None
+            raise ForkliftError(
+                "toml-syntax", f"{path}: this is not TOML ({error})", file=str(path)
+            ) from None
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(part) for part in first["loc"])
@@ -200,11 +205,15 @@ def speed_table(truck: Truck, lift: Lift, *, oil_temperature_degc: float, load_k
         f"{oil_temperature_degc:g} degC"
     )
     return Curve(
-        spacing=TABLE_SPACING, values=[round(1e3 * float(a), 2) for a in found.current_a[:last]], source=source
+        spacing=TABLE_SPACING,
+        values=[round(1e3 * float(a), 2) for a in found.current_a[:last]],
+        source=source,
     )
 
 
-def _ordered(where: str, numbers: Mapping[str, Number], known: Mapping[str, Mapping[str, Any]]) -> list[float]:
+def _ordered(
+    where: str, numbers: Mapping[str, Number], known: Mapping[str, Mapping[str, Any]]
+) -> list[float]:
     for name in numbers:
         if name not in known:
             raise ForkliftError(
@@ -227,8 +236,7 @@ def _given(name: str, lift: LiftSettings) -> tuple[Any, ...]:
         _ordered(name, lift.numbers, lift_settings()),
         (lift.table.first, lift.table.spacing, lift.table.values),
         (lift.ratio.first, lift.ratio.spacing, lift.ratio.values),
-        swing
-        and (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
+        swing and (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
     )
 
 

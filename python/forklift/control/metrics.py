@@ -14,15 +14,18 @@ Floats = NDArray[np.float64]
 
 TOTAL_DELAY_S = 0.16
 """From current to speed, section 4.5.2."""
-WINDOW_S = 1.0
-"""The end of a plateau, in which the speed counts as steady: at least one period of the slowest swing, 1.3 Hz."""
+WINDOW_S = 0.8
+"""The end of a plateau, in which the speed counts as steady: at least one period of the slowest swing, 1.3
+Hz."""
 LIMIT_M_S = 0.6
 """The speed never to be exceeded in steady state, section 1.1."""
 
 
 def nrmse_percent(reference: Floats, speed: Floats) -> float:
     """(3.40): 100 (1 − ‖r − v‖ / ‖r − mean(r)‖), of the reference's own spread; 100 is a perfect answer."""
-    return float(100.0 * (1.0 - np.linalg.norm(reference - speed) / np.linalg.norm(reference - reference.mean())))
+    return float(
+        100.0 * (1.0 - np.linalg.norm(reference - speed) / np.linalg.norm(reference - reference.mean()))
+    )
 
 
 def delayed(reference: Floats, tick_s: float, delay_s: float = TOTAL_DELAY_S) -> Floats:
@@ -58,12 +61,13 @@ class Plateau:
 
 
 def plateaus(request_mm_s: NDArray[np.int32], speed: Floats, tick_s: float) -> list[Plateau]:
-    """The steady end of each plateau of a request above zero, with the delay of the plant added."""
+    """The steady end of each plateau of a request above zero that lasts two windows or more: the ramp
+    takes the first."""
     window, late = round(WINDOW_S / tick_s), round(TOTAL_DELAY_S / tick_s)
     jumps = np.flatnonzero(np.diff(request_mm_s)) + 1
     found = []
     for start, stop in zip([0, *jumps], [*jumps, len(request_mm_s)], strict=True):
-        if request_mm_s[start] <= 0 or stop - start < 2 * window // 1:
+        if request_mm_s[start] <= 0 or stop - start < 2 * window:
             continue
         last = min(stop + late // 2, len(speed))
         part = speed[last - window : last]

@@ -1,0 +1,146 @@
+"""The loop closed around a simulated truck: Tables 5.6 and 5.7, what must hold of each row, the drive's
+bits."""
+
+import numpy as np
+import pytest
+
+from forklift.base.errors import ForkliftError
+from forklift.control import compare
+from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
+from forklift.control.controller import Controller, lift_settings
+from forklift.control.metrics import delayed, nrmse_percent
+from forklift.control.presets import TABLE_5_3, THESIS_TABLE_DEGC, thesis, today
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS, Lift
+
+OSCILLATION = {("free", 800): 0.02, ("free", 1500): 0.04, ("main", 800): 0.03, ("main", 1500): 0.05}
+"""What the thesis reports [m/s], section 5.4 and appendices B and C."""
+
+
+@pytest.fixture(scope="module")
+def truck() -> Truck:
+    return Truck.read("thesis")
+
+
+@pytest.fixture(scope="module")
+def rows(truck: Truck) -> dict[tuple[str, str, float, float], compare.Row]:
+    controllers = [Controller.read(name) for name in ("thesis", "today", "damped")]
+    found = compare.compare_controllers(controllers, truck)
+    return {(r.controller, r.lift, r.oil_temperature_degc, r.load_kg): r for r in found}
+
+
+def test_the_shipped_controllers_are_the_thesiss_numbers_on_the_thesiss_truck(truck: Truck) -> None:
+    for make in (thesis, today):
+        made = make(truck)
+        assert Controller.read(made.name).hash == made.hash
+    for lift in LIFTS:
+        numbers = getattr(Controller.read("thesis"), lift).numbers
+        assert all(numbers[name].value == value for name, value in TABLE_5_3[lift].items())
+    assert THESIS_TABLE_DEGC == 20.0
+
+
+def test_a_controller_written_is_read_back_equal(tmp_path, truck: Truck) -> None:  # type: ignore[no-untyped-def]
+    for name in ("thesis", "today", "damped"):
+        for word in (16, 32):
+            one = Controller.read(name).with_word(word)
+            assert Controller.read(one.write(tmp_path / "one.toml")) == one
+            assert Controller.read(tmp_path / "one.toml").hash == one.hash
+
+
+@pytest.mark.parametrize("lift", LIFTS)
+def test_the_commands_of_a_closed_loop_replayed_give_its_bits(lift: Lift, truck: Truck) -> None:
+    request = requests(lift, 1)
+    n = len(request)
+    controller = Controller.read("thesis").only(lift)
+    lowerings = [
+        Lowering(truck, controller, load, 40.0, request, delay_ticks=d, stream=d)
+        for load, d in ((0.0, 0), (800.0, 3), (1500.0, 7))
+    ]
+    run = lower(lowerings, lifts=lift, seed=3)
+    time = TICK_S * np.arange(n)
+    for k, one in enumerate(lowerings):
+        current = 1e-3 * run.current_ma[lift][k]
+        command = np.zeros((n, 2))
+        command[one.delay_ticks :, LIFTS.index(lift)] = current[: n - one.delay_ticks]
+        replayed = truck.core.simulate(
+            time, time, command, np.full(n, 40.0), one.load_kg, lifts=lift, solver="fixed", substeps=8
+        )
+        forks = {"free": 1.0, "main": 2.0}[lift]
+        column = {"free": 2, "main": 3}[lift]
+        assert np.array_equal(-forks * replayed["outputs"][:, column], run.speed_m_s[lift][k])
+        alone = lower([one], lifts=lift, seed=3)
+        assert np.array_equal(alone.speed_m_s[lift][0], run.speed_m_s[lift][k])
+
+
+@pytest.mark.parametrize(("lift", "column"), [("free", 2), ("main", 3)])
+def test_truck_and_delay_are_160_ms_in_all(lift: Lift, column: int, truck: Truck) -> None:
+    time = 0.001 * np.arange(4000)
+    command = np.zeros((len(time), 2))
+    command[:, LIFTS.index(lift)] = np.where(time < 2.0, 0.7, 0.8)
+    oil = np.full(len(time), 40.0)
+    run = truck.core.simulate(time, time, command, oil, 800.0, lifts=lift, solver="fixed", substeps=1)
+    speed = -run["outputs"][:, column]
+    before, after = speed[1900:2000].mean(), speed[3500:].mean()
+    half = time[2000 + np.argmax(speed[2000:] > (before + after) / 2.0)] - 2.0
+    assert half + DELAY_TICKS[lift] * TICK_S == pytest.approx(0.16, abs=TICK_S / 2.0)
+
+
+def test_the_thesiss_controller_swings_no_more_than_the_thesis_reports(rows) -> None:  # type: ignore[no-untyped-def]
+    for (lift, load), most in OSCILLATION.items():
+        for t in compare.TEMPERATURES_DEGC:
+            assert rows["thesis", lift, t, load].oscillation_m_s <= most
+
+
+def test_it_settles_within_a_hundredth_and_never_above_the_limit(rows) -> None:  # type: ignore[no-untyped-def]
+    for (name, *_), row in rows.items():
+        if name != "today":
+            assert abs(row.error_percent) < 1.0
+            assert not row.breaches
+
+
+def test_no_answer_beats_a_perfect_one_that_is_as_late_by_more_than_noise(rows) -> None:  # type: ignore[no-untyped-def]
+    for row in rows.values():
+        for own, perfect in zip(row.nrmse_percent, row.perfect_percent, strict=True):
+            assert own < perfect + 3.0
+
+
+def test_pressure_feedback_damps_the_heavy_main_lift_to_a_third_and_follows_no_worse(rows) -> None:  # type: ignore[no-untyped-def]
+    for t in compare.TEMPERATURES_DEGC:
+        before, after = rows["thesis", "main", t, 1500.0], rows["damped", "main", t, 1500.0]
+        assert after.oscillation_m_s < before.oscillation_m_s / 2.0
+        assert min(after.nrmse_percent) > min(before.nrmse_percent) - 0.5
+
+
+def test_integers_cost_less_than_two_millimetres_a_second(truck: Truck) -> None:
+    for name in ("thesis", "damped"):
+        for lift in LIFTS:
+            request = requests(lift, 1)
+            lowerings = [
+                Lowering(truck, Controller.read(name).with_word(32).only(lift), load, t, request)
+                for load in compare.LOADS_KG
+                for t in (20.0, 60.0)
+            ]
+            integers = lower(lowerings, lifts=lift)
+            floats = lower(lowerings, lifts=lift, floating=True)
+            # Both order whole mA; what one may round up the other may round down.
+            apart = np.abs(integers.speed_m_s[lift] - floats.speed_m_s[lift]).max()
+            assert apart < 2e-3
+
+
+def test_nrmse_is_a_hundred_for_a_perfect_answer_and_less_for_a_late_one() -> None:
+    reference = np.repeat([0.0, 0.3, 0.1], 100)
+    assert nrmse_percent(reference, reference) == 100.0
+    late = delayed(reference, TICK_S)
+    assert (late[8:] == reference[:-8]).all()
+    assert nrmse_percent(reference, late) < 90.0
+
+
+def test_a_setting_out_of_its_bounds_is_refused_with_its_name() -> None:
+    controller = Controller.read("thesis")
+    spec = lift_settings()["proportional"]
+    with pytest.raises(ForkliftError) as refused:
+        controller.with_numbers("free", "test", proportional=2.0 * spec["upper"])
+    assert refused.value.code == "parameter-out-of-bounds"
+    assert "free.proportional" in refused.value.message
+    with pytest.raises(ForkliftError, match="word"):
+        controller.with_word(24)
