@@ -54,11 +54,10 @@ def frame(
     names = columns(members)
     data: dict[str, object] = {"index": np.arange(first, first + len(values), dtype=np.uint64)}
     data |= {name: values[:, k] for k, name in enumerate(names["vary"])}
-    data["verdict"] = verdict
+    words = list(verdicts())
+    data["verdict"] = pl.Series([words[k] for k in verdict.tolist()], dtype=pl.Enum(words))
     data |= {name: numbers[:, k] for k, name in enumerate(names["margins"] + names["measures"])}
-    table = pl.DataFrame(data)
-    words = pl.Enum(list(verdicts()))
-    return table.with_columns(pl.col("verdict").cast(pl.UInt32).cast(words))
+    return pl.DataFrame(data)
 
 
 def encoded(table: pl.DataFrame) -> bytes:
