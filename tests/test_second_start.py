@@ -7,8 +7,9 @@ from typing import cast
 
 import pytest
 
+from forklift.diagnosis.criteria import NEARLY
 from forklift.diagnosis.refit import Refit, Refitter
-from forklift.diagnosis.selection import NEARLY, _to_the_end
+from forklift.diagnosis.selection import _to_the_end
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from forklift.diagnosis.refit import LESS, TWICE, Refit, Refitter
+from forklift.diagnosis.criteria import LESS, TWICE
+from forklift.diagnosis.refit import Refit, Refitter
 
 NOISE = 0.5
 WORST = 1.3

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, Truck, _core, diagnose
+from forklift.diagnosis.criteria import CLEARLY, CONFIRMED
 from forklift.diagnosis.screening import screen
-from forklift.diagnosis.selection import ALARM, CLEARLY, CONFIRMED
+from forklift.diagnosis.selection import ALARM
 from forklift.plant.forklift.effects import EFFECTS
 
 PROOFS = Path(__file__).parents[1] / "proofs"

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from forklift.diagnosis.criteria import (
+    AS_GOOD,
+    AS_NEAR,
+    LIKELY,
+)
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.selection import AS_NEAR, Selection, credibility
+from forklift.diagnosis.selection import Selection, credibility
 from forklift.plant.protocol import Hypothesis
-
-AS_GOOD = 0.05
-"""Credibility from which on a rival that leaves nothing over cannot be told from the cause."""
-LIKELY = 0.5
-"""Credibility below which a cause is no verdict: it is more likely to be another."""
 
 Form = Literal["complete", "uncertain"]
 

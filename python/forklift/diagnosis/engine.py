@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from forklift.diagnosis.causes import Cause, causes, told
+from forklift.diagnosis.criteria import (
+    DOUBTFUL,
+)
 from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
@@ -25,9 +28,6 @@ VERDICTS: Mapping[str, Verdict] = {
     "unknown": "unknown-effect",
 }
 """By kind of the first cause."""
-
-DOUBTFUL = 1.5
-"""Mean square up to which what no hypothesis explains is put down to chance, or to the simulation itself."""
 
 
 @dataclass

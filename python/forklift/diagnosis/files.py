@@ -14,8 +14,8 @@ from scipy.stats import norm
 from forklift.base import output, present
 from forklift.base.numbers import defined
 from forklift.base.result_files import PAGE, earlier_files
-from forklift.diagnosis.causes import AS_GOOD
 from forklift.diagnosis.conditions import offsets
+from forklift.diagnosis.criteria import AS_GOOD
 from forklift.diagnosis.ledger import considered
 from forklift.fitting.compare import (
     campaign_facts,

@@ -9,7 +9,8 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
-from forklift.diagnosis.refit import MOVES, NEAR, Refit, Refitter
+from forklift.diagnosis.criteria import MOVES, NEAR
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.fitting.residuals import settled
 from forklift.plant.machine import NumpyMachine
 from forklift.plant.parts import Plant

@@ -11,6 +11,20 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
+from forklift.diagnosis.criteria import (
+    ALIKE,
+    BEHIND,
+    CLEAR,
+    LESS,
+    LIVES_UP,
+    MISFIT,
+    MOVES,
+    MUCH,
+    NEAR,
+    SETTLED,
+    SLIGHT,
+    TWICE,
+)
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import log_evidence, loo_log_score
 from forklift.fitting import levenberg_marquardt as geodesic
@@ -23,8 +37,6 @@ from forklift.fitting.search import STAGES, Found, Progress, Stage, search
 from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
 
-SETTLED = 2e-3
-"""Share of the cost by which a step of the race must lower it: what gains less is as good there."""
 ROUGH = tuple(replace(stage, share=SETTLED) for stage in STAGES[:2])
 FINE = (replace(STAGES[2], share=0.5 * SETTLED), *STAGES[3:])
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
@@ -33,30 +45,9 @@ QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)
 """For who is tried beside what explains everything: who explains as much is nearly there by then."""
 SETTLING = (replace(STAGES[2], evaluations=8),)
 """A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
-MISFIT = 3.0
-"""Mean square in the worst channel from which on that is clear after the tempered stages."""
-SLIGHT = 1.5
-"""Mean square in the worst channel up to which the tempered stages are blind to what is left over."""
-NEAR, MOVES = 1e-3, 12
-"""A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
 OVER_ALL = replace(STAGES[-1], evaluations=4)
 """From a fit that explains all recordings, those held out too."""
-LESS = 0.95
-"""Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
-be quicker than the model without it."""
-TWICE = 2.0
-"""Recordings held out may feel the substeps this many times as much as those that were fitted."""
-LIVES_UP = 0.8
-"""Share of what the score test promised that a search must gain, or it is started elsewhere too."""
-MUCH = 0.2
-"""Share of what was left over that one start may leave without another being tried."""
-ALIKE = 0.5
-"""What gains little has more than this share left of what there was without it."""
-BEHIND = 2.0
-"""A start is not led on if the first stage leaves it this many times as far off as another one."""
-CLEAR = 3.0
-"""An amplitude is there if it lies this many of its standard deviations from its quiet value."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,57 +12,39 @@ from typing import Protocol
 
 import numpy as np
 
-from forklift.diagnosis.refit import ALIKE, MUCH, Refit, Refitter
+from forklift.diagnosis.criteria import (
+    AHEAD,
+    ALIKE,
+    AS_NEAR,
+    BEYOND_DOUBT,
+    CLEARLY,
+    CONFIRMED,
+    FIRST,
+    FURTHER,
+    LAW,
+    LEAST_GAIN,
+    LEAST_ROUGH,
+    LITTLE,
+    MOST_ACCEPTED,
+    MOST_NEAR,
+    MOST_OF,
+    MUCH,
+    NEAR_PLACES,
+    NEARLY,
+    PAIR,
+    REDRAWS,
+    VARIANTS,
+    WORTH,
+)
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.plant.protocol import Hypothesis, Kind
 
-FIRST, FURTHER = 3, 4
-"""How many hypotheses the race begins with, and how many more enter if none of them explains everything."""
-WORTH = 0.1
-"""A hypothesis enters the race if it promises this share of the best one's gain; and what is easily confused
-with a complete explanation is tried beside that from this share of its gain on."""
-LITTLE = 0.05
-"""Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
-the start machine where the evidence is."""
-PAIR = 1.5
-"""The best pair enters if it promises this many times as much as the best alone."""
-VARIANTS = 3
-"""From how many places of its further parameters the search for one hypothesis starts."""
-NEARLY = 0.01
-"""Share of what was left over that may still be left by a search that only ended in the wrong place."""
-NEAR_PLACES, MOST_NEAR = 4, 4
-"""At how many of the most credible places names are tried from the start machine before something is said to
-have none, and how many names."""
-AHEAD, MOST_OF = 2.0, 0.5
-"""How many times as much as the next the most promising promises, and which share of what is left over it
-removes, if no other is tried in its place."""
-BEYOND_DOUBT = 25.0
-"""An amplitude so many of its deviations from none is needed: without it −ln posterior would rise by some
-three hundred."""
-LEAST_ROUGH = 2.0
-"""A hypothesis stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what
-it has with the best one, and by no less than this."""
-LEAST_GAIN = 0.1
-"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`."""
-CLEARLY = 30.0
-"""Least fall of the sum of squares on recordings held out that counts as one."""
-CONFIRMED = 5.0
-"""Where nothing shows, and all recordings together have raised an alarm: how much better, in ln probability,
-they must foretell each other with a hypothesis. Those held out may be too few to tell, but must not
-object."""
-AS_NEAR = 20.0
-"""Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
-in likelihood, which samples of one recording, that err together, may well make up for."""
 ALARM: Mapping[Kind, float] = {"physics": 12.0, "parameter": 30.0, "sensor": 80.0, "unknown": np.inf}
 """Fall of −ln posterior over all recordings that a hypothesis must promise to be asked for where no channel
 of a recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some
 sixty. Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss,
 since an encoder that starts from the same place in every recording is rounded alike in all of them."""
-LAW = 15.0
-"""Likewise, of a curve beside a name that explains everything."""
-MOST_ACCEPTED = 3
-REDRAWS = 2000
-"""Of the recordings held out, for the credibility."""
 
 Say = Callable[[str], None]
 

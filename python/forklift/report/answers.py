@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from forklift.diagnosis.criteria import REDRAWS
 from forklift.diagnosis.files import TELLING
-from forklift.diagnosis.selection import REDRAWS
 from forklift.fitting.residuals import AT_NOISE
 from forklift.plant.forklift import variables as operation
 from forklift.report import words

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from forklift.diagnosis.selection import LAW
+from forklift.diagnosis.criteria import LAW
 from forklift.plant.forklift.effects import EFFECTS, Equation
 from forklift.plant.forklift.free_curve import ports
 from forklift.plant.forklift.tables import outputs

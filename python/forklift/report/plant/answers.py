@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from forklift.diagnosis.criteria import REDRAWS
 from forklift.diagnosis.next_recording import PARTS
 from forklift.diagnosis.plant_files import LIKELY
-from forklift.diagnosis.selection import REDRAWS
 from forklift.fitting.residuals import AT_NOISE
 from forklift.report.blocks import Fact
 from forklift.report.ledger import counts

@@ -1,0 +1,85 @@
+"""Every bound that decides an answer: whom the search tries, where it stops, what is accepted, what is told.
+
+Bounds in squares or in ln probability hold against the sensors' noise; shares hold of what is left over.
+"""
+
+from __future__ import annotations
+
+# Which names are tried, accepted and compared.
+FIRST, FURTHER = 3, 4
+"""How many hypotheses the race begins with, and how many more enter if none of them explains everything."""
+WORTH = 0.1
+"""A hypothesis enters the race if it promises this share of the best one's gain; and what is easily confused
+with a complete explanation is tried beside that from this share of its gain on."""
+LITTLE = 0.05
+"""Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
+the start machine where the evidence is."""
+PAIR = 1.5
+"""The best pair enters if it promises this many times as much as the best alone."""
+VARIANTS = 3
+"""From how many places of its further parameters the search for one hypothesis starts."""
+NEARLY = 0.01
+"""Share of what was left over that may still be left by a search that only ended in the wrong place."""
+NEAR_PLACES, MOST_NEAR = 4, 4
+"""At how many of the most credible places names are tried from the start machine before something is said to
+have none, and how many names."""
+AHEAD, MOST_OF = 2.0, 0.5
+"""How many times as much as the next the most promising promises, and which share of what is left over it
+removes, if no other is tried in its place."""
+BEYOND_DOUBT = 25.0
+"""An amplitude so many of its deviations from none is needed: without it −ln posterior would rise by some
+three hundred."""
+LEAST_ROUGH = 2.0
+"""A hypothesis stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what
+it has with the best one, and by no less than this."""
+LEAST_GAIN = 0.1
+"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`."""
+CLEARLY = 30.0
+"""Least fall of the sum of squares on recordings held out that counts as one."""
+CONFIRMED = 5.0
+"""Where nothing shows, and all recordings together have raised an alarm: how much better, in ln probability,
+they must foretell each other with a hypothesis. Those held out may be too few to tell, but must not
+object."""
+AS_NEAR = 20.0
+"""Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
+in likelihood, which samples of one recording, that err together, may well make up for."""
+LAW = 15.0
+"""Likewise, of a curve beside a name that explains everything."""
+MOST_ACCEPTED = 3
+REDRAWS = 2000
+"""Of the recordings held out, for the credibility."""
+
+# How far a search is led, and when an amplitude is there.
+SETTLED = 2e-3
+"""Share of the cost by which a step of the race must lower it: what gains less is as good there."""
+MISFIT = 3.0
+"""Mean square in the worst channel from which on that is clear after the tempered stages."""
+SLIGHT = 1.5
+"""Mean square in the worst channel up to which the tempered stages are blind to what is left over."""
+NEAR, MOVES = 1e-3, 12
+"""A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
+LESS = 0.95
+"""Share of the worst channel's mean square from which on shorter substeps are worth their time: an effect may
+be quicker than the model without it."""
+TWICE = 2.0
+"""Recordings held out may feel the substeps this many times as much as those that were fitted."""
+LIVES_UP = 0.8
+"""Share of what the score test promised that a search must gain, or it is started elsewhere too."""
+MUCH = 0.2
+"""Share of what was left over that one start may leave without another being tried."""
+ALIKE = 0.5
+"""What gains little has more than this share left of what there was without it."""
+BEHIND = 2.0
+"""A start is not led on if the first stage leaves it this many times as far off as another one."""
+CLEAR = 3.0
+"""An amplitude is there if it lies this many of its standard deviations from its quiet value."""
+
+# What is told.
+AS_GOOD = 0.05
+"""Credibility from which on a rival that leaves nothing over cannot be told from the cause."""
+LIKELY = 0.5
+"""Credibility below which a cause is no verdict: it is more likely to be another."""
+
+# When nothing is told.
+DOUBTFUL = 1.5
+"""Mean square up to which what no hypothesis explains is put down to chance, or to the simulation itself."""
