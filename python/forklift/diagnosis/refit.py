@@ -327,7 +327,7 @@ class Refitter:
         """Whether so many substeps might change what is left over."""
         problem = refit.found.problem.weighted(refit.found.problem.sigma, substeps)
         worth = (1.0 - np.sqrt(LESS)) * np.sqrt(refit.worst.mean_square)
-        return TWICE * self._apart(refit.found, problem) > worth
+        return bool(TWICE * self._apart(refit.found, problem) > worth)
 
     def _apart(self, found: Found, finer: Problem) -> float:
         """How far shorter substeps move what the model says of a recording that was fitted, at most: root of

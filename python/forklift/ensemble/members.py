@@ -110,7 +110,7 @@ class Members:
             raise ForkliftError("value-invalid", f"chunk is {spec.chunk}; give 1 or more", name="chunk")
         if spec.sampling == "sobol":
             each = self.count // spec.scrambles
-            return min(each, 2 ** (spec.chunk.bit_length() - 1))
+            return min(each, 1 << (spec.chunk.bit_length() - 1))
         return min(spec.chunk, self.count)
 
     @property

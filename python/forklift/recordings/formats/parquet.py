@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from forklift.recordings.formats.signals import Choose, Everything, Floats, Place, Series, Signals
+from forklift.base.arrays import Floats
+from forklift.recordings.formats.signals import Choose, Everything, Place, Series, Signals
 
 
 def read(place: Place, choose: Choose) -> Signals:
