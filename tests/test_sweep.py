@@ -244,20 +244,23 @@ def test_a_tally_is_the_same_however_its_members_are_cut(swept):
 
 def controlled(**changes):
     """A small closed-loop sweep of the main lift: the profile's levels are speeds."""
-    return document(
-        name="closed loop",
-        controller="thesis",
-        lifts="main",
-        duration_s=5.0,
-        members=64,
-        profile=[{"from_s": 0.2, "level": 0.2}],
-        vary={
-            "load_kg": {"uniform": [0.0, 1500.0]},
-            "oil_temperature_degc": {"uniform": [10.0, 60.0]},
-            "controller.main.integral": {"uniform": [0.5, 1.5], "relative": True},
-            "delay_ticks": {"choice": [3, 4, 5]},
-        },
-    ) | changes
+    return (
+        document(
+            name="closed loop",
+            controller="thesis",
+            lifts="main",
+            duration_s=5.0,
+            members=64,
+            profile=[{"from_s": 0.2, "level": 0.2}],
+            vary={
+                "load_kg": {"uniform": [0.0, 1500.0]},
+                "oil_temperature_degc": {"uniform": [10.0, 60.0]},
+                "controller.main.integral": {"uniform": [0.5, 1.5], "relative": True},
+                "delay_ticks": {"choice": [3, 4, 5]},
+            },
+        )
+        | changes
+    )
 
 
 def test_the_thesis_controller_follows_its_reference_within_the_envelope():
