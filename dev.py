@@ -186,7 +186,7 @@ def run(*command, cwd=ROOT):
     return abs(subprocess.run([program, *command[1:]], cwd=cwd, env=environment).returncode)
 
 
-PROOFS = (coverage, starts, campaigns, variations, separability, rigs, control, sweep_intervals)
+PROOFS = (coverage, starts, campaigns, variations, separability, rigs, sweep_intervals, control)
 TASKS = (demo, test, lint, docs, bench, bench_fit, *PROOFS)
 PASSED_ON = (test, bench, bench_fit, *PROOFS)
 """Tasks that take further arguments."""

@@ -42,12 +42,8 @@ def main() -> int:
             )
             for processor in control_c.MACHINES:
                 held = control_c.on_cortex(controller, folder, processor, ticks=100_000)
-                say(
-                    f"{word} bits: 100000 ticks bit-equal on {processor}, {
-                        control_c.size(folder, processor)
-                    }",
-                    held,
-                )
+                size = control_c.size(folder, processor)
+                say(f"{word} bits: 100000 ticks bit-equal on {processor}, {size}", held)
     return 0 if good else 1
 
 

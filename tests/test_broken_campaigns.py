@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -556,3 +557,12 @@ def test_lines_are_found_in_tables_of_their_own(tmp_path):
     assert raised(Campaign.read, folder).code == "key-unknown"
     (folder / "campaign.toml").write_text(text.replace(entry, own.replace("gain = 1\n", "")))
     assert len(Campaign.read(folder)[0].channels) == 3
+
+
+@pytest.mark.parametrize("text", ["a = " + "[" * 500_000, "x" * 3_000_000, 'name = "' + "a" * 2_000_000])
+def test_a_toml_of_absurd_size_or_depth_is_refused_in_a_second(text, tmp_path):
+    folder = MAKERS["plain"](tmp_path / "campaign")
+    (folder / "campaign.toml").write_text(text)
+    start = time.perf_counter()
+    assert raised(Campaign.read, folder).code in ("campaign-unreadable", "campaign-syntax")
+    assert time.perf_counter() - start < 10.0  # of a loaded machine; alone a hundredth of it

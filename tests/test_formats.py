@@ -375,6 +375,18 @@ def test_a_parquet_column_of_text_is_refused(tmp_path):
     assert (error.code, error.column) == ("cell-not-a-number", "pA")
 
 
+def test_instants_of_a_parquet_file_are_seconds_from_the_first(tmp_path):
+    import polars
+
+    folder = make_mapped(tmp_path / "mapped", ".parquet")
+    frame = polars.DataFrame(foreign()).with_columns(
+        t=polars.lit("2026-11-23").str.to_datetime() + polars.duration(milliseconds=polars.col("t") * 1e3)
+    )
+    assert frame["t"].dtype.is_temporal()
+    frame.write_parquet(folder / "run.parquet")
+    np.testing.assert_allclose(Campaign.read(folder)[0].time_s, signals()["time_s"], atol=1e-6)
+
+
 def test_a_missing_library_is_named_with_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "asammdf", None)
     error = raised(mdf4.read, Place("x.mf4", "x.mf4"), list)

@@ -9,12 +9,14 @@ import subprocess
 import sys
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from forklift import ForkliftError
 from forklift.ensemble.proof import bounds, kinds, prove, seal, sensitivity
+from forklift.ensemble.proof import open as opened
 from forklift.ensemble.proof.conceal import Made, conceal
 from forklift.ensemble.proof.draw import RECORDINGS, draw, kind_of
 from forklift.ensemble.proof.judge import intervals, judged, removed
@@ -272,6 +274,35 @@ def test_bounds_are_the_upper_case_numbers_and_reach_the_diagnosing_process(tmp_
     assert ran.stdout.split()[-1] == "0.75"
 
 
+# Open campaigns
+
+
+def test_open_campaigns_are_scored_by_the_same_rules(tmp_path, monkeypatch):
+    folder = tmp_path / "theirs"
+    (folder / "00").mkdir(parents=True)
+    (folder / "00" / "campaign.toml").write_text(
+        'name = "x"\nsample_rate_hz = 50.0\n[[recording]]\nfile = "a.csv"\nlift = "free"\nload_kg = 0.0\n'
+        'role = "validate"\n'
+    )
+    cause = {"id": "their_law", "kind": "shape", "where": "free", "names": ["leakage"]}
+    cause |= {"equations": ["cylinder-pressure"], "verdicts": ["missing-physics"]}
+    answers = {"campaigns": [{"folder": "00", "lift": "free", "causes": [cause]}]}
+    (folder / "answers.json").write_text(json.dumps(answers))
+    monkeypatch.setattr(opened, "diagnosed", lambda *_: said("leakage", form="uncertain") | {"seconds": 2.0})
+    found = opened.score_open(folder, tmp_path / "scored")
+    assert found.score["label"] == "open"
+    assert found.results[0]["judged"]["all"]
+    (folder / "answers.json").write_text('{"campaigns": [{"folder": "00"}]}')
+    with pytest.raises(ForkliftError, match="is not as"):
+        opened.score_open(folder, tmp_path / "again")
+
+
+def test_the_answers_of_the_eight_open_campaigns_are_whole():
+    told = opened.read(Path(__file__).parents[1] / "proofs" / "second.json")
+    assert [one["folder"] for one in told] == [f"{n:02d}" for n in range(8)]
+    assert [len(one["causes"]) for one in told] == [2, 1, 1, 1, 0, 2, 1, 1]
+
+
 # Scoring
 
 
@@ -409,6 +440,7 @@ def test_the_score_counts_what_is_asked():
         rates["cause, or a tie that holds it"]["of"],
     ) == (1, 2)
     assert (rates["false alarms"]["right"], rates["false alarms"]["of"]) == (1, 2)
+    assert rates["false alarms that tell but a load within 1 %"]["right"] == 0
     assert (rates["unknown called unknown"]["right"], rates["unknown called unknown"]["of"]) == (1, 1)
     assert rates["intervals hold the truth"]["of"] == 1
     assert found["seconds"]["one lift"]["median"] == 30.0

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forklift import Recording, _core
-from forklift.plant.forklift.sensors import LEAST_NOISE, sensors
+from forklift.plant.forklift.sensors import LEAST_NOISE, _sensor, sensors
+from forklift.recordings.clocks import Sampled
 from forklift.recordings.noise import Sensor, encoder_count, white_noise
 
 N, RATE_HZ = 600, 50.0
@@ -91,6 +92,15 @@ def test_an_encoder_with_an_offset_of_its_zero_is_one_still(seed):
     count, zero = 10.0 ** random.uniform(-2.7, -2.0), random.uniform(-1.0, 1.0)
     columns = [np.floor(column / count) * count + zero for column in motion(seed)]
     assert encoder_count(columns) == pytest.approx(count, rel=1e-3)
+
+
+def test_an_encoder_that_bounces_over_one_edge_is_one_still():
+    """A lift at rest on its oil while the other one moves: two readings, and not a sensor without noise."""
+    edge = 1000 * _core.ENCODER_COUNT_M
+    swing = edge + 1e-3 * np.sin(np.linspace(0.0, 60.0, 600))
+    read = np.floor(swing / _core.ENCODER_COUNT_M) * _core.ENCODER_COUNT_M
+    found = _sensor("position_main_m", [Sampled(np.arange(600) / 50.0, read)])
+    assert found.count == pytest.approx(_core.ENCODER_COUNT_M)
 
 
 def test_noise_is_not_taken_for_an_encoder():

@@ -192,3 +192,19 @@ def test_a_sketch_goes_from_least_to_greatest():
     assert sketch(np.arange(8.0)) == "▁▂▃▄▅▆▇█"
     assert sketch(np.array([1.0, np.nan, 1.0])) == "▁ ▁"
     assert sketch(np.array([np.nan])) == ""
+
+
+def test_compare_and_convert_tell_first_what_is_wrong(tmp_path, capsys):
+    one = recordings()[0]
+    swapped = Recording(
+        one.file, one.lift, one.load_kg, one.role, one.time_s,
+        dict(one.channels)
+        | {"pressure_free_pa": one["pressure_main_pa"], "pressure_main_pa": one["pressure_free_pa"]},
+    )  # fmt: skip
+    folder = Campaign("swapped", 50.0, (swapped,)).write(tmp_path / "swapped")
+    assert run("compare", folder) == 0
+    assert capsys.readouterr().out.startswith("Check [lifts-swapped]: ")
+    assert run("convert", folder, "--out", tmp_path / "plain") == 0
+    assert capsys.readouterr().out.startswith("Check [lifts-swapped]: ")
+    assert run("compare", folder, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["findings"][0]["code"] == "lifts-swapped"

@@ -17,11 +17,16 @@ class Tried:
 
     hypotheses: tuple[str, ...]
     complete: bool = False
+    told: float = 4.0
+
+    def deviations(self, hypothesis):
+        return self.told
 
 
 NOTHING = Tried(())
 LEAK, BOTH = Tried(("leak",)), Tried(("leak", "delay"))
 LEAK_IS_ALL, BOTH_ARE_ALL = Tried(("leak",), complete=True), Tried(("leak", "delay"), complete=True)
+BOTH_BEYOND_DOUBT = Tried(("leak", "delay"), complete=True, told=100.0)
 
 
 @pytest.mark.parametrize(
@@ -33,8 +38,17 @@ LEAK_IS_ALL, BOTH_ARE_ALL = Tried(("leak",), complete=True), Tried(("leak", "del
         ((LEAK_IS_ALL,), []),
         ((LEAK, BOTH_ARE_ALL), [LEAK]),
         ((BOTH_ARE_ALL,), []),
+        ((LEAK, BOTH_BEYOND_DOUBT), []),
     ],
-    ids=["none", "one", "two", "one explains all", "a second explains the rest", "two at once explain all"],
+    ids=[
+        "none",
+        "one",
+        "two",
+        "one explains all",
+        "a second explains the rest",
+        "two at once explain all",
+        "two beyond doubt",
+    ],
 )
 def test_who_is_asked_for_beside_whom(accepted, asked_beside):
     asked = []

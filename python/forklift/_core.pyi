@@ -14,8 +14,8 @@ __all__ = [
     "ENCODER_COUNT_M",
     "PRESSURE_STEP_PA",
     "Case",
-    "Ensemble",
     "Controller",
+    "Ensemble",
     "Truck",
     "__version__",
     "channel_table",
@@ -25,8 +25,8 @@ __all__ = [
     "encoder",
     "ensemble_tables",
     "height_sensor",
-    "linearise",
     "lift_setting_table",
+    "linearise",
     "low_pass",
     "output_table",
     "parameter_table",
@@ -323,7 +323,9 @@ class RangeSpec(TypedDict):
     saturates: bool
 
 _Curve = tuple[int, int, list[float]]  # first place, base-2 logarithm of the knots' distance, values
-_Swing = tuple[int, list[float], list[float], list[float], list[float]]  # distance; Hz, damping, mm/s per bar, degrees
+_Swing = tuple[
+    int, list[float], list[float], list[float], list[float]
+]  # distance; Hz, damping, mm/s per bar, degrees
 _Lift = tuple[list[float], _Curve, _Curve, _Swing | None]  # numbers, speed table, ratio, pressure's swing
 
 def lift_setting_table() -> list[SettingSpec]: ...

@@ -24,13 +24,14 @@ from forklift.app.terminal import (
     sweeping,
     telling,
 )
-from forklift.app.control import control
-from forklift.app.terminal import busy, counting, print_json, print_tables, say_written, searching, telling
 from forklift.base.errors import ForkliftError
 from forklift.recordings import units
 from forklift.recordings.channels import channels as known_channels
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from forklift.plant.forklift.checks import Caution
     from forklift.plant.forklift.commands import Command
 
 REFUSED = 2
@@ -199,6 +200,7 @@ def compare(
     from forklift.base import output
     from forklift.base.result_files import PAGE, earlier_files
     from forklift.fitting.compare import MARK, result_files
+    from forklift.plant.forklift.checks import findings
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
     from forklift.report import tables
@@ -211,9 +213,11 @@ def compare(
         result = verb(found, chosen, oil_temperature_degc=temperature, progress=lambda _: step())
     if out:
         result.write(out)
+    told = findings(found.recordings, chosen)
     if as_json:
-        print_json(result.to_dict())
+        print_json(result.to_dict() | {"findings": [one.to_dict() for one in told]})
         return
+    _say_findings(told)
     for sentence in result.verdict:
         typer.echo(sentence)
     print_tables(*tables.comparison_tables(result))
@@ -545,6 +549,7 @@ def convert(
         list[str] | None, typer.Option("--ignore", help="A column to pass over; may be repeated.")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier campaign.")] = False,
+    truck: TruckName = "thesis",
     as_json: Json = False,
 ) -> None:
     """Turn recordings of any format and unit into a campaign of CSV files in SI units.
@@ -553,6 +558,8 @@ def convert(
     else they are asked for.
     """
     from forklift import convert as verb
+    from forklift.plant.forklift.checks import findings
+    from forklift.plant.forklift.truck import Truck
     from forklift.report import tables
 
     def ask(file: str, what: str) -> Any:
@@ -579,11 +586,85 @@ def convert(
             ask=ask if sys.stdin.isatty() and sys.stderr.isatty() else None,
             overwrite=overwrite,
         )
+        found = findings(campaign.recordings, Truck.read(truck))
     if as_json:
-        print_json(campaign.to_dict())
+        print_json(campaign.to_dict() | {"findings": [one.to_dict() for one in found]})
     else:
+        _say_findings(found)
         print_tables(tables.campaign_table(campaign))
         say_written(out)
+
+
+_truck = typer.Typer(no_args_is_help=True, help="Make a truck of your own.")
+app.add_typer(_truck, name="truck")
+
+
+@_truck.command(
+    name="new",
+    epilog='Example: forklift truck new mine --set "free.bore=55 mm # data sheet" '
+    '--set "free.mass.moving=310 kg" '
+    "--out mine.toml",
+)
+def truck_new(
+    name: Annotated[str, typer.Argument(help="The truck's name.")],
+    out: Annotated[Path, typer.Option("--out", help="The .toml file to write.")],
+    told: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="PARAMETER=VALUE UNIT # SOURCE, as forklift info lists the parameters; LIFT.bore and "
+            "LIFT.cylinders stand for the area, LIFT.valve.points=0.36:0,0.5:2e-6 for the area table; may be "
+            "repeated.",
+        ),
+    ] = None,
+    base: Annotated[
+        str, typer.Option("--from", help="The truck that everything else is taken from.")
+    ] = "thesis",
+    as_json: Json = False,
+) -> None:
+    """Write the file of a truck of your own: what you know of it, over another truck for the rest.
+
+    In a terminal it asks for what a data sheet tells and no option told.
+    """
+    from forklift.base import output
+    from forklift.plant.forklift.new_truck import ASKED, new_truck, still_of
+    from forklift.plant.forklift.tables import parameters
+    from forklift.plant.forklift.truck import Truck
+
+    output.check_file(out)
+    output.check_suffix(out, (".toml",))
+    start = Truck.read(base)
+    known: dict[str, str] = {}
+    for text in told or ():
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise ForkliftError(
+                "argument-invalid",
+                f"--set {text!r} is not PARAMETER=VALUE; write it like free.mass.moving=310 kg",
+                name="set",
+                value=text,
+            )
+        known[key.strip()] = value.strip()
+    if sys.stdin.isatty() and sys.stderr.isatty():
+        for key in (f"{lift}.{one}" for lift in ("free", "main") for one in ASKED):
+            if key in known or (key.endswith(".area") and f"{key.split('.')[0]}.bore" in known):
+                continue
+            spec = parameters()[key]
+            value = typer.prompt(
+                f"{key}: {spec['meaning']} [{spec['unit']}], # and its source; empty: as {start.name}",
+                default="", show_default=False, err=True,
+            )  # fmt: skip
+            if value.strip():
+                known[key] = value
+    made = new_truck(name, known, start)
+    written = made.write(out)
+    left = still_of(made, start)
+    if as_json:
+        print_json(made.to_dict() | {"written": [str(written)], "as_before": left})
+        return
+    if left:
+        typer.echo(f"As {start.name}, though a data sheet would tell them: {', '.join(left)}.")
+    say_written(written)
 
 
 @app.command(epilog="Example: forklift demo demo")
@@ -694,6 +775,12 @@ def _command(name: str, lift: str, seed: int, duration: float) -> Command:
             file=name,
         )
     return commands.Command.read(name)
+
+
+def _say_findings(found: Iterable[Caution]) -> None:
+    """What is wrong with recordings, a line each, before all that is made of them."""
+    for one in found:
+        typer.echo(f"Check [{one.code}]: {one.sentence}.")
 
 
 def _mapping(text: str) -> tuple[str, dict[str, str | float]]:

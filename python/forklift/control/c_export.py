@@ -44,7 +44,7 @@ def export_c(controller: Controller, folder: str | Path) -> Path:
     Raises
     ------
     ForkliftError
-        As `sources`; ``"not-writable"`` or ``"folder-not-ours"`` for a folder that holds anything else.
+        As `sources`; ``"not-writable"`` or ``"output-exists"`` for a folder that holds anything else.
     """
     files = sources(controller)
     with output.folder(folder, FILES, FILES[0]) as new:

@@ -140,10 +140,10 @@ def lower(
     values = answer["outputs"]
     names = LIFTS
     return Lowered(
-        TICK_S * np.arange(values.shape[1]),
+        TICK_S * np.arange(values.shape[1], dtype=np.float64),
         {n: -FORKS_PER_OUTPUT[n] * values[:, :, place[f"velocity_{n}_m_s"]] for n in names},
         {n: values[:, :, place[f"pressure_{n}_pa"]] for n in names},
-        {n: 1e-3 * answer["reference"][:, :, k] for k, n in enumerate(names)},
+        {n: 1e-3 * answer["reference"][:, :, k].astype(np.float64) for k, n in enumerate(names)},
         {n: answer["current"][:, :, k] for k, n in enumerate(names)},
     )
 

@@ -117,8 +117,8 @@ class Controller:
 
     def __post_init__(self) -> None:
         shared = _ordered("shared", self.shared, shared_settings())
-        lifts = [_given(lift, getattr(self, lift)) for lift in LIFTS]
-        object.__setattr__(self, "core", _core.Controller(shared, *lifts, self.word))
+        free, main = _given("free", self.free), _given("main", self.main)
+        object.__setattr__(self, "core", _core.Controller(shared, free, main, self.word))
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> Controller:
@@ -171,12 +171,15 @@ class Controller:
         """Another controller with some numbers of a lift replaced."""
         settings: LiftSettings = getattr(self, lift)
         numbers = settings.numbers | {k: Number(value=v, source=source) for k, v in values.items()}
-        return replace(self, **{lift: settings.model_copy(update={"numbers": numbers})})
+        return self._with(lift, settings.model_copy(update={"numbers": numbers}))
 
     def with_swing(self, lift: Lift, swing: Swing | None) -> Controller:
         """Another controller with a lift's pressure feedback replaced."""
         settings: LiftSettings = getattr(self, lift)
-        return replace(self, **{lift: settings.model_copy(update={"swing": swing})})
+        return self._with(lift, settings.model_copy(update={"swing": swing}))
+
+    def _with(self, lift: Lift, settings: LiftSettings) -> Controller:
+        return replace(self, free=settings) if lift == "free" else replace(self, main=settings)
 
     def only(self, lift: Lift) -> Controller:
         """The controller of one lift alone: the reference is all its own."""
@@ -242,7 +245,9 @@ def _given(name: str, lift: LiftSettings) -> tuple[Any, ...]:
 
 def _toml(controller: Controller) -> str:
     lines = [f"name = {json.dumps(controller.name)}", f"word = {controller.word}", ""]
-    quoted = lambda text: json.dumps(text, ensure_ascii=False)  # noqa: E731
+
+    def quoted(text: str) -> str:
+        return json.dumps(text, ensure_ascii=False)
 
     def numbers(head: str, rows: Mapping[str, Number], known: Mapping[str, Mapping[str, Any]]) -> None:
         lines.append(f"[{head}]")

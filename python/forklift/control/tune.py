@@ -77,8 +77,8 @@ def tune_swing(
         damping=[DAMPING] * KNOTS,
         gain_mm_s_per_bar=[round(float(x), 2) for x in columns[1]],
         lead_deg=[round(float(x), 1) for x in columns[2]],
-        source=f"tuned on truck {truck.name} (sha256 {truck.sha256[:12]}), delay {delay_ticks} ticks, seed
-        {seed}",
+        source=f"tuned on truck {truck.name} (sha256 {truck.sha256[:12]}), "
+        f"delay {delay_ticks} ticks, seed {seed}",
     )
     return controller.with_swing(lift, swing).with_numbers(
         lift, "chosen: a tenth of full speed", swing_limit=LIMIT_MM_S

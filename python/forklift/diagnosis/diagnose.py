@@ -37,7 +37,7 @@ from forklift.plant.forklift.candidates import NextRecording
 from forklift.plant.forklift.checks.invalid_signals import InvalidStretch, without_invalid
 from forklift.plant.forklift.checks.suitability import Caution, suitability
 from forklift.plant.forklift.covariates import covariates
-from forklift.plant.forklift.hypotheses import hypotheses, invalid_hypothesis
+from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses, invalid_hypothesis
 from forklift.plant.forklift.model import Forklift, truck_of
 from forklift.plant.forklift.phases import PHASES, of_recording
 from forklift.plant.forklift.sensors import sensors
@@ -200,7 +200,8 @@ def diagnose(
     everyone = pose(machine, campaign.recordings, unknowns(truck, lifts, hold=_held(cautions)), every)
     fitted = [found for found in everyone.samples if found.recording.role == "estimate"]
     refitter = Refitter(everyone.over(fitted), everyone, every)
-    everybody = hypotheses(truck, lifts, list(every), _travelled(everyone.samples))
+    apart = clocks_apart(campaign.recordings, list(every))
+    everybody = hypotheses(truck, lifts, list(every), _travelled(everyone.samples), apart)
     alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
     asked = tuple(one for one in everybody if not alike & set(one.needs_two_of))
     unidentifiable = tuple({one.label: one for one in everybody if one not in asked}.values())

@@ -25,7 +25,8 @@ from forklift.recordings.noise import Sensor
 
 SETTLED = 2e-3
 """Share of the cost by which a step of the race must lower it: what gains less is as good there."""
-ROUGH, FINE = tuple(replace(stage, share=SETTLED) for stage in STAGES[:2]), STAGES[2:]
+ROUGH = tuple(replace(stage, share=SETTLED) for stage in STAGES[:2])
+FINE = (replace(STAGES[2], share=0.5 * SETTLED), *STAGES[3:])
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
 AGAIN = ROUGH[1:]
 QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)
@@ -298,9 +299,8 @@ class Refitter:
     def finish(self, refit: Refit) -> Refit:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
         early, clearly = refit.early, refit.worst.mean_square >= MISFIT
-        stages = SETTLING if clearly else FINE[:1]
-        done = self._ended(refit, early, stages)
-        if clearly or done.worst.mean_square >= MISFIT:
+        done = self._ended(refit, early, SETTLING if clearly else FINE[:1])
+        if clearly or (done.worst.mean_square > SLIGHT and not self._felt(done, FINE[1].substeps)):
             return done
         done = self._ended(refit, done.found, FINE[1:])
         return done if done.complete else self._finer(done)
@@ -315,10 +315,9 @@ class Refitter:
 
     def _finer(self, refit: Refit) -> Refit:
         """The same with shorter substeps, if what is left over is the simulation's own error."""
-        problem = refit.found.problem.weighted(refit.found.problem.sigma, FINEST.substeps)
-        worth = (1.0 - np.sqrt(LESS)) * np.sqrt(refit.worst.mean_square)
-        if TWICE * self._apart(refit.found, problem) <= worth:
+        if not self._felt(refit, FINEST.substeps):
             return refit
+        problem = refit.found.problem.weighted(refit.found.problem.sigma, FINEST.substeps)
         exact = self._judged(
             refit.hypotheses,
             replace(refit.found, problem=problem),
@@ -332,6 +331,12 @@ class Refitter:
         return self._judged(
             refit.hypotheses, _after(refit.found, found), refit.costs, early=refit.early, finished=True
         )
+
+    def _felt(self, refit: Refit, substeps: int) -> bool:
+        """Whether so many substeps might change what is left over."""
+        problem = refit.found.problem.weighted(refit.found.problem.sigma, substeps)
+        worth = (1.0 - np.sqrt(LESS)) * np.sqrt(refit.worst.mean_square)
+        return TWICE * self._apart(refit.found, problem) > worth
 
     def _apart(self, found: Found, finer: Problem) -> float:
         """How far shorter substeps move what the model says of a recording that was fitted, at most: root of

@@ -154,8 +154,6 @@ def select(
     if not final.finished:
         say("fitting the final model")
         final = refitter.finish(final)
-    if chosen:
-        final = _needed(refitter, final, say)
     return Selection(baseline, tuple(steps), final, unnamed, curve)
 
 
@@ -309,7 +307,8 @@ def _unnamed(
     """
     first = named[:1]
     if best.complete:
-        beside = [refit for refit in first if len(refit.hypotheses) < len(best.hypotheses)]
+        doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
+        beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
     else:
         beside = [baseline, *first]
     refits = []

@@ -23,6 +23,7 @@ from forklift.base.arrays import Floats
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem, Sample
     from forklift.fitting.linearised import Linearised
+    from forklift.fitting.observed import Observed
     from forklift.recordings.noise import Sensor
 
 
@@ -44,6 +45,8 @@ STRAIN = 25.0
 them it exceeds this once in seven thousand recordings."""
 MOST_MOVES = 4
 HALVINGS = 5
+SHARES = (1.0, 0.5, 0.25, 0.0)
+"""Of a straight step, of which the one that leaves least over is taken."""
 WHITE = 0.01
 """Its level: a complete model fails one test in a hundred."""
 
@@ -149,6 +152,7 @@ def judge(
     x, runs, steps = _settled(problem, theta, covariance, far, moves, seek)
     judged = []
     for k, (sample, at, step) in enumerate(zip(problem.samples, runs, steps, strict=True)):
+        step = _within(sample, at, step, problem.nuisance(x, k), sensors)
         own = problem.nuisance(x, k) + step[len(theta) :]
         judged += _paid(_judge(sample, at, step, sensors), at, own)
     return judged
@@ -268,11 +272,7 @@ def _judge(
     judged = []
     for seen in sample.observed:
         name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]
-        slope = at.slope[name]
-        said = at.model[name] + slope @ step
-        left = seen.left(said) / sensor.noise
-        if sensor.count:
-            left = left - np.clip(left.mean(), -ROUNDING, ROUNDING)
+        left = _left(seen, at, step, sensor)
         even = len(left) == (len(sample.recording) if seen.instants is None else len(seen.instants))
         whiteness = ljung_box(left) if even and not sensor.count else None
         judged.append(
@@ -293,6 +293,31 @@ def _judge(
             )
         )
     return judged
+
+
+def _left(seen: Observed, at: Linearised, step: Floats, sensor: Sensor) -> Floats:
+    """What a channel leaves over after a step, in units of the sensor's noise; of an encoder but for what it
+    is rounded by throughout."""
+    name = seen.sensor.channel
+    left: Floats = seen.left(at.model[name] + at.slope[name] @ step) / sensor.noise
+    return left - np.clip(left.mean(), -ROUNDING, ROUNDING) if sensor.count else left
+
+
+def _within(
+    sample: Sample, at: Linearised, step: Floats, own: Floats, sensors: Mapping[str, Sensor]
+) -> Floats:
+    """The step, shortened where a shorter one leaves less over.
+
+    Where an encoder stands still, only the few samples at a count's edge pull, and their straight line leads
+    far beyond the next.
+    """
+
+    def square(share: float) -> float:
+        moved = own + share * step[len(step) - len(own) :]
+        left = [_left(seen, at, share * step, sensors[seen.sensor.channel]) for seen in sample.observed]
+        return sum(float(one @ one) for one in left) + float(moved @ moved)
+
+    return step * min(SHARES, key=square)
 
 
 def _stretches(values: Floats) -> float:

@@ -22,6 +22,9 @@ from forklift.recordings.recording import Recording, Role
 HEAVIEST_KG = 10_000.0
 """The largest rated capacity of the trucks that EN 1726-1:1998 is about [kg]."""
 
+LARGEST_BYTES = 2**20
+"""Of a campaign file: an entry takes about a hundred bytes, and a larger file is another one."""
+
 _STRICT = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
@@ -87,6 +90,14 @@ def parse(data: bytes, place: Place) -> CampaignFile:
         ``"path-escapes"``, ``"format-unknown"``, ``"channel-unknown"``, ``"channel-repeated"``,
         ``"scale-invalid"`` or ``"source-ignored"``.
     """
+    if len(data) > LARGEST_BYTES:
+        raise place.error(
+            "campaign-unreadable",
+            f"the file has {len(data)} bytes, where {LARGEST_BYTES} hold thousands of recordings; name a "
+            "campaign.toml",
+            value=len(data),
+            upper=LARGEST_BYTES,
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -30,6 +30,7 @@ LINES = (
     "a wrong name",
     "a wrong name called complete",
     "false alarms",
+    "false alarms that tell but a load within 1 %",
     "intervals hold the truth",
     "no answer",
 )
@@ -240,9 +241,10 @@ def _figure(title: str, x: str, y: str, data: Sequence[Mapping[str, Any]], axis:
     layout = {
         "xaxis": {"title": {"text": x}} | dict(axis),
         "yaxis": {"title": {"text": y}, "range": [0, 1.05]},
-        "legend": {"orientation": "h", "y": 1.12},
+        "showlegend": True,
+        "legend": {"orientation": "h", "y": 1.15},
     }
-    return Figure(title, "Bars are exact intervals of 95 %.", [Panel(title, data, layout)])
+    return Figure(title, "Bars are exact intervals of 95 %.", [Panel("", data, layout)])
 
 
 def _detection(score: Mapping[str, Any]) -> Any:

@@ -105,9 +105,9 @@ def probes(given: Draw, conditions: Sequence[run.Condition]) -> list[int]:
 LIFTS_PLACE = {"free": (1.0, 0.0), "main": (0.0, 1.0), "both": (1.0, 1.0)}
 
 
-def short(one: run.Condition) -> run.Condition:
-    """The beginning of a recording."""
-    return replace(one, command=one.command[:, :PROBE_TICKS])
+def _probe(name: str, one: run.Condition) -> run.Condition:
+    """The beginning of a recording; all of it where the law only acts at the end of the way."""
+    return one if kinds.nearest(name) == "end_cushion" else replace(one, command=one.command[:, :PROBE_TICKS])
 
 
 def size(found: Sequence[run.Trajectory], without: Sequence[run.Trajectory], moved: Sequence[str]) -> float:
@@ -146,13 +146,11 @@ def found_for(
 ) -> tuple[Law, float, float]:
     """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible."""
     chosen = probes(given, conditions)
-    plain = [short(conditions[n]) for n in chosen]
+    plain = [_probe(name, conditions[n]) for n in chosen]
     moved = [given.plans[n].lift for n in chosen]
     top = most(name)
     law = law_of(name, where, top, random)
     key, full = next(iter(law.values.items()))
-    if name == "end_cushion":
-        plain = [replace(one, start_m=(0.35, 0.7)) for one in plain]
     grid = [0.0, *GRID]
     amplified = [
         replace(one, values={f"{law.name}.{key}": np.multiply(full, share)})
@@ -182,11 +180,9 @@ def left(
 ) -> float:
     """Chi-square that the best imitating truck leaves of the law at `place`, scaled to all recordings."""
     chosen = probes(given, conditions)
-    plain = [short(conditions[n]) for n in chosen]
     law = laws[place]
+    plain = [_probe(law.name, conditions[n]) for n in chosen]
     key, full = next(iter(law.values.items()))
-    if kinds.nearest(law.name) == "end_cushion":
-        plain = [replace(one, start_m=(0.35, 0.7)) for one in plain]
     quiet = {f"{law.name}.{key}": np.multiply(full, 0.0)}
     asked: list[run.Condition] = []
     asked += [replace(one, values=quiet) for one in plain]

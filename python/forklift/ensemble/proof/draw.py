@@ -45,7 +45,9 @@ class Nuisances:
     tick
         True sample period over the recorded one.
     dither_a
-        Amplitude of the dither, which is not recorded, at half the sample rate.
+        Amplitude of the dither, which is not recorded, at half the sample rate. What the spool's hysteresis
+        feels is how far it travels, amplitude over frequency behind the valve's second order: 1 to 4 mA here
+        are 4 to 16 mA at 100 Hz.
     noise, colour_s, temperature_lag_s
         See `forklift.ensemble.proof.truth.sensors.Sensors`.
     height
@@ -172,7 +174,7 @@ def _nuisances(count: int, random: np.random.Generator) -> Nuisances:
     spoilt = str(random.choice(["", "gap", "short", "stuck"], p=[0.7, 0.15, 0.1, 0.05]))
     return Nuisances(
         tick=1.0 + random.uniform(-1e-3, 1e-3),
-        dither_a=random.uniform(0.004, 0.015),
+        dither_a=random.uniform(0.001, 0.004),
         noise=float(np.exp(0.15 * random.standard_normal())),
         colour_s=random.uniform(0.0, 0.05),
         temperature_lag_s=random.uniform(10.0, 60.0),

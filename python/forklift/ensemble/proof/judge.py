@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 Answer = Mapping[str, Any]
 Told = Mapping[str, Any]
 
-UNNAMED = ("unknown", "free_shape", "free_response", "hidden_resonance")
+UNNAMED = ("unknown", "free_shape", "fine_shape", "free_response", "hidden_resonance")
 """Ids of terms that have no name."""
 GAP = 0.5
 """A gap between the fitted truck's and the true velocity below this share of the slope noise is no gap."""

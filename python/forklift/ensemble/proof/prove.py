@@ -276,7 +276,7 @@ def diagnosed(
     told["causes"] = [{key: cause.get(key) for key in OF_CAUSE} for cause in whole["causes"]]
     told["suspects"] = [
         {key: one.get(key) for key in ("id", "kind", "where", "promised")}
-        for one in whole.get("suspects", ())
+        for one in whole.get("hypotheses") or whole.get("suspects") or ()
     ]
     return told | {"seconds": seconds}
 

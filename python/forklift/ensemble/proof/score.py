@@ -74,6 +74,9 @@ def rates(results: Sequence[Result]) -> dict[str, Any]:
         "a wrong name": _rate(bool(one["spurious"]) for one in judged),
         "a wrong name called complete": _rate(bool(one["wrong_complete"]) for one in judged),
         "false alarms": _rate(one["false_alarm"] for one in judged),
+        "false alarms that tell but a load within 1 %": _rate(
+            set(one["told"]) == {"load_entered"} for one in judged if one["false_alarm"]
+        ),
         "unknown called unknown": _rate(one["unknown"] for one in judged),
         "intervals hold the truth": share(sum(inside), len(inside)),
         "no answer": _rate(one["verdict_told"] in ("timeout", "none") for one in judged),

@@ -112,6 +112,9 @@ def _coloured(sensor: Sensor, colours: Mapping[str, tuple[float, int]]) -> Senso
 def _sensor(channel: str, columns: list[Sampled]) -> Sensor:
     values = [column.values for column in columns]
     noise, count = noise_of(columns), encoder_count(values)
+    levels = np.unique(np.concatenate([column[np.isfinite(column)] for column in values]))
+    if channel in POSITIONS and len(levels) == 2:
+        count = float(levels[1] - levels[0])  # a lift at rest that bounces over one edge
     if channel in POSITIONS and all(np.nanmin(column) == np.nanmax(column) for column in values):
         count = _core.ENCODER_COUNT_M  # it never moved by a count: the thesis's
     step_s = float(np.median([column.step_s for column in columns])) or COLOUR_STEP_S

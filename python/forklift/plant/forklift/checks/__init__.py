@@ -17,7 +17,22 @@ if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.recording import Recording
 
-__all__ = ["Caution", "Finding", "faults"]
+__all__ = ["Caution", "Finding", "faults", "findings"]
+
+
+def findings(recordings: Sequence[Recording], truck: Truck) -> tuple[Caution, ...]:
+    """What is wrong with these recordings of `truck`, as whoever only looks at them must know it.
+
+    The first error alone, since what follows from it would be told too; without an error all cautions. The
+    fact ``files`` lists all recordings of which the same is true.
+    """
+    found = list(faults(recordings, truck))
+    errors = [one for one in found if isinstance(one, ForkliftError)]
+    if not errors:
+        return tuple(one for one in found if isinstance(one, Caution))
+    first = errors[0]
+    files = list(dict.fromkeys(error.file for error in errors if error.code == first.code))
+    return (Caution(first.code, first.message, {**first.facts, "files": files}),)
 
 
 def faults(recordings: Sequence[Recording], truck: Truck) -> Iterator[Finding]:
@@ -40,6 +55,7 @@ def faults(recordings: Sequence[Recording], truck: Truck) -> Iterator[Finding]:
         yield from scale.temperature(recording)
         yield from scale.command(recording, truck)
         yield from scale.stroke(recording, truck)
+        yield from scale.direction(recording)
     yield from stuck.encoders(recordings, truck)
     for recording in recordings:
         yield from timing.jumps(recording)

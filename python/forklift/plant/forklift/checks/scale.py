@@ -194,6 +194,30 @@ def command(recording: Recording, truck: Truck) -> Iterator[Finding]:
             )
 
 
+def direction(recording: Recording) -> Iterator[Finding]:
+    """``"position-reversed"``: a lift that is only ever lowered ends higher than it began."""
+    for lift in LIFTS:
+        values = motion.position(recording, lift)
+        if values is None:
+            continue
+        known = values[np.isfinite(values)]
+        k = min(motion.REST_SAMPLES, len(known))
+        rise = float(np.median(known[-k:]) - np.median(known[:k]))
+        if rise < motion.LEAST_TRAVEL_M or rise < 0.5 * motion.span(values):
+            continue
+        channel = f"position_{lift}_m"
+        yield fault(
+            recording,
+            "position-reversed",
+            f"{channel} rises by {amount(rise, 'm')}, where a valve of this function only lowers; give it "
+            "scale -1 and its offset in [channels], or cut out the lifting",
+            channel=channel,
+            value=rise,
+            upper=motion.LEAST_TRAVEL_M,
+            unit="m",
+        )
+
+
 def stroke(recording: Recording, truck: Truck) -> Iterator[Finding]:
     """``"position-implausible"``: beyond the truck's stroke, or still beside an answering pressure."""
     for lift in LIFTS:

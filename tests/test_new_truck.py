@@ -1,0 +1,73 @@
+"""A truck of one's own is what its owner tells, with sources; nothing of it is silently another truck's."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+from forklift import Truck
+from forklift.app.main import main
+from forklift.plant.forklift.new_truck import new_truck, still_of
+from small_campaign import raised
+
+THESIS = Truck.read("thesis")
+
+
+def test_what_is_told_is_taken_with_unit_and_source():
+    made = new_truck(
+        "mine",
+        {
+            "free.bore": "60 mm # drawing 12",
+            "main.bore": "2 in",
+            "main.cylinders": "2",
+            "free.mass.moving": "700 lb # weighed",
+            "free.cylinder.stroke_upper": "1.05",
+            "free.compensator.p_set": "7 bar",
+        },
+        THESIS,
+    )
+    assert made.values["free.cylinder.area"] == pytest.approx(pi * 0.03**2)
+    assert made.values["main.cylinder.area"] == pytest.approx(2 * pi * 0.0254**2)
+    assert made.values["free.mass.moving"] == pytest.approx(317.51466)
+    assert made.values["free.compensator.p_set"] == 7e5
+    assert made.sources["free.mass.moving"] == "weighed (700 lb)"
+    assert "drawing 12" in made.sources["free.cylinder.area"]
+    assert made.values["main.mass.moving"] == THESIS.values["main.mass.moving"]
+    assert made.sources["main.mass.moving"].startswith("as thesis: ")
+    assert "main.mass.moving" in still_of(made, THESIS)
+    assert "free.mass.moving" not in still_of(made, THESIS)
+
+
+def test_table_points_are_taken():
+    made = new_truck("mine", {"free.valve.points": "0.3:0, 0.6:3e-6, 1.2:2e-5 # flow bench"}, THESIS)
+    assert made.values["free.valve.table_current"] == (0.3, 0.6, 1.2)
+    assert made.values["free.valve.table_area"] == (0.0, 3e-6, 2e-5)
+    assert made.sources["free.valve.table_area"] == "flow bench"
+
+
+@pytest.mark.parametrize(
+    ("told", "code"),
+    [
+        ({"free.cylinder.aera": "0.002"}, "parameter-unknown"),
+        ({"free.mass.moving": "heavy"}, "parameter-not-a-number"),
+        ({"free.mass.moving": "310 bar"}, "parameter-unit"),
+        ({"free.mass.moving": "-5 kg"}, "parameter-out-of-bounds"),
+        ({"free.valve.points": "0.3, 0.6"}, "parameter-not-a-number"),
+        ({"free.valve.points": "0.6:0, 0.3:1e-6"}, "table-not-rising"),
+        ({"free.bore": "6 kg"}, "parameter-unit"),
+    ],
+)
+def test_what_cannot_be_is_refused(told, code):
+    assert raised(new_truck, "mine", told, THESIS).code == code
+
+
+def test_the_command_writes_a_file_that_reads_back(tmp_path, capsys):
+    out = tmp_path / "mine.toml"
+    with pytest.raises(SystemExit) as end:
+        main(["truck", "new", "mine", "--set", "free.mass.moving=310 kg # weighed", "--out", str(out)])
+    assert not end.value.code
+    assert "main.mass.moving" in capsys.readouterr().out
+    made = Truck.read(out)
+    assert (made.name, made.values["free.mass.moving"]) == ("mine", 310.0)
+    assert made.sources["free.mass.moving"].startswith("weighed")
