@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from forklift.ensemble import specification
-from forklift.ensemble.sweep import replay, sweep
-from forklift.plant.forklift.truck import Truck
+from forklift.ensemble.sweep import sweep
 
 rtamt = pytest.importorskip("rtamt")
 
@@ -95,6 +94,6 @@ def robustness(name, own, table):
 def test_a_margin_is_rtamts_robustness(found, name):
     assert set(REQUIRE) == set(specification.FORMULAS)
     for index in range(6):
-        one = replay(found.specification, Truck.read("thesis"), index)
+        one = found.replay(index)
         expected = robustness(name, REQUIRE[name], one.table)
         assert one.margins[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), index

@@ -31,6 +31,10 @@ PIECE_S = 0.25
 """Of that, without an end of the stroke on the way: a cylinder at 1 m/s travels a quarter of a metre."""
 FORKS = 2.0
 """Travel of the forks over that of either cylinder (Fri & Fahlén 2017, section 2.1)."""
+UNSTABLE = 1e-6
+"""An eigenvalue this far outside the unit circle grows by less than a thousandth in a minute: the
+position's lies on it
+but for rounding."""
 POINTS = 4000
 """Frequencies at which margins are looked for, even in the logarithm up to half the sampling rate."""
 
@@ -276,8 +280,10 @@ def least_damped(loop: StateSpace) -> Mode | None:
 
 
 def margins(loop: StateSpace) -> Margins:
-    """Of an open loop that is closed by −1."""
+    """Of an open loop that is closed by −1; all zero where that is unstable."""
     assert loop.dt
+    if np.abs(closed(loop).eigenvalues).max() > 1.0 + UNSTABLE:
+        return Margins(0.0, 0.0, 0.0)
     omega = np.geomspace(1e-2, np.pi / loop.dt * (1.0 - 1e-9), POINTS)
     gain = loop.response(omega)
     disk = float(np.min(np.abs(1.0 + gain)))
