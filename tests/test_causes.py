@@ -72,3 +72,10 @@ def test_rivals_are_those_confused_either_way_and_not_the_accepted_from_another_
     best = refit(accepted, left=100.0, complete=True)
     found = _rivals(best, [best, refit(fillers[0], left=500.0)], screening)
     assert [one.hypotheses[0].label for one in found] == ["b", "c", "pump", "viscosity"]
+
+
+def test_a_curve_that_mends_a_law_is_part_of_its_cause_and_none_of_its_own():
+    name = hypothesis("viscosity")
+    curve = Hypothesis("unknown", "unknown", "curve", "", "friction", "c", lambda problem: problem, over="x")
+    (cause,) = causes(selected(refit(name, curve, left=100.0, complete=True), refit(name, left=120.0)))
+    assert (cause.hypothesis, cause.curve, cause.form) == (name, curve, "uncertain")

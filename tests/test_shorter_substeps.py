@@ -31,7 +31,7 @@ class Said:
     def weighted(self, sigma: Any, substeps: int) -> Said:
         return Said(substeps, self.moved)
 
-    def values(self, x: Any) -> list[dict[str, np.ndarray]]:
+    def said(self, x: Any) -> list[dict[str, np.ndarray]]:
         off = self.moved * NOISE if self.substeps > 4 else 0.0
         return [{"pressure": np.linspace(0.0, 9.0, 50) + off, "position": np.empty(0)}]
 

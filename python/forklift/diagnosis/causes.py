@@ -72,7 +72,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
             and (own <= _labels(refit) or {one.label for one in _new(refit, known)} <= tied)
         )
         for hypothesis in _new(accepted, known):
-            if hypothesis in final.hypotheses:
+            if hypothesis in final.hypotheses and hypothesis.kind != "unknown":
                 cause = Cause(hypothesis, credible, form, alike, rivals)
                 curve = _curve(hypothesis, selection)
                 if curve:
