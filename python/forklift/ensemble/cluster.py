@@ -40,7 +40,7 @@ def runner(members: Members, address: str) -> Runner:
             "extra-missing", "a sweep on a cluster needs Dask; install forklift[cluster]", name="cluster"
         ) from None
     try:
-        client = Client(address, timeout=PATIENCE_S)
+        client = Client(address, timeout=PATIENCE_S)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise ForkliftError(
             "scheduler-unreachable",
@@ -56,7 +56,7 @@ def runner(members: Members, address: str) -> Runner:
     def run(missing: list[int]) -> Iterator[tuple[int, bytes]]:
         with client:
             futures = client.map(partial(_numbered, spec, truck, controller), missing, pure=False)
-            for future in as_completed(futures):
+            for future in as_completed(futures):  # type: ignore[no-untyped-call]
                 yield future.result()
                 future.release()
 
