@@ -118,9 +118,9 @@ def sweep_intervals(*arguments):
 
 
 def control(*arguments):
-    """does the controller's C hold what is said of it; further arguments go to proofs/control.py"""
+    """does the controller's C hold what is said of it; further arguments go to proofs/controller.py"""
     install()
-    return run(PYTHON, "proofs/control.py", *arguments)
+    return run(PYTHON, "proofs/controller.py", *arguments)
 
 
 def rigs(*arguments):

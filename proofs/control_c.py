@@ -1,6 +1,7 @@
 """Checks of an exported controller by tools that know nothing of forklift: compilers, Frama-C, cppcheck,
 QEMU."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -55,7 +56,10 @@ def missing(*tools: str) -> list[str]:
 
 
 def _run(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([str(c) for c in command], cwd=cwd, capture_output=True, text=True, check=False)
+    environment = os.environ | {"PWD": str(cwd)}  # Frama-C believes it rather than the system
+    return subprocess.run(
+        [str(c) for c in command], cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
 
 
 def _built(*command: str | Path, cwd: Path) -> None:

@@ -1,7 +1,7 @@
 """The exported C: the same bits as the core, no overflow, no undefined behaviour, every branch; on a
 Cortex-M too.
 
-`proofs/control.py` runs the same checks on ten million ticks and both word lengths.
+`proofs/controller.py` runs the same checks on ten million ticks and both word lengths.
 """
 
 import subprocess

@@ -19,9 +19,10 @@ NULL = str(CAMPAIGNS / "null")
 STOPPED = """
 import signal
 from forklift.app import main as cli
-from forklift.fitting import {module}
+from importlib import import_module
 
-real, count = {module}.{name}, 0
+module = import_module({module!r})
+real, count = module.{name}, 0
 
 def counted(*arguments, **options):
     global count
@@ -30,7 +31,7 @@ def counted(*arguments, **options):
         signal.raise_signal(signal.SIGINT)
     return real(*arguments, **options)
 
-{module}.{name} = counted
+module.{name} = counted
 cli.main({arguments!r})
 """
 """A command line that presses Ctrl-C itself when a function is called for the so-manieth time."""
@@ -114,7 +115,7 @@ def test_the_fitted_truck_is_read_by_every_command(capfd, tmp_path, null_fit):
 
 @pytest.mark.skipif(os.name == "nt", reason="sends SIGINT to a process")
 def test_ctrl_c_in_the_search_writes_the_best_so_far_and_says_so(tmp_path):
-    done = stopped(tmp_path, "geodesic", "cost", 3, "--json")
+    done = stopped(tmp_path, "forklift.fitting.levenberg_marquardt", "cost", 3, "--json")
     out = tmp_path / "out"
     assert done.returncode == cli.INTERRUPTED, done.stderr
     assert done.stderr == f"forklift: interrupted; the best truck so far is in {out}.\n"
@@ -128,7 +129,10 @@ def test_ctrl_c_in_the_search_writes_the_best_so_far_and_says_so(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends SIGINT to a process")
-@pytest.mark.parametrize(("module", "name"), [("suitability", "faults"), ("search", "temper")])
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [("forklift.plant.forklift.checks.suitability", "faults"), ("forklift.fitting.search", "temper")],
+)
 def test_ctrl_c_before_the_first_evaluation_leaves_nothing(tmp_path, module, name):
     done = stopped(tmp_path, module, name, 1)
     assert done.returncode == cli.INTERRUPTED

@@ -83,7 +83,7 @@ def test_the_velocity_of_each_plateau_is_the_steady_one(estimated):
             np.array([value])
             for value in (
                 plateau.current_a,
-                plateau.hysteresis_direction,
+                plateau.bend,
                 plateau.pressure_pa,
                 plateau.oil_temperature_degc,
             )
@@ -106,7 +106,7 @@ def test_a_known_table_is_recovered(estimated):
     assert found.rms_m_s < 2e-3
     width = f"{lift}.valve.f_hs"
     assert abs(found.truck.values[width] / truth.values[width] - 1) < 0.03
-    assert found.estimates[width].identifiable == "alone"
+    assert found.estimates[width].told == "alone"
 
 
 def test_values_lie_within_their_standard_errors_of_the_truth(estimated):
@@ -160,8 +160,8 @@ def test_what_the_plateaus_cannot_tell_is_said():
     assert "oil of another temperature" in text
     assert "always rose" in text
     assert "product" in text
-    assert found.estimates["free.compensator.theta"].identifiable != "alone"
-    assert found.estimates["free.valve.table_area.7"].identifiable == "no"
+    assert found.estimates["free.compensator.theta"].told != "alone"
+    assert found.estimates["free.valve.table_area.7"].told == "no"
 
 
 def test_a_campaign_without_plateaus_is_refused_with_what_to_record():

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from forklift import _core
-from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Floats, Lowering, lower, requests
+from forklift.base.arrays import Floats
+from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
 from forklift.control.controller import Controller, Swing
 from forklift.control.metrics import WINDOW_S, plateaus
 from forklift.plant.forklift.truck import Truck

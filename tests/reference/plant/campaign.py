@@ -127,6 +127,7 @@ def cut(trajectory: run.Trajectory, lift: str, end_m: float) -> run.Trajectory:
         p_A=trajectory.p_A[:, :n],
         fork_height=trajectory.fork_height[:n],
         temperature_degc=trajectory.temperature_degc[:n],
+        encoder=None if trajectory.encoder is None else trajectory.encoder[:, :n],
     )
 
 

@@ -15,7 +15,7 @@
 #define FC_SEED @SEED@ULL
 #endif
 
-static uint64_t draws = FC_SEED;
+static uint64_t draws;
 
 static uint64_t next_draw(void)
 {
@@ -137,6 +137,7 @@ int main(void)
 {
     uint64_t digest = 0xcbf29ce484222325ULL;
     uint64_t tick;
+    draws = FC_SEED;
     for (tick = 0U; tick < FC_TICKS; tick++) {
         fc_state state;
         fc_reading reading;

@@ -195,8 +195,8 @@ def command(recording: Recording, truck: Truck) -> Iterator[Finding]:
 
 
 def direction(recording: Recording) -> Iterator[Finding]:
-    """``"position-reversed"``: a lift that is only ever lowered ends higher than it began."""
-    for lift in LIFTS:
+    """``"position-reversed"``: a lift that is commanded, and so lowered, ends higher than it began."""
+    for lift in commanded(recording.lift):
         values = motion.position(recording, lift)
         if values is None:
             continue
