@@ -199,7 +199,7 @@ def phase_of(time: np.ndarray, current: np.ndarray, shut: float) -> list[str]:
 def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatched):
     (lift,) = mismatched.lifts
     bad = [one for one in mismatched.judged if one.role == "validate" and not one.explained]
-    excess = [one.samples * (np.mean(one.left**2) - 1.0) for one in bad]
+    excess = [one.samples * (one.mean_square - 1.0) for one in bad]
     signals: dict[str, float] = {}
     files: dict[str, float] = {}
     for one, size in zip(bad, excess, strict=True):

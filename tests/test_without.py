@@ -16,7 +16,7 @@ from forklift.diagnosis.selection import General
 
 CAMPAIGNS = Path(__file__).parent / "campaigns"
 PLACES = {
-    "location": {("engine", "unknown_inputs"), ("forklifts", "FreeCurves")},
+    "location": {("engine", "unknown_inputs"), ("engine", "FreeCurves")},
     "rivals": {("forklifts", "hypotheses"), ("selection", "FIRST"), ("selection", "FURTHER")}
     | {("selection", "_rivals")},
     "held-out": set(),
@@ -53,7 +53,7 @@ def test_a_step_left_out_is_left_out_and_put_back(step):
 
 def test_who_offers_no_shapes_offers_them_as_those_who_do():
     asked = [name for name in vars(General) if not name.startswith("_") or name == "__call__"]
-    assert asked == ["__call__", "beside"]
+    assert asked == ["__call__", "beside", "located"]
     assert all(getattr(without.NoShapes(("free",), {}), name)(None) == [] for name in asked)
 
 

@@ -59,8 +59,11 @@ class FreeCurves:
         return [(one.part, one.equation) for one in places]
 
     def beside(self, refit: Refit) -> list[Hypothesis]:
-        """A curve over every variable at each place where the refit's hypotheses act; and other curves that
-        belong there."""
+        """The coarsest curve over every variable at each place where the refit's hypotheses act; and other
+        curves that belong there.
+
+        A law is tested by few coefficients: what chance promises grows with their number.
+        """
         acted_on = {name for one in refit.hypotheses for name in self.machine.acted_on(one)}
         places = [one for one in self.machine.places if one.name in acted_on]
         others = [
@@ -69,7 +72,7 @@ class FreeCurves:
             for one in self.machine.unnamed(place, refit.early.problem.samples)
             if one.over
         ]
-        return [*self._curves(refit, places), *others]
+        return [*self._curves(refit, places, most=1), *others]
 
     def _place(self, name: str) -> Place:
         return next(one for one in self.machine.places if one.name == name)
@@ -83,14 +86,14 @@ class FreeCurves:
             self.known[refit] = unknown_inputs(early.problem, early.x, places, width_s)
         return [one for one in self.known[refit] if one.port in places]
 
-    def _curves(self, refit: Refit, places: Sequence[Place]) -> list[Hypothesis]:
-        """Curves over every variable at each of these places."""
+    def _curves(self, refit: Refit, places: Sequence[Place], most: int | None = None) -> list[Hypothesis]:
+        """Curves over every variable at each of these places, of at most so many resolutions."""
         ranges = {part: _ranges(refit, part) for part in dict.fromkeys(one.part for one in places)}
         return [
             one
             for place in places
             for variable, ends in ranges[place.part].items()
-            for one in self.machine.curves(place, variable, *ends)
+            for one in self.machine.curves(place, variable, *ends)[:most]
         ]
 
     def _first(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[Place]:

@@ -290,7 +290,8 @@ class Machine(Protocol):
     def curves(self, place: Place, variable: str, lower: float, upper: float) -> tuple[Hypothesis, ...]:
         """Free curves over one variable at a place, from `lower` to `upper`; zero at their null values.
 
-        Of several resolutions where the variable asks for it; none where it takes no curve.
+        Of several resolutions, the coarsest first, where the variable asks for it; none where it takes no
+        curve.
         """
 
     def acted_on(self, hypothesis: Hypothesis) -> tuple[str, ...]:
