@@ -365,6 +365,6 @@ def closed_loop(
     *,
     seed: int,
     lifts: str = "both",
-    substeps: int = 8,
+    substeps: int = ...,
     floating: bool = False,
 ) -> Loop: ...

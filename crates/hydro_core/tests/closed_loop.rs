@@ -127,7 +127,7 @@ fn a_member_is_alone_to_the_bit_wherever_it_stands_and_whoever_runs_away_beside_
     for extended in [false, true] {
         let (good, other) = (truck(extended), truck_with_area(extended, 2e-3));
         let member = |k: usize| Member {
-            truck: if k % 2 == 0 { &good } else { &other },
+            truck: if k.is_multiple_of(2) { &good } else { &other },
             load_kg: if k == 5 { f64::NAN } else { 100.0 * k as f64 },
             warmer: k as f64,
             start: [0.9, 1.8],

@@ -288,7 +288,8 @@ impl Lift {
         let table = |values: Vec<f64>, scale: f64| -> Result<Table, Error> {
             Ok(Table { first: 0, spacing: swing.spacing, knots: knots(name, &values, scale, word)? })
         };
-        let each = |f: &dyn Fn(&(Complex<f64>, Complex<f64>)) -> f64| designed.iter().map(f).collect::<Vec<_>>();
+        type Knot = (Complex<f64>, Complex<f64>);
+        let each = |f: &dyn Fn(&Knot) -> f64| designed.iter().map(f).collect::<Vec<_>>();
         Ok(PressureConfig {
             cosine: table(each(&|(turn, _)| turn.re), factor)?,
             sine: table(each(&|(turn, _)| turn.im), factor)?,
