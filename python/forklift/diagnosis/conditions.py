@@ -1,8 +1,9 @@
 """The numbers of a condition that was entered wrongly: a load in kg, an oil temperature in K.
 
-Of every recording that was fitted the offset from what was entered, o_k, and of all of them the mean
-ō = Σ o_k / K. Both come with intervals from the covariance C = (JᵀJ)⁻¹ of all unknowns together, so that what
-the machine's own parameters make up for is counted: var ō = 1ᵀ C_o 1 / K².
+Of every recording that was fitted the offset from what was entered, o_k, and the mean ō = Σ o_k / K of those
+K recordings whose own interval leaves zero out (of all, if none does): a load entered 70 kg too low is right
+where the forks were empty. Both come with intervals from the covariance C = (JᵀJ)⁻¹ of all unknowns together,
+so that what the machine's own parameters make up for is counted: var ō = 1ᵀ C_o 1 / K².
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Offset:
 
 
 def offsets(refit: Refit, hypothesis: Hypothesis, level: float) -> Iterator[Offset]:
-    """Of every condition that the hypothesis doubts: the mean over the recordings fitted, then each.
+    """Of every condition that the hypothesis doubts: the mean where it is off, then each recording fitted.
 
     Intervals hold with probability `level`; they are widened by what the refit leaves over.
     """
@@ -60,7 +61,10 @@ def offsets(refit: Refit, hypothesis: Hypothesis, level: float) -> Iterator[Offs
         scale = np.array(widths)
         values = scale * x[places]
         spread = scale[:, None] * covariance[np.ix_(places, places)] * scale
-        rows = [("", float(values.mean()), float(np.sqrt(spread.sum())) / len(values))]
+        off = np.abs(values) > half * np.sqrt(np.diag(spread))
+        off = off if off.any() else np.ones_like(off)
+        common = float(np.sqrt(spread[np.ix_(off, off)].sum())) / int(off.sum())
+        rows = [("", float(values[off].mean()), common)]
         rows += zip(files, values.tolist(), np.sqrt(np.diag(spread)).tolist(), strict=True)
         for file, value, deviation in rows:
             reach = half * deviation

@@ -1,0 +1,61 @@
+"""A load entered wrongly has its number: in kg, with an interval that holds the truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from forklift import Campaign, Truck
+from forklift.diagnosis.conditions import offsets
+from forklift.diagnosis.hypothesis import with_hypotheses
+from forklift.diagnosis.refit import Refitter
+from forklift.fitting.posing import pose
+from forklift.fitting.predict import predict_all
+from forklift.plant.forklift.hypotheses import hypotheses
+from forklift.plant.forklift.model import Forklift
+from forklift.plant.forklift.sensors import sensors
+from forklift.plant.forklift.unknowns import unknowns
+
+NULL = Path(__file__).parent / "campaigns" / "null"
+LEVEL = 0.99
+
+
+@pytest.fixture(scope="module", params=[-90.0, 130.0], ids=["90 kg too much", "130 kg too little"])
+def found(request):
+    """Four recordings whose loads are entered wrongly where there is one, fitted with that hypothesis."""
+    campaign, truck = Campaign.read(NULL), Truck.read("thesis")
+    files = ("free_prms1_0kg_20c.csv", "free_prms1_800kg_20c.csv", "free_prms1_1500kg_20c.csv")
+    right = [one for one in campaign.recordings if one.file in files]
+    wrong = [replace(one, load_kg=one.load_kg - request.param if one.load_kg else 0.0) for one in right]
+    every = sensors(wrong)
+    machine = Forklift(truck, ("free",))
+    everyone = pose(machine, wrong, unknowns(truck, ["free"]), every)
+    (load,) = [one for one in hypotheses(truck, ["free"], list(every), {}) if one.id == "load_entered"]
+    refitter = Refitter(everyone.over(everyone.samples), everyone, every)
+    return request.param, refitter, load, refitter.finish(refitter.rough((load,)))
+
+
+def test_the_interval_holds_the_truth(found):
+    wrong_by, _, load, refit = found
+    common, *each = offsets(refit, load, LEVEL)
+    assert common.unit == "kg"
+    assert common.lower <= wrong_by <= common.upper
+    assert common.upper - common.lower < 20.0
+    assert {
+        one.file: one.lower <= (wrong_by if "_0kg" not in one.file else 0.0) <= one.upper for one in each
+    } == {one.file: True for one in each}
+
+
+def test_what_is_predicted_has_the_load_that_was_found(found):
+    wrong_by, refitter, load, refit = found
+    problem = with_hypotheses(refitter.everyone, [load]).weighted(
+        refit.found.problem.sigma, refit.found.problem.substeps
+    )
+    for one in predict_all(problem, refit.found.x[: len(problem.unknowns)]):
+        entered = one.recording.load_kg
+        assert one.conditions["load"] == pytest.approx(entered + (wrong_by if entered else 0.0), abs=10.0)
+        off = one.outputs["pressure_free_pa"] - one.recording["pressure_free_pa"]
+        assert float(np.sqrt(np.mean(off**2))) < 0.5e5
