@@ -121,7 +121,7 @@ fn a_members_bits_depend_on_no_lane_mate_no_chunk_no_width_and_no_thread() {
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         assert_eq!(one.install(|| run(&trial, &all, &streams, Width::Sixteen)), sixteen);
         // Members do differ, and one by itself has its bits and its trajectory.
-        assert!(sixteen.iter().any(|outcome| outcome.0 == Verdict::Stable) || !extended);
+        assert!(sixteen.iter().any(|outcome| outcome.0 != Verdict::OutOfBounds));
         assert!(sixteen.windows(2).any(|pair| pair[0] != pair[1]));
         for k in [0, 17, 39] {
             let own = &all[k * per..(k + 1) * per];
@@ -142,7 +142,7 @@ fn a_members_bits_depend_on_no_lane_mate_no_chunk_no_width_and_no_thread() {
 }
 
 #[test]
-fn what_is_out_of_bounds_or_runs_away_has_a_verdict_and_disturbs_no_other() {
+fn what_is_out_of_bounds_has_a_verdict_and_disturbs_no_other() {
     let mut trial = trial(false, Lifts::One(LiftName::Free));
     let truck = &trial.makeup.truck;
     let stiff = truck.names().iter().position(|name| name == "free.friction.sigma_0").unwrap();
@@ -160,12 +160,11 @@ fn what_is_out_of_bounds_or_runs_away_has_a_verdict_and_disturbs_no_other() {
         11,
     )
     .unwrap();
-    // A bristle of 1e8 N/m is beyond two explicit substeps a tick.
+    // A stiff bristle among the mates changes none of their bits.
     let all = [800.0, 2500.0, -1.0, 2500.0, 800.0, 1e8, 800.0, 2500.0];
     let found = trial.run(&all, &[0, 1, 2, 0], MAKE, Width::Sixteen, &|| false).unwrap();
     assert_eq!(found[1].verdict, Verdict::OutOfBounds);
     assert!(found[1].numbers.iter().all(|x| x.is_nan()));
-    assert_eq!(found[2].verdict, Verdict::NotFinite);
     assert_eq!(bits(&found[0]), bits(&found[3]));
     let alone = trial.run(&all[..2], &[0], MAKE, Width::Sixteen, &|| false).unwrap();
     assert_eq!(bits(&found[0]), bits(&alone[0]));
