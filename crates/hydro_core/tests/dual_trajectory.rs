@@ -107,9 +107,14 @@ fn with_effects() -> Scene {
                     changes.push((format!("{}.centre", instance.name()), lift.start_position() - 0.1))
                 }
                 // A range that the lift's velocity goes through.
-                "free_shape" | "fine_shape" => {
+                "free_shape" => {
                     changes.push((format!("{}.lower", instance.name()), -0.12));
                     changes.push((format!("{}.upper", instance.name()), 0.02));
+                }
+                // One that it goes through to both ends, so that no narrow spline is silent.
+                "fine_shape" => {
+                    changes.push((format!("{}.lower", instance.name()), -0.1));
+                    changes.push((format!("{}.upper", instance.name()), 0.0));
                 }
                 // And one that the command's steps do.
                 "free_response" => changes.push((format!("{}.range", instance.name()), 0.3)),

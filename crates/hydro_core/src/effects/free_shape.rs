@@ -487,6 +487,7 @@ mod tests {
             ("other_velocity", -0.1),
             ("time_at_rest", 0.0),
             ("time_since_command", 0.0),
+            ("other_command", 0.3),
         ];
         assert_eq!(wanted.map(|(name, _)| name).as_slice(), VARIABLES.iter().map(|v| v.name).collect::<Vec<_>>());
         for (k, (name, value)) in wanted.into_iter().enumerate() {
