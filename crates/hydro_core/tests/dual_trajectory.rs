@@ -113,8 +113,8 @@ fn with_effects() -> Scene {
                 }
                 // One that it goes through to both ends, so that no narrow spline is silent.
                 "fine_shape" => {
-                    changes.push((format!("{}.lower", instance.name()), -0.1));
-                    changes.push((format!("{}.upper", instance.name()), 0.0));
+                    changes.push((format!("{}.lower", instance.name()), -0.08));
+                    changes.push((format!("{}.upper", instance.name()), 0.001));
                 }
                 // And one that the command's steps do.
                 "free_response" => changes.push((format!("{}.range", instance.name()), 0.3)),
