@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from forklift import Campaign, ForkliftError
-from forklift.plant.forklift.checks import findings
+from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.suitability import suitability
 from spoilt_campaign import THESIS, good, with_channels
 from test_broken_campaigns import BROKEN, MAKERS

@@ -31,7 +31,7 @@ from forklift.recordings.channels import channels as known_channels
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from forklift.plant.forklift.checks import Caution
+    from forklift.plant.forklift.checks.finding import Caution
     from forklift.plant.forklift.commands import Command
 
 REFUSED = 2
@@ -200,7 +200,7 @@ def compare(
     from forklift.base import output
     from forklift.base.result_files import PAGE, earlier_files
     from forklift.fitting.compare import MARK, result_files
-    from forklift.plant.forklift.checks import findings
+    from forklift.plant.forklift.checks.faults import findings
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
     from forklift.report import tables
@@ -558,7 +558,7 @@ def convert(
     else they are asked for.
     """
     from forklift import convert as verb
-    from forklift.plant.forklift.checks import findings
+    from forklift.plant.forklift.checks.faults import findings
     from forklift.plant.forklift.truck import Truck
     from forklift.report import tables
 

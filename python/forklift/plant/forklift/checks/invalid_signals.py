@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.checks import faults, motion
+from forklift.plant.forklift.checks import motion
+from forklift.plant.forklift.checks.faults import faults
 from forklift.plant.forklift.checks.timing import POSITIONS
 
 if TYPE_CHECKING:

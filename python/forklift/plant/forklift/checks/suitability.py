@@ -1,7 +1,7 @@
 """Whether a campaign can support a fit: asked before one, so that none is made of nonsense.
 
-What a fit cannot survive is an error, see `forklift.plant.forklift.checks`; what it survives, but whoever
-reads it must know, is a caution.
+What a fit cannot survive is an error, see `forklift.plant.forklift.checks.faults`; what it survives, but
+whoever reads it must know, is a caution.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import amount
-from forklift.plant.forklift.checks import Caution, faults, motion
+from forklift.plant.forklift.checks import motion
+from forklift.plant.forklift.checks.faults import faults
+from forklift.plant.forklift.checks.finding import Caution
 from forklift.plant.forklift.commands import steps_to_current
 from forklift.plant.forklift.phases import shut_current
 from forklift.recordings.channels import LIFTS, Lift, commanded
