@@ -59,14 +59,14 @@ def seals(folder: Path) -> None:
         sigma = float(np.median(list(pneumatic_seal.repeatability(recordings).values())))
         plant = pneumatic_seal.plant(sigma)
         found = forklift.diagnose_plant(plant, recordings, candidates=pneumatic_seal.candidates())
-        gone, group_folds = (
+        gone, left_out = (
             pneumatic_seal.gone(found, recordings),
             pneumatic_seal.gone_left_out(found, recordings, sigma),
         )
         print(f"{seal}: {found}")
         print(
             f"{seal}: of the variance above the repeatability {100 * gone:.0f} % is gone on the last 40 %, "
-            f"{100 * group_folds:.0f} % at pressures left out\n"
+            f"{100 * left_out:.0f} % at pressures left out\n"
         )
 
 

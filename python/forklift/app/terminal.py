@@ -69,7 +69,7 @@ def searching() -> Iterator[Callable[[Progress], None] | None]:
 
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=10), TimeElapsedColumn())
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("SensorUnknown what the recordings support", total=None)
+        task = bar.add_task("Reading what the recordings support", total=None)
 
         def told(now: Progress) -> None:
             where = now.profile or f"start {now.start + 1}/{now.starts} stage {now.stage}/{now.stages}"
@@ -118,7 +118,7 @@ def telling() -> Iterator[Callable[[str], None] | None]:
 
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("SensorUnknown what the recordings support", total=None)
+        task = bar.add_task("Reading what the recordings support", total=None)
 
         def told(what: str) -> None:
             bar.update(task, description=what[:1].upper() + what[1:])

@@ -1,5 +1,5 @@
-"""Which recording would help most after a diagnosis: one that parts its rivals, or tells what is
-unidentifiable."""
+"""Which recording would help most after a diagnosis: one that parts its rivals, or one that tells
+what these could not."""
 
 from __future__ import annotations
 

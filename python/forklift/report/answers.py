@@ -241,7 +241,7 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     ]
     if found.final.loo_log_score:
         details.append(
-            "It shows in no recording alone. But each recording is loo_log_score better by all the "
+            "It shows in no recording alone. But each recording is foretold better by all the "
             "others with "
             f"it, altogether by {words.number(found.final.loo_log_score)} in ln probability, which "
             f"decides here."
@@ -406,7 +406,7 @@ def _runner_up(told: Mapping[str, Any]) -> list[str]:
 
 
 def _others(count: int) -> str:
-    return f"{count} other hypothesis{'s' if count > 1 else ''}"
+    return f"{count} other {'hypotheses' if count > 1 else 'hypothesis'}"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -92,9 +92,9 @@ def suitability(recordings: Sequence[Recording], truck: Truck) -> Suitability:
     if errors:
         raise _first(errors)
     recordings = [one.thinned(motion.LOOKED_AT) for one in recordings]
-    lifts, group_folds = _excited(recordings, truck)
+    lifts, unexcited = _excited(recordings, truck)
     cautions = [finding for finding in found if isinstance(finding, Caution)]
-    return Suitability(lifts, (*group_folds, *_untold(recordings, lifts), *cautions))
+    return Suitability(lifts, (*unexcited, *_untold(recordings, lifts), *cautions))
 
 
 def _first(errors: list[ForkliftError]) -> ForkliftError:
