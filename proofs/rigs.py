@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 import forklift
-from forklift.diagnosis.plant_diagnose import Number, PlantDiagnosis, numbers
+from forklift.diagnosis.numbers import Number, numbers
 from forklift.diagnosis.refit import Refitter
+from forklift.diagnosis.result import Diagnosis
 from forklift.fitting.posing import pose
-from forklift.plant import Recording
-from forklift.plant.machine import NumpyMachine, completed
 from forklift.plant.rigs import cascaded_tanks, pneumatic_seal
 
 
@@ -27,10 +25,10 @@ def tanks(folder: Path) -> None:
     """Fitted on the estimation record alone; free run over the validation record. Then the same model fitted
     to the other record alone: its parameters ought to lie within the intervals told before."""
     recordings = cascaded_tanks.read(folder / "cascaded_tanks")
-    found = forklift.diagnose_plant(cascaded_tanks.plant(), recordings)
+    found = forklift.diagnose(cascaded_tanks.plant(), recordings)
     print(found)
     first = {one.name: one for one in found.numbers}
-    again = refitted(found, recordings)
+    again = refitted(found)
     inside = sum(first[one.name].lower <= one.value <= first[one.name].upper for one in again)
     print(
         f"Fitted to the validation record alone, {inside} of {len(again)} parameters lie within the 95 % "
@@ -38,14 +36,9 @@ def tanks(folder: Path) -> None:
     )
 
 
-def refitted(found: PlantDiagnosis, recordings: Sequence[Recording]) -> list[Number]:
+def refitted(found: Diagnosis) -> list[Number]:
     """The parameters of the model that was found, fitted to the recordings held out alone."""
-    everyone = pose(
-        NumpyMachine(found.plant),
-        [completed(found.plant, one) for one in recordings],
-        NumpyMachine(found.plant).unknowns(),
-        found.sensors,
-    )
+    everyone = pose(found.machine, found.recordings, found.machine.unknowns(), found.sensors)
     held = everyone.over([one for one in everyone.samples if one.recording.role == "validate"])
     refitter = Refitter(held, everyone, found.sensors, strict=True)
     refit = refitter.finish(refitter.rough(found.final.hypotheses))
@@ -58,7 +51,7 @@ def seals(folder: Path) -> None:
         recordings = pneumatic_seal.read(folder / "pneumatic_seal", seal)
         sigma = float(np.median(list(pneumatic_seal.repeatability(recordings).values())))
         plant = pneumatic_seal.plant(sigma)
-        found = forklift.diagnose_plant(plant, recordings, candidates=pneumatic_seal.candidates())
+        found = forklift.diagnose(plant, recordings, candidates=pneumatic_seal.candidates())
         gone, left_out = (
             pneumatic_seal.gone(found, recordings),
             pneumatic_seal.gone_left_out(found, recordings, sigma),

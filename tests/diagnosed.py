@@ -4,7 +4,7 @@ from functools import cache
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, diagnose
-from forklift.diagnosis.diagnose import Diagnosis
+from forklift.diagnosis.result import Diagnosis
 
 
 @cache

@@ -119,7 +119,7 @@ def test_holm_is_monotone_never_below_the_raw_values_and_right_in_a_worked_examp
 
 def checked(found, refit):
     sensors = {seen.sensor.channel: seen.sensor for seen in refit.found.problem.samples[0].observed}
-    columns = covariates(found.campaign.recordings, refit.judged, sensors)
+    columns = covariates(found.recordings, refit.judged, sensors)
     return deficiency(refit.judged, columns, {name for name, one in sensors.items() if one.count})
 
 
@@ -162,8 +162,8 @@ def test_shares_of_the_misfit_add_up_and_lie_where_they_were_put():
 
 def test_every_channel_of_a_recording_has_the_phase_of_what_moves():
     found = diagnosed("null")
-    recording = found.campaign.recordings[0]
-    told = of_recording(recording, found.start)
+    recording = found.recordings[0]
+    told = of_recording(recording, found.machine.truck)
     assert set(told) == set(recording.channels)
     assert np.array_equal(told["pressure_main_pa"], told["pressure_free_pa"])  # the main lift is at rest
     assert len(np.unique(told["fork_height_m"])) > 3

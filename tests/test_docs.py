@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import get_args
 
-from forklift.diagnosis.diagnose import Verdict
+from forklift.diagnosis.engine import Verdict
 from forklift.diagnosis.ledger import Untold
 from forklift.plant.forklift.effects import Equation
 

@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis.plant_diagnose import diagnose_plant
+from forklift.diagnosis.diagnose import diagnose
+from forklift.diagnosis.sentences import together
 from forklift.fitting import likelihood
 from forklift.fitting.posing import pose
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
 from forklift.plant.machine import NumpyMachine
 from forklift.plant.sensors import sensors
 from forklift.plant.simulate import simulate_plant
-from forklift.report.of_plant import plant_page
+from forklift.report.of_diagnosis import diagnosis_page
 
 ROOT = Path(__file__).parents[1]
 REAL = Path(os.environ.get("FORKLIFT_REAL") or ROOT.parent / "shared" / "real")
@@ -87,14 +88,14 @@ def test_a_drag_of_another_power_is_told_by_a_curve_over_the_speed():
         recordings.append(
             Recording(f"r{seed}", time, u, {"omega": omega + random.normal(0.0, 0.2, 300)}, role)
         )
-    found = diagnose_plant(plant, recordings)
+    found = diagnose(plant, recordings)
     (cause,) = found.causes
     assert (cause.hypothesis.label, cause.form) == ("drag", "uncertain")
     assert cause.curve
     assert cause.curve.over == "speed"
     assert found.final.complete
     assert "by another law" in found.sentence
-    assert "beside it explains all recordings better" in plant_page(found)
+    assert "beside it explains all recordings better" in diagnosis_page(found)
 
 
 def test_derivatives_are_those_of_the_solution():
@@ -132,7 +133,7 @@ def test_missing_samples_and_a_ceiling_cost_nothing_and_do_not_bend_the_fit():
         y[30:60] = np.nan
         seen.append(Recording(one.file, one.time_s, one.u, {"y": y}, role))
     assert (seen[0].y["y"] == 1.0).sum() > 5
-    found = diagnose_plant(limited, seen)
+    found = diagnose(limited, seen)
     assert (found.verdict, found.causes) == ("no-mismatch", ())
     for number, truth in zip(found.numbers, (0.5, 1.0), strict=True):
         assert number.lower <= truth <= number.upper
@@ -164,7 +165,7 @@ def test_a_plant_without_states_and_groups_left_out():
         y = 2.0 * u + 0.3 * u**2 + random.normal(0.0, 0.05, 200)
         whole = Recording(f"g{k}", np.arange(200.0), {"u": u}, {"y": y}, group=f"g{k}")
         recordings += whole.split(0.6)
-    found = diagnose_plant(plant, recordings)
+    found = diagnose(plant, recordings)
     assert [cause.hypothesis.label for cause in found.causes] == ["bend"]
     assert [(one.group, one.holds) for one in found.groups] == [("g0", True), ("g1", True), ("g2", True)]
     assert found.outlying_groups == ()
@@ -229,7 +230,7 @@ def test_a_seals_friction_grows_with_pressure_at_every_pressure_left_out(seal):
     recordings = pneumatic_seal.read(folder("pneumatic_seal"), seal)
     floors = pneumatic_seal.repeatability(recordings)
     sigma = float(np.median(list(floors.values())))
-    found = diagnose_plant(pneumatic_seal.plant(sigma), recordings, candidates=pneumatic_seal.candidates())
+    found = diagnose(pneumatic_seal.plant(sigma), recordings, candidates=pneumatic_seal.candidates())
     assert found.causes[0].hypothesis.label == "pressure_friction"
     assert pneumatic_seal.gone(found, recordings) >= 0.75
     assert pneumatic_seal.gone_left_out(found, recordings, sigma) >= 0.75
@@ -244,7 +245,7 @@ def test_a_file_that_fits_no_law_is_flagged():
 
     recordings = pneumatic_seal.read(folder("pneumatic_seal"), "X-ring257")
     sigma = float(np.median(list(pneumatic_seal.repeatability(recordings).values())))
-    assert diagnose_plant(pneumatic_seal.plant(sigma), recordings).outlying_groups == ("7 bar",)
+    assert diagnose(pneumatic_seal.plant(sigma), recordings).outlying_groups == ("7 bar",)
 
 
 def test_the_tanks_lack_more_than_one_thing():
@@ -264,8 +265,8 @@ def test_the_tanks_lack_more_than_one_thing():
         inputs=tuple(replace(one, gain_range=0.0, offset_range=0.0) for one in whole.inputs),
         outputs=tuple(replace(one, gain_range=0.0, offset_range=0.0, lag_range=0.0) for one in whole.outputs),
     )
-    found = diagnose_plant(small, recordings)
-    before, after = found.rmse()
+    found = diagnose(small, recordings)
+    before, after = together(found.before.held_out), together(found.after.held_out)
     assert 0.6 < before < 0.72
     assert after <= 0.35
     assert {cause.hypothesis.label for cause in found.causes} == {"sensor_curve", "upper_overflow"}

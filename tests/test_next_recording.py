@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from forklift import Command, Truck, simulate
 from forklift.app.main import app
 from forklift.diagnosis import next_recording as engine
+from forklift.diagnosis import proposals
 from forklift.diagnosis.hypothesis import carry
 from forklift.diagnosis.next_recording import PARTS, part, tell
 from forklift.diagnosis.refit import Refit
@@ -18,13 +19,13 @@ from forklift.plant.forklift.candidates import (
     MARGIN_M,
     Limits,
     before_the_end,
-    candidates,
     commands,
     elsewhere,
     limits,
-    next_recording,
+    wanted,
 )
 from forklift.plant.forklift.hypotheses import hypotheses
+from forklift.plant.subjects import subject
 from forklift.recordings.channels import commanded
 
 
@@ -39,9 +40,19 @@ def asked(null_fit):
     return {one.label: one for one in hypotheses(null_fit.start, ["free"], list(null_fit.sensors), {})}
 
 
+def could_be(recordings, fit):
+    return proposals.possible(subject(fit.truck), recordings, [{}], fit.sensors)
+
+
+def next_recording(proposal):
+    """A proposal as a recording to be made; None if nothing is worth recording."""
+    chosen = proposal.candidate
+    return chosen and wanted(chosen.sample.recording, proposal.why)
+
+
 @pytest.fixture(scope="module")
 def possible(complete, null_fit):
-    return candidates(null_fit.campaign.recordings, [null_fit.truck], null_fit.sensors)
+    return could_be(null_fit.campaign.recordings, null_fit)
 
 
 def rival(refit, hypothesis, amplitude):
@@ -133,7 +144,7 @@ def test_recordings_of_cold_oil_only_ask_for_warm_oil(complete, null_fit, asked)
         knowledge=knowledge(problem, x),
     )
     recordings = [seen.recording for seen in problem.samples]
-    possible = candidates(recordings, [null_fit.truck], null_fit.sensors)
+    possible = could_be(recordings, null_fit)
     found = next_recording(tell(refit, asked["free.friction_temperature"], possible))
     assert found is not None
     assert found.oil_temperature_degc == 65.0

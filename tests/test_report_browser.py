@@ -11,7 +11,8 @@ from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare, simulate
 from forklift.base.output import write_text
-from forklift.diagnosis.plant_diagnose import PlantDiagnosis, diagnose_plant
+from forklift.diagnosis.diagnose import diagnose
+from forklift.diagnosis.result import Diagnosis
 from forklift.report.of_simulation import simulation_page
 from test_plant_report import line, recorded
 
@@ -67,10 +68,10 @@ def files(tmp_path_factory, null_fit):
     }
 
 
-def bent() -> PlantDiagnosis:
+def bent() -> Diagnosis:
     """Of a machine with two outputs, two inputs, and samples alone between gaps."""
     plant = line()
-    return diagnose_plant(plant, recorded(plant), candidates=[replace(one, y={}) for one in recorded(plant)])
+    return diagnose(plant, recorded(plant), candidates=[replace(one, y={}) for one in recorded(plant)])
 
 
 @pytest.fixture

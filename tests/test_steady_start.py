@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
+from forklift.diagnosis.diagnose import diagnose
 from forklift.diagnosis.hypothesis import carry
-from forklift.diagnosis.plant_diagnose import diagnose_plant
 from forklift.fitting.posing import pose
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
 from forklift.plant.hypotheses import of_effect
@@ -157,7 +157,7 @@ def test_a_fit_finds_the_parameters_from_the_start_on():
         recordings.append(
             Recording(f"r{seed}", TIME, {"u": u}, {"y": y + random.normal(0.0, 0.01, len(TIME))}, role)
         )
-    found = diagnose_plant(plant, recordings)
+    found = diagnose(plant, recordings)
     assert (found.verdict, found.causes) == ("no-mismatch", ())
     for number, truth in zip(found.numbers, (1.4, 0.8), strict=True):
         assert number.value == pytest.approx(truth, rel=0.01)

@@ -8,7 +8,7 @@ import pytest
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording, Truck, diagnose
-from forklift.diagnosis.diagnose import Diagnosis
+from forklift.diagnosis.result import Diagnosis
 
 Columns = dict[str, np.ndarray]
 
@@ -122,7 +122,7 @@ def test_recordings_that_excite_nothing_tell_nothing_of_any_effect():
 def test_at_one_temperature_no_effect_of_temperature_can_be_told():
     found = diagnosed(lambda _, __: None, lambda recording: "20c" in recording.file)
     assert found.verdict == "no-mismatch"
-    assert any(caution.code == "one-temperature" for caution in found.cautions)
+    assert any(caution.code == "one-temperature" for caution in found.findings.cautions)
     assert {"bulk_modulus_temperature", "friction_temperature"} <= {one.id for one in found.untestable}
     assert found.next_recording
     assert found.next_recording.oil_temperature_degc > 40.0

@@ -18,10 +18,8 @@ from forklift.base import present
 from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.diagnose import Diagnosis as Diagnosis
     from forklift.diagnosis.diagnose import diagnose as diagnose
-    from forklift.diagnosis.plant_diagnose import PlantDiagnosis as PlantDiagnosis
-    from forklift.diagnosis.plant_diagnose import diagnose_plant as diagnose_plant
+    from forklift.diagnosis.result import Diagnosis as Diagnosis
     from forklift.ensemble.sweep import Sweep as Sweep
     from forklift.ensemble.sweep import sweep as sweep
     from forklift.fitting.compare import Comparison as Comparison
@@ -51,10 +49,9 @@ _HOME = {
     "Campaign": "recordings.campaign",
     "Command": "plant.forklift.commands",
     "Comparison": "fitting.compare",
-    "Diagnosis": "diagnosis.diagnose",
+    "Diagnosis": "diagnosis.result",
     "Fit": "fitting.fit",
     "Plant": "plant.parts",
-    "PlantDiagnosis": "diagnosis.plant_diagnose",
     "Recording": "recordings.recording",
     "Simulation": "plant.forklift.simulate",
     "SpeedTable": "plant.forklift.speed_table",
@@ -64,7 +61,6 @@ _HOME = {
     "compare": "fitting.compare",
     "convert": "recordings.convert",
     "diagnose": "diagnosis.diagnose",
-    "diagnose_plant": "diagnosis.plant_diagnose",
     "fit": "fitting.fit",
     "predict": "plant.forklift.simulate",
     "simulate": "plant.forklift.simulate",

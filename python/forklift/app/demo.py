@@ -12,7 +12,8 @@ import polars as pl
 from forklift import _core
 from forklift.base import output
 from forklift.diagnosis import files as diagnosis_files
-from forklift.diagnosis.diagnose import Diagnosis, diagnose
+from forklift.diagnosis.diagnose import diagnose
+from forklift.diagnosis.result import Diagnosis
 from forklift.fitting.compare import compare, result_files
 from forklift.plant.forklift.commands import SAMPLE_RATE_HZ, generate
 from forklift.plant.forklift.simulate import Simulation, simulate

@@ -31,7 +31,7 @@ from forklift.recordings.channels import channels as known_channels
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from forklift.plant.forklift.checks.finding import Caution
+    from forklift.plant.findings import Caution
     from forklift.plant.forklift.commands import Command
 
 REFUSED = 2
@@ -333,7 +333,7 @@ def diagnose(
         print_json(result.to_dict())
     else:
         typer.echo(str(result))
-        say_written(out / PAGE, out / diagnosis_files.TRUCK, out / diagnosis_files.MARK)
+        say_written(out / PAGE, out / result.machine.file, out / diagnosis_files.MARK)
 
 
 @app.command(epilog="Example: forklift prove --seed 7 --campaigns 20 --out proof --jobs 2")

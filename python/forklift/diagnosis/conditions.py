@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
-from scipy.stats import norm
 
 from forklift.diagnosis.refit import Refit
+from forklift.fitting.intervals import QUANTILE
 from forklift.plant.protocol import Hypothesis
 
 
@@ -41,14 +40,14 @@ class Offset:
     upper: float
 
 
-def offsets(refit: Refit, hypothesis: Hypothesis, level: float) -> Iterator[Offset]:
+def offsets(refit: Refit, hypothesis: Hypothesis) -> Iterator[Offset]:
     """Of every condition that the hypothesis doubts: the mean where it is off, then each recording fitted.
 
-    Intervals hold with probability `level`; they are widened by what the refit leaves over.
+    Intervals of 95 %, widened by what the refit leaves over.
     """
     problem, x = refit.found.problem, refit.found.x
     covariance = np.linalg.inv(refit.found.jacobian.T @ refit.found.jacobian)
-    half = float(norm.ppf(0.5 + 0.5 * level)) * sqrt(max(1.0, refit.reduced_chi2))
+    half = QUANTILE * refit.widening
     units = problem.machine.condition_units
     doubted = [name for name, _ in hypothesis.addition.widened] if hypothesis.amplitude is None else []
     for name in doubted:

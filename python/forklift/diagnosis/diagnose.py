@@ -1,338 +1,230 @@
-"""Where simulation and recordings part, what is missing, and what the model gains by it: one call."""
+"""Where a machine and its recordings part, what is missing, and what the model gains by it: one call."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from forklift.base import arguments, present
-from forklift.base.errors import ForkliftError
-from forklift.diagnosis import files as diagnosis_files
+from forklift.base import arguments
+from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import Cause
+from forklift.diagnosis.confounding import confounded
+from forklift.diagnosis.criteria import MOVES, NEAR
 from forklift.diagnosis.deficiency import Deficiency, deficiency
 from forklift.diagnosis.dependence import Shape
-from forklift.diagnosis.engine import VERDICTS as VERDICTS
 from forklift.diagnosis.engine import Clock, investigate, loudest, verdict
-from forklift.diagnosis.engine import Verdict as Verdict
+from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
-from forklift.diagnosis.proposals import CONDITIONS, propose
+from forklift.diagnosis.outcome import Location, Origin
+from forklift.diagnosis.proposals import propose
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
-from forklift.diagnosis.screening import Screening
+from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.selection import Selection
-from forklift.fitting.compare import Comparison, check_temperature, compare_fitted
+from forklift.fitting.agreement import Agreement, agreement
 from forklift.fitting.posing import pose
-from forklift.fitting.predict import Predicted, predict_all
-from forklift.fitting.sample import Sample
-from forklift.plant.forklift import ports as unknown_ports
-from forklift.plant.forklift import variables as operation
-from forklift.plant.forklift.candidates import NextRecording
-from forklift.plant.forklift.checks.invalid_signals import InvalidStretch, without_invalid
-from forklift.plant.forklift.checks.suitability import Caution, suitability
-from forklift.plant.forklift.covariates import covariates
-from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses, invalid_hypothesis
-from forklift.plant.forklift.model import Forklift, truck_of
-from forklift.plant.forklift.phases import PHASES, of_recording
-from forklift.plant.forklift.sensors import sensors
-from forklift.plant.forklift.splits import splits
-from forklift.plant.forklift.truck import Truck
-from forklift.plant.forklift.unknowns import unknowns
-from forklift.plant.protocol import Hypothesis
+from forklift.fitting.predict import predict_all
+from forklift.fitting.residuals import FAR, MOST_MOVES
+from forklift.plant.hypotheses import invalid_hypothesis
+from forklift.plant.subject import Subject
+from forklift.plant.subjects import subject
 from forklift.recordings.campaign import Campaign
-from forklift.recordings.channels import LIFTS, Lift, commanded
 from forklift.recordings.noise import Sensor
 
+if TYPE_CHECKING:
+    from forklift.plant.recording import Recording
 
-@dataclass(frozen=True)
-class Location:
-    """Where the mismatch lies."""
-
-    lift: str
-    equation: str
-    signal: str
-    region: str
-    share: float
-    """Of the misfit above the noise, that an unknown input there explains."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis:
-    """What `diagnose` gives; `write` puts all of it into a folder."""
-
-    campaign: Campaign
-    start: Truck
-    truck: Truck
-    """The final truck, with what was found missing."""
-    verdict: Verdict
-    location: Location | None
-    causes: tuple[Cause, ...]
-    doubted: tuple[Cause, ...]
-    """Explanations of which none is more likely than all others together: several fit as well."""
-    inputs: tuple[UnknownInput, ...]
-    """An unknown input at every place, the most credible first."""
-    shapes: tuple[Shape, ...]
-    """The most credible one as a function of what an operator knows, the best first."""
-    selection: Selection
-    unidentifiable: tuple[Hypothesis, ...]
-    """Hypotheses that were not asked, for want of a second oil temperature."""
-    screening: Screening
-    """All hypotheses at the fitted truck."""
-    cautions: tuple[Caution, ...]
-    spoilt: tuple[InvalidStretch, ...]
-    """Signals that stood still or slipped; these samples were left out."""
-    unexcited: str
-    """Why the recordings tell nothing of any lift; empty if they do."""
-    deficiency: tuple[Deficiency, Deficiency]
-    """Every test of what the fitted truck leaves over, and of what the final model does."""
-    misfit: tuple[Share, ...]
-    """What the fitted truck leaves over, by recording, signal, phase of motion and band of frequency."""
-    regimes: tuple[Regimes, ...]
-    """Each cause's amplitude from two disjoint regimes."""
-    next_recording: NextRecording | None
-    next_why: str
-    """Why that recording, or why none."""
-    before: Comparison
-    after: Comparison
-    seconds: Mapping[str, float]
-    """By stage."""
-
-    @property
-    def baseline(self) -> Refit:
-        return self.selection.baseline
-
-    @property
-    def final(self) -> Refit:
-        return self.selection.final
-
-    @property
-    def untestable(self) -> tuple[Hypothesis, ...]:
-        """Hypotheses of which these recordings can tell nothing."""
-        if self.unexcited:
-            return (
-                *self.unidentifiable,
-                *self.screening.untestable,
-                *(one.hypotheses[0] for one in self.screening.singles),
-            )
-        return (*self.unidentifiable, *self.screening.unidentifiable)
-
-    @property
-    def gap_closed(self) -> float:
-        """(MS_before − MS_after)/(MS_before − 1), MS the mean square left over on held-out recordings."""
-        before, after = self.baseline.reduced_chi2, self.final.reduced_chi2
-        return (before - after) / (before - 1.0) if before > 1.0 else float("nan")
-
-    @cached_property
-    def sentence(self) -> str:
-        """The verdict in one sentence."""
-        return diagnosis_files.sentence(self)
-
-    def write(self, out: str | Path) -> Path:
-        """Write ``report.html``, ``diagnosis.json``, ``truck.toml`` and predictions of both models.
-
-        The folder appears whole or not at all; an earlier diagnosis there is replaced.
-
-        Raises
-        ------
-        ForkliftError
-            ``"output-exists"`` if `out` holds anything but an earlier diagnosis, ``"not-writable"``.
-        """
-        return diagnosis_files.write(self, out)
-
-    def to_dict(self) -> dict[str, Any]:
-        """As ``diagnosis.json`` has it."""
-        return diagnosis_files.to_dict(self)
-
-    def _repr_html_(self) -> str:
-        return present.summary(self)
-
-    def __repr__(self) -> str:
-        causes = [cause.hypothesis.label for cause in self.causes]
-        return f"Diagnosis({self.campaign.name!r}, {self.verdict!r}, {causes})"
-
-    def __str__(self) -> str:
-        return diagnosis_files.text(self)
+HALF, LATER = 0.5, 0.2
+"""Share of what is left over that an explanation beside another must remove: half, where the sensors' noise
+can be reached, since what one law of another shape leaves over invites a second that is none; less on a
+machine whose model never reaches it: several effects are the rule there, and a second seldom halves it."""
 
 
 def diagnose(
-    campaign: Campaign,
-    truck: Truck,
+    machine: Any,
+    recordings: Any,
     *,
-    oil_temperature_degc: float | None = None,
+    candidates: Sequence[Recording] = (),
     progress: Callable[[str], None] | None = None,
+    **conditions: Any,
 ) -> Diagnosis:
-    """Fit the truck, find where it and the recordings part, and what would mend that.
+    """Fit a machine, find where it and its recordings part, and what would mend that.
 
-    The truck is fitted to the ``estimate`` recordings. If it explains the others to the sensors' noise,
+    The machine is fitted to the ``estimate`` recordings. If it explains the others to the sensors' noise,
     nothing is amiss. Else an unknown input at every equation in turn tells where it is; every hypothesis (the
-    effects of the catalogue, sensors, entered conditions) is screened at the optimum; and the most promising
-    are fitted from the start, jointly with the truck. What recordings held out say decides.
+    effects of the catalogue, sensors, inputs, entered conditions) is screened at the optimum; and the most
+    promising are fitted from the start, jointly with the machine. What recordings held out say decides.
 
     Parameters
     ----------
-    campaign, truck
-        What was measured, and where the fit starts: another truck of the same make will do.
-    oil_temperature_degc
-        For recordings without an oil temperature [°C].
+    machine
+        A `Truck` (another of the same make will do), a `Plant` of your own, or anything with the protocol of
+        `forklift.plant.subject.Subject`.
+    recordings
+        What was measured: a `Campaign` of a truck, or recordings of the machine's own kind. The two may
+        change places.
+    candidates
+        Of a plant: recordings that could be made, with inputs only. The one is named that would part the
+        rivals best.
     progress
         Told what is being done.
+    conditions
+        Of recordings that do not tell them: of a truck ``oil_temperature_degc`` [°C].
 
     Raises
     ------
     ForkliftError
-        Those of `forklift.plant.forklift.checks.suitability` if the campaign cannot support a fit;
-        ``"argument-invalid"``; those of `forklift.plant.forklift.simulate.predict`.
+        ``"argument-invalid"``; what the machine finds that its recordings cannot support: of a truck the
+        errors of `forklift.plant.forklift.checks.suitability` and `forklift.plant.forklift.simulate`, of a
+        plant ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
     """
-    arguments.of_kind(Campaign, campaign=campaign)
-    arguments.of_kind(Truck, truck=truck)
-    check_temperature(oil_temperature_degc)
+    if isinstance(machine, Campaign):
+        machine, recordings = recordings, machine
+    start = subject(machine, candidates=candidates, **conditions)
+    if not isinstance(recordings, Campaign):
+        arguments.of_kind(Sequence, recordings=recordings)
     clock = Clock(progress)
-    campaign, spoilt = without_invalid(campaign, truck)
-    lifts, cautions, unexcited = _suited(campaign, truck)
-    every = sensors(campaign.recordings)
-    machine = Forklift(truck, lifts, oil_temperature_degc)
-    everyone = pose(machine, campaign.recordings, unknowns(truck, lifts, hold=_held(cautions)), every)
-    fitted = [found for found in everyone.samples if found.recording.role == "estimate"]
-    refitter = Refitter(everyone.over(fitted), everyone, every)
-    apart = clocks_apart(campaign.recordings, list(every))
-    everybody = hypotheses(truck, lifts, list(every), _travelled(everyone.samples), apart)
-    alike = {CONDITIONS[one.code] for one in cautions if one.code in CONDITIONS}
+    origin = _origin(start, recordings)
+    given = recordings.recordings if isinstance(recordings, Campaign) else recordings
+    model, kept, findings = start.examined(tuple(given))
+    every = model.sensors(kept)
+    everyone = pose(model, kept, model.unknowns(findings.held), every)
+    fitted = [one for one in everyone.samples if one.recording.role == "estimate"]
+    refitter = Refitter(
+        everyone.over(fitted),
+        everyone,
+        every,
+        strict=not model.reaches_noise,
+        later=HALF if model.reaches_noise else LATER,
+    )
+    everybody = model.hypotheses(kept, every)
+    alike = {condition for condition, _ in findings.same}
     asked = tuple(one for one in everybody if not alike & set(one.needs_two_of))
     unidentifiable = tuple({one.label: one for one in everybody if one not in asked}.values())
-    found = investigate(refitter, asked, machine, clock, hopeless=bool(unexcited))
-    selection, inputs, seen = found.selection, found.inputs, found.shapes
-    baseline, final = selection.baseline, selection.final
-    tested, left, agreement = _evidence(campaign, truck, selection, every, clock)
-    named = (*found.causes, *(Cause(invalid_hypothesis(one), 1.0, "complete", (), ()) for one in spoilt))
-    said = verdict(selection, named, hopeless=bool(unexcited))
+    found = investigate(refitter, asked, model, clock, hopeless=bool(findings.unexcited))
+    selection = found.selection
+    tested, left, agree = _evidence(model, kept, selection, every, clock)
+    seen = (Cause(invalid_hypothesis(one), 1.0, "complete", (), ()) for one in findings.invalid)
+    named = (*found.causes, *seen)
+    with clock.stage("leaving groups out"):
+        groups = group_folds(refitter, selection.baseline, selection.final)
+    with clock.stage("asking what could stand for it"):
+        stands = confounded(selection.final, asked)
     with clock.stage("choosing the next recording"):
-        proposed, why = propose(campaign, selection, named, cautions, every)
-    best = _truck(campaign, truck, final)
-    fitted_truck = _truck(campaign, truck, baseline)
+        proposed = propose(model, kept, selection, named, stands, findings, refitter)
     with clock.stage("simulating before and after"):
         before, after = (
-            compare_fitted(campaign, shown, _predicted(refitter, refit), oil_temperature_degc)
-            for shown, refit in ((fitted_truck, baseline), (best, final))
+            _agreement(refitter, refit, model, kept) for refit in (selection.baseline, selection.final)
         )
+    said = verdict(selection, named, hopeless=bool(findings.unexcited))
+    where = (
+        None
+        if said == "no-mismatch"
+        else _location(model, selection.baseline, named, found.inputs, found.shapes)
+    )
     return Diagnosis(
-        campaign,
-        truck,
-        best,
+        model,
+        origin,
+        kept,
+        findings,
         said,
-        None if said == "no-mismatch" else _location(baseline, named, inputs, seen),
+        where,
         named,
         found.doubted,
-        inputs,
-        seen,
+        found.inputs,
+        found.shapes,
         selection,
-        unidentifiable,
         found.screening,
-        cautions,
-        spoilt,
-        unexcited,
+        unidentifiable,
         tested,
         left,
-        agreement,
-        proposed,
-        why,
+        agree,
+        groups,
+        stands,
+        proposed.recording,
+        proposed.why,
+        proposed.proposal,
         before,
         after,
+        every,
         clock.seconds,
     )
 
 
-def _suited(campaign: Campaign, truck: Truck) -> tuple[tuple[Lift, ...], tuple[Caution, ...], str]:
-    """The lifts that are fitted, what to know about it, and why nothing is told of them, if so."""
-    try:
-        suited = suitability(campaign.recordings, truck)
-    except ForkliftError as error:
-        if error.code != "no-excitation":
-            raise
-        lifts = {lift for recording in campaign.recordings for lift in commanded(recording.lift)}
-        return tuple(lift for lift in LIFTS if lift in lifts), (), error.message
-    return suited.lifts, suited.cautions, ""
-
-
-def _held(cautions: Sequence[Caution]) -> list[str]:
-    """What no recording tells. Left to its prior it would go to its bound, if that let recordings explain
-    anything by what is their own: a viscosity that falls twenty times too fast turns a sensor's error of a
-    tenth of a kelvin into any oil temperature."""
-    return [str(one.facts["parameter"]) for one in cautions if "parameter" in one.facts]
+def _origin(start: Subject, recordings: Any) -> Origin:
+    if isinstance(recordings, Campaign):
+        command = start.command("diagnose", recordings.folder) if recordings.folder else None
+        return Origin(recordings.name, recordings.title, recordings.facts(), command)
+    rows = [{"file": one.file, "sha256": one.sha256} for one in recordings]
+    whole = hashlib.sha256("".join(row["sha256"] for row in rows).encode()).hexdigest()
+    facts = {"name": start.name, "sha256": whole, "recordings": rows}
+    return Origin(start.name, f"{len(rows)} recordings of {start.name}", facts)
 
 
 def _evidence(
-    campaign: Campaign, truck: Truck, selection: Selection, every: Mapping[str, Sensor], clock: Clock
+    model: Subject,
+    recordings: Sequence[Any],
+    selection: Selection,
+    every: Mapping[str, Sensor],
+    clock: Clock,
 ) -> tuple[tuple[Deficiency, Deficiency], tuple[Share, ...], tuple[Regimes, ...]]:
     """What is left over before and after, tested and shared out, and whether the causes hold everywhere."""
-    recordings, (baseline, final) = campaign.recordings, (selection.baseline, selection.final)
+    baseline, final = selection.baseline, selection.final
+    pieces = [piece for one in recordings for piece in model.pieces(one)]
     encoders = {channel for channel, sensor in every.items() if sensor.count}
     with clock.stage("testing what is left over"):
-        tested = tuple(
-            deficiency(refit.judged, covariates(recordings, refit.judged, every), encoders)
+        tested = [
+            deficiency(refit.judged, model.covariates(pieces, refit.judged, every), encoders)
             for refit in (baseline, final)
-        )
+        ]
         left = shares(
             baseline.judged,
-            {(one.file, name): one.rate_hz(name) for one in recordings for name in one.channels},
-            {one.file: of_recording(one, truck) for one in recordings},
-            PHASES,
+            {(one.file, name): model.rate_hz(one, name) for one in pieces for name in model.measured(one)},
+            {one.file: model.labels(one) for one in pieces},
+            model.phases,
         )
     with clock.stage("comparing regimes"):
-        parts = splits([one.recording for one in final.found.problem.samples], truck)
+        parts = model.splits([one.recording for one in final.found.problem.samples])
         amplitudes = [one.amplitude for one in final.hypotheses if one.amplitude and one.kind != "unknown"]
-        agreement = tuple(found for name in amplitudes for found in regimes(final, name, parts))
-    return (tested[0], tested[1]), left, agreement
-
-
-def _travelled(samples: Sequence[Sample]) -> dict[Lift, tuple[float, float]]:
-    """From where to where each lift's cylinder went, by its encoder [m]."""
-    ends: dict[Lift, tuple[float, float]] = {}
-    for lift in LIFTS:
-        moved = [
-            seen.values * operation.per_output("position", lift)
-            for one in samples
-            for seen in one.observed
-            if seen.sensor.channel == f"position_{lift}_m"
-        ]
-        if moved:
-            ends[lift] = min(float(way.min()) for way in moved), max(float(way.max()) for way in moved)
-    return ends
+        agree = tuple(found for name in amplitudes for found in regimes(final, name, parts))
+    return (tested[0], tested[1]), left, agree
 
 
 def _location(
-    baseline: Refit, found: Sequence[Cause], inputs: Sequence[UnknownInput], seen: Sequence[Shape]
+    model: Subject,
+    baseline: Refit,
+    found: Sequence[Cause],
+    inputs: Sequence[UnknownInput],
+    seen: Sequence[Shape],
 ) -> Location:
     """By the first cause where one was found, else by the most credible unknown input."""
     first = found[0].hypothesis if found else None
     if first and not inputs:  # told before any fit
-        lift = unknown_ports.lift_of(first.where)
-        return Location(lift or "both", first.equation, first.where, first.name, 1.0)
-    signal = loudest(baseline)
-    place = first.where if first else inputs[0].port
-    equation = first.equation if first else unknown_ports.equation(place)
-    lift = place if place in LIFTS else unknown_ports.lift_of(place)
+        return Location(model.part_where(first.where), first.equation, first.where, first.name, 1.0)
+    places = {one.name: one for one in model.places}
+    best = inputs[0].port
+    at = first.where if first else best
+    here = places.get(best)
+    equation = first.equation if first else here.equation if here else "sensor"
     square = float(np.mean([one.mean_square for one in baseline.judged if one.role == "estimate"]))
     share = 1.0 - (inputs[0].noise ** 2 - 1.0) / (square - 1.0) if square > 1.0 else 0.0
-    acts_on = unknown_ports.lift_of(inputs[0].port) or "main"
-    region = diagnosis_files.region(seen, acts_on)
-    return Location(lift or "both", equation, signal, region, float(np.clip(share, 0.0, 1.0)))
+    region = sentences.region(model.words, seen, model.part_of(best))
+    return Location(
+        model.part_where(at), equation, loudest(baseline), region, float(np.clip(share, 0.0, 1.0))
+    )
 
 
-def _predicted(refitter: Refitter, refit: Refit) -> tuple[Predicted, ...]:
+def _agreement(refitter: Refitter, refit: Refit, model: Subject, recordings: Sequence[Any]) -> Agreement:
     """What a refit says of every recording, those held out too."""
     found = refit.found.problem
     problem = with_hypotheses(refitter.everyone, refit.hypotheses).weighted(found.sigma, found.substeps)
-    return predict_all(problem, refit.found.x[: len(found.unknowns)])
-
-
-def _truck(campaign: Campaign, start: Truck, refit: Refit) -> Truck:
-    """The truck of a refit; what moved says where it comes from."""
-    source = f"estimated by diagnosis of campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
-    truck = truck_of(refit.found.problem, refit.found.x, source)
-    return Truck(f"{campaign.name} diagnosed from {start.name}", truck.values, truck.sources)
+    theta = refit.found.x[: len(found.unknowns)]
+    far, moves = (NEAR, MOVES) if refitter.strict else (FAR, MOST_MOVES)
+    predicted = predict_all(problem, theta, far=far, moves=moves)
+    adjusted = [[one.names[k] for k in one.free] for one in problem.samples]
+    return agreement(model, recordings, predicted, adjusted)

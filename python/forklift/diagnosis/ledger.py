@@ -12,7 +12,7 @@ from forklift.diagnosis.selection import Selection
 from forklift.plant.protocol import Hypothesis
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.diagnosis.outcome import Outcome
     from forklift.diagnosis.refit import Refit
 
 Untold = Literal["", "one-value", "no-trace", "any-size"]
@@ -51,26 +51,11 @@ class Considered:
         }
 
 
-def considered(found: Diagnosis) -> list[Considered]:
-    """Of a truck's diagnosis."""
-    return collected(
-        found.selection, found.screening, found.causes, found.unidentifiable, bool(found.unexcited)
-    )
-
-
-def collected(
-    selection: Selection,
-    screening: Screening,
-    causes: Sequence[Cause],
-    one_value: Sequence[Hypothesis] = (),
-    unexcited: bool = False,
-) -> list[Considered]:
-    """Each once: those named first, then by what they promised, then those that could not be told.
-
-    `one_value`: what was not asked, for its condition never changes; `unexcited`: nothing moved at all.
-    """
-    found = [*_each(selection, screening, causes, one_value, unexcited)]
-    every = {one.hypothesis.label: one for one in reversed(found)}
+def considered(found: Outcome) -> list[Considered]:
+    """Each once: those named first, then by what they promised, then those that could not be told."""
+    unexcited = bool(found.findings.unexcited)
+    each = [*_each(found.selection, found.screening, found.causes, found.unidentifiable, unexcited)]
+    every = {one.hypothesis.label: one for one in reversed(each)}
     return sorted(
         every.values(), key=lambda one: (not one.named, bool(one.unidentifiable), -(one.promised or 0.0))
     )
@@ -83,7 +68,7 @@ def _each(
     one_value: Sequence[Hypothesis],
     unexcited: bool,
 ) -> Iterator[Considered]:
-    """The first of each label counts."""
+    """The first of each label counts; `one_value`: what was not asked, for its condition never changes."""
     refits = [refit for step in selection.steps for refit in step.refits]
     refits.sort(key=lambda refit: len(refit.hypotheses))
     by_label: dict[str, Refit] = {}

@@ -4,55 +4,107 @@ what these could not."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from forklift.diagnosis.causes import Cause
-from forklift.diagnosis.next_recording import part, tell
-from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.confounding import Confounded
+from forklift.diagnosis.next_recording import Candidate, Proposal, part, tell
+from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.selection import Selection
-from forklift.plant.forklift.candidates import NextRecording, candidates, elsewhere, next_recording
-from forklift.plant.forklift.checks.suitability import Caution
-from forklift.plant.forklift.model import truck_of
-from forklift.recordings.campaign import Campaign
+from forklift.fitting.sample import observing
+from forklift.plant.findings import Findings
+from forklift.plant.subject import Subject, Wanted
 from forklift.recordings.noise import Sensor
 
 KNOWN = 0.1
 """Relative standard deviation up to which an amplitude is known well enough."""
 MOST_RIVALS = 3
-CONDITIONS = {"one-temperature": "oil_temperature_degc", "one-load": "load_kg"}
-"""By caution: which condition all recordings have in common."""
+NEAREST = 2
+"""How many of the refits that came nearest a recording is asked to part from what was found."""
+
+
+class Proposed(NamedTuple):
+    """What to record next, and why; or why nothing."""
+
+    recording: Wanted | None
+    why: str
+    proposal: Proposal | None = None
 
 
 def propose(
-    campaign: Campaign,
+    model: Subject,
+    recordings: Sequence[Any],
     selection: Selection,
     found: Sequence[Cause],
-    cautions: Sequence[Caution],
-    sensors: Mapping[str, Sensor],
-) -> tuple[NextRecording | None, str]:
-    """What to record next, if anything would help; and why, or why nothing would."""
+    stands: Sequence[Confounded],
+    findings: Findings,
+    refitter: Refitter,
+) -> Proposed:
+    """What to record next, if anything would help."""
     rivals = _rivals(selection, found)
+    if not model.reaches_noise and selection.final.hypotheses:
+        rivals = [selection.final, *_nearest(selection), *_exchanged(refitter, selection.final, stands)]
     if len(rivals) > 1:
-        trucks = [truck_of(one.found.problem, one.found.x) for one in rivals]
-        proposal = part(rivals, candidates(campaign.recordings, trucks, sensors))
-        return next_recording(proposal), proposal.why
-    for caution in cautions:
-        if caution.code in CONDITIONS:
-            once_more = elsewhere(campaign.recordings, CONDITIONS[caution.code], caution.facts["lift"])
-            if once_more:
-                return once_more, once_more.why
+        return _answer(model, rivals, possible(model, recordings, _values(rivals), refitter.sensors))
+    for condition, of in findings.same:
+        once_more = model.once_more(recordings, condition, of)
+        if once_more:
+            return Proposed(once_more, once_more.why)
     vague = _vague(selection.final)
     if vague:
-        truck = truck_of(selection.final.found.problem, selection.final.found.x)
-        possible = candidates(campaign.recordings, [truck], sensors)
-        proposal = tell(selection.final, vague, possible)
-        return next_recording(proposal), proposal.why
+        could_be = possible(model, recordings, _values([selection.final]), refitter.sensors)
+        if could_be:
+            return _told(model, tell(selection.final, vague, could_be))
     if not found:
-        return None, "nothing is left over that a further recording would explain"
-    return (
+        return Proposed(None, "nothing is left over that a further recording would explain")
+    return Proposed(
         None,
         "no other explanation is left that a further recording could rule out, and the size of what was "
         "found is known well",
     )
+
+
+def _answer(model: Subject, rivals: Sequence[Refit], could_be: Sequence[Candidate]) -> Proposed:
+    if not could_be:
+        return Proposed(
+            None,
+            "no recordings were named that could be made, so that none could be chosen that would part the "
+            "explanations that are left",
+        )
+    return _told(model, part(rivals, could_be))
+
+
+def _told(model: Subject, proposal: Proposal) -> Proposed:
+    chosen = proposal.candidate
+    wanted = None if chosen is None else model.wanted(chosen.sample.recording, proposal.why)
+    return Proposed(wanted, proposal.why, proposal)
+
+
+def possible(
+    model: Subject,
+    recordings: Sequence[Any],
+    values: Sequence[Mapping[str, float]],
+    sensors: Mapping[str, Sensor],
+) -> list[Candidate]:
+    """Recordings that could be made, each with all channels; what these read is of no account.
+
+    Parameters
+    ----------
+    values
+        Of each explanation: no command may take any of these machines to the end of its range.
+    """
+    found = []
+    for one in model.possible(recordings, values, sensors):
+        nothing = {channel: np.zeros(len(one.case.recording.time_s)) for channel in sensors}
+        sample = observing(one.case, nothing, sensors, model.outputs, model.ends, {})
+        found.append(Candidate(one.name, sample))
+    return found
+
+
+def _values(rivals: Sequence[Refit]) -> list[Mapping[str, float]]:
+    return [refit.found.problem.values(refit.found.x) for refit in rivals]
 
 
 def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Refit]:
@@ -77,6 +129,30 @@ def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Refit]:
         others = [refit for refit in others if refit is not selection.final]
         best = sorted(others, key=lambda refit: refit.excess)[:1]
     return [selection.final, *best][:MOST_RIVALS]
+
+
+def _nearest(selection: Selection) -> list[Refit]:
+    """What came nearest to the final model when its last cause was accepted."""
+    last = [step for step in selection.steps if step.accepted][-1:]
+    return [
+        refit
+        for step in last
+        for refit in step.refits
+        if refit.finished and refit.hypotheses != selection.final.hypotheses
+    ][:NEAREST]
+
+
+def _exchanged(refitter: Refitter, final: Refit, stands: Sequence[Confounded]) -> list[Refit]:
+    """The final model with what could stand for a cause best in the cause's place."""
+    first = {one.accepted: one for one in reversed(stands)}.values()
+    return [
+        refitter.finish(
+            refitter.rough(
+                tuple(one.other if one.accepted is own else own for own in final.hypotheses), final
+            )
+        )
+        for one in first
+    ]
 
 
 def _vague(refit: Refit) -> str:

@@ -139,9 +139,14 @@ class Refit:
         if hypothesis.amplitude is None:
             return 0.0
         place = [unknown.name for unknown in self.found.problem.unknowns].index(hypothesis.amplitude)
-        left = self.reduced_chi2 if self.left_at_weights is None else self.left_at_weights
-        deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, left))
+        deviation = self.knowledge.estimates[place].deviation * self.widening
         return float(abs(self.found.x[place]) / max(deviation, 1e-300))
+
+    @property
+    def widening(self) -> float:
+        """Of every deviation: the root of what is left over, in units of what deviations were told with."""
+        left = self.reduced_chi2 if self.left_at_weights is None else self.left_at_weights
+        return float(np.sqrt(max(1.0, left)))
 
     def by_recording(self) -> dict[str, float]:
         """Sum of squares of each recording held out, or of each of its stretches that err independently."""

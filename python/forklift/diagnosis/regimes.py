@@ -20,7 +20,6 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -28,9 +27,10 @@ from forklift.base.threads import one_thread
 from forklift.diagnosis.refit import Refit
 from forklift.fitting import likelihood
 from forklift.fitting.interface import Problem
-from forklift.fitting.intervals import QUANTILE, TOLD
+from forklift.fitting.intervals import TOLD, ends
 from forklift.fitting.linearised import Linearised
 from forklift.plant.parameter import DEGREES, Unknown
+from forklift.plant.subject import Split
 
 AGREE = 3.0
 """|z| up to which two regimes agree: chance exceeds it in 0.3 % of cases."""
@@ -39,18 +39,6 @@ FARTHEST = 2.0
 """No step moves an unknown further than this, in its prior's deviations."""
 NEAR = 0.1
 """A step that moves none further than this is the last."""
-
-
-@dataclass(frozen=True, eq=False)
-class Split:
-    """Two regimes."""
-
-    name: str
-    first: str
-    second: str
-    """In words: ``"load"``, ``"up to 800 kg"``, ``"1500 kg"``."""
-    rows: tuple[NDArray[np.bool_], ...]
-    """By fitted recording: which of its samples belong to the first."""
 
 
 @dataclass(frozen=True)
@@ -216,6 +204,4 @@ def _bounded(problem: Problem, at: Floats, place: int) -> Floats:
 
 
 def _side(unknown: Unknown, regime: str, theta: float, deviation: float) -> Side:
-    ends = np.clip([theta - QUANTILE * deviation, theta + QUANTILE * deviation], unknown.lower, unknown.upper)
-    values = sorted(float(unknown.values(float(end))[0]) for end in ends)
-    return Side(regime, float(unknown.values(theta)[0]), values[0], values[1], deviation)
+    return Side(regime, float(unknown.values(theta)[0]), *ends(unknown, theta, deviation), deviation)

@@ -16,18 +16,23 @@ import numpy as np
 import polars as pl
 
 from forklift.base import arguments, output, present
-from forklift.base.errors import ForkliftError
 from forklift.base.numbers import defined
 from forklift.base.result_files import PAGE, earlier_files, json_rows
 from forklift.fitting import metrics as fits
+from forklift.fitting.agreement import prediction_files
 from forklift.fitting.comparison_words import sentence
 from forklift.plant.forklift.phases import PHASES, phases, shut_current
 from forklift.plant.forklift.signals import Signal, signals
-from forklift.plant.forklift.simulate import Simulation, mean_temperature, predict
+from forklift.plant.forklift.simulate import (
+    Simulation,
+    check_temperature,
+    mean_temperature,
+    predict,
+)
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
-from forklift.recordings.campaign import Campaign, csv_name
-from forklift.recordings.channels import LIFTS, Lift, channels, commanded, table
+from forklift.recordings.campaign import Campaign
+from forklift.recordings.channels import LIFTS, Lift, channels, commanded
 
 if TYPE_CHECKING:
     from forklift.base.arrays import Floats
@@ -197,8 +202,8 @@ class Comparison:
         return {
             "schema": 1,
             "forklift": __version__,
-            "campaign": campaign_facts(self.campaign),
-            "truck": truck_facts(self.truck),
+            "campaign": self.campaign.facts(),
+            "truck": self.truck.facts(),
             "verdict": list(self.verdict),
             "validation": {lift: json_rows(table) for lift in LIFTS if len(table := self.validation(lift))},
             "fits": json_rows(self.fits),
@@ -326,55 +331,6 @@ def temperature_option(comparison: Comparison) -> list[str]:
         if not np.isfinite(one.recording.channels.get("oil_temperature_degc", np.nan)).any()
     ]
     return ["--temperature", repr(given[0])] if given else []
-
-
-def campaign_facts(campaign: Campaign) -> dict[str, Any]:
-    """What a result says of the campaign it was made from."""
-    return {
-        "name": campaign.name,
-        "sha256": campaign.sha256,
-        "recordings": [{"file": found.file, "sha256": found.sha256} for found in campaign.recordings],
-    }
-
-
-def truck_facts(truck: Truck) -> dict[str, Any]:
-    """What a result says of a truck it was made with."""
-    return {
-        "name": truck.name,
-        "origin": truck.origin,
-        "sha256": truck.sha256,
-        "effects": list(truck.effects),
-    }
-
-
-def prediction_files(recordings: Sequence[str], model: str = "baseline") -> list[str]:
-    """By recording, the file that its prediction is written to."""
-    names = [csv_name(file) for file in recordings]
-    # a.csv and a.mf4 are two recordings
-    own = [
-        name if names.count(name) == 1 else f"{file}.csv"
-        for file, name in zip(recordings, names, strict=True)
-    ]
-    return [f"predictions/{model}/{name}" for name in own]
-
-
-def check_temperature(oil_temperature_degc: float | None) -> None:
-    """A temperature that is given is one that a recording might have, be it needed or not."""
-    possible = table()["oil_temperature_degc"]
-    lower, upper = possible.lower, possible.upper
-    if oil_temperature_degc is None:
-        return
-    if not lower <= arguments.number("oil_temperature_degc", oil_temperature_degc) <= upper:
-        raise ForkliftError(
-            "argument-invalid",
-            f"the oil temperature is {oil_temperature_degc:g} °C, where {lower:g} to {upper:g} °C is "
-            "possible; give it in °C",
-            name="oil_temperature_degc",
-            value=oil_temperature_degc,
-            lower=lower,
-            upper=upper,
-            unit="degC",
-        )
 
 
 def _fit_rows(prediction: Prediction) -> Iterator[tuple[Any, ...]]:

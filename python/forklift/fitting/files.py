@@ -14,12 +14,10 @@ from forklift.base import output, present
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import defined
 from forklift.base.result_files import PAGE, earlier_files, json_rows
+from forklift.fitting.agreement import prediction_files
 from forklift.fitting.compare import (
     CHANGES,
-    campaign_facts,
     command_line,
-    prediction_files,
-    truck_facts,
     validation_change,
 )
 from forklift.fitting.intervals import QUANTILE
@@ -155,9 +153,9 @@ def to_dict(fit: Fit, tables: dict[Lift, SpeedTable] | None = None) -> dict[str,
     return {
         "schema": 1,
         "forklift": __version__,
-        "campaign": campaign_facts(fit.campaign),
-        "start": truck_facts(fit.start),
-        "truck": truck_facts(fit.truck),
+        "campaign": fit.campaign.facts(),
+        "start": fit.start.facts(),
+        "truck": fit.truck.facts(),
         "options": dict(fit.options),
         "command": command(fit),
         "seconds": fit.seconds,

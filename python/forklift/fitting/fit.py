@@ -17,7 +17,7 @@ from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.fitting import words
-from forklift.fitting.compare import Comparison, check_temperature, compare, compare_fitted
+from forklift.fitting.compare import Comparison, compare, compare_fitted
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import QUANTILE, Knowledge, knowledge
 from forklift.fitting.posing import pose
@@ -27,9 +27,11 @@ from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import End, Ends, compare_ends, from_starts
-from forklift.plant.forklift.checks.suitability import Caution, suitability
+from forklift.plant.findings import Caution
+from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
+from forklift.plant.forklift.simulate import check_temperature
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import move, unknowns
 from forklift.plant.parameter import Unknown

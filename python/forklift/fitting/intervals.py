@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from forklift.recordings.noise import Sensor
 
 
+LEVEL = 0.95
+"""Of every interval."""
 QUANTILE = 1.959963984540054
 """Of the normal distribution: 95 % lie within."""
 
@@ -163,17 +165,20 @@ def _autocorrelation(residual: Floats, lags: int) -> Floats:
     return np.array([residual[k:] @ residual[:-k] / energy for k in range(1, lags + 1)])
 
 
+def ends(unknown: Unknown, theta: float, deviation: float) -> tuple[float, float]:
+    """The 95 % interval of the first parameter of an unknown: θ ± 1.96 deviations, within its bounds.
+
+    Every interval of the package is worked out here, at one level.
+    """
+    reach = QUANTILE * deviation
+    both = np.clip([theta - reach, theta + reach], unknown.lower, unknown.upper)
+    lower, upper = sorted(float(unknown.values(float(end))[0]) for end in both)
+    return lower, upper
+
+
 def _estimate(unknown: Unknown, theta: float, deviation: float, alone: float) -> Estimate:
-    ends = [
-        float(
-            unknown.values(float(np.clip(theta + sign * QUANTILE * deviation, unknown.lower, unknown.upper)))[
-                0
-            ]
-        )
-        for sign in (-1.0, 1.0)
-    ]
     value = float(unknown.values(theta)[0])
-    return Estimate(unknown, value, min(ends), max(ends), float(deviation), float(alone))
+    return Estimate(unknown, value, *ends(unknown, theta, deviation), float(deviation), float(alone))
 
 
 def _untold(

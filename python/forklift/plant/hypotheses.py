@@ -12,6 +12,7 @@ from itertools import product
 
 import numpy as np
 
+from forklift.plant.findings import InvalidStretch
 from forklift.plant.parts import Effect, Input, Output, Param, Plant
 from forklift.plant.protocol import Addition, Hypothesis
 from forklift.plant.recording import Recording
@@ -49,6 +50,13 @@ def of_effect(plant: Plant, effect: Effect) -> Iterator[Hypothesis]:
             acting(replace(effect, params=(effect.params[0], *further))),
             effect.confused_with,
         )
+
+
+def invalid_hypothesis(stretch: InvalidStretch) -> Hypothesis:
+    """A signal that stood still or slipped, whose samples were left out: nothing is left to try."""
+    return Hypothesis(
+        f"sensor_{stretch.how}", "sensor", stretch.said, stretch.channel, "sensor", None, Addition()
+    )
 
 
 def acting(effect: Effect) -> Addition:

@@ -48,6 +48,21 @@ class Campaign:
     recordings: tuple[Recording, ...]
     folder: Path | None = None
 
+    def facts(self) -> dict[str, Any]:
+        """Name, hash, and every recording's file and hash: what a result says of what it was made from."""
+        return {
+            "name": self.name,
+            "sha256": self.sha256,
+            "recordings": [{"file": found.file, "sha256": found.sha256} for found in self.recordings],
+        }
+
+    @property
+    def title(self) -> str:
+        """Its name, or its folder's, if that says anything; else what it is."""
+        names = [self.name, *([self.folder.resolve().name] if self.folder else [])]
+        telling = next((name for name in names if name.lower() != "campaign"), None)
+        return f"campaign “{telling}”" if telling else "a campaign"
+
     @classmethod
     def read(cls, path: str | Path) -> Campaign:
         """Read a campaign's folder, or its ``campaign.toml``; every recording is read and checked.

@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from forklift.diagnosis.criteria import REDRAWS
-from forklift.diagnosis.files import TELLING
+from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
+from forklift.diagnosis import sentences
+from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.fitting.residuals import AT_NOISE
-from forklift.plant.forklift import variables as operation
-from forklift.report import words
 from forklift.report.blocks import Fact
 from forklift.report.ledger import counts
-from forklift.report.physical import physical
+from forklift.report.words import NOISE
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
-    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.diagnosis.result import Diagnosis
+    from forklift.plant.protocol import Hypothesis
 
 
 ENTERED = ("sensor", "parameter")
 """Kinds of cause that are none of the machine's: a sensor, or what was entered."""
 NRMSE = "NRMSE: 100 % less the normalised root mean square error"
-USE = "The model with it is truck.toml, beside this page: how to simulate with it, see Next steps."
+LIKE = 3
+"""How many names of what could stand for a cause are told here; all are in Doubts."""
+AS_CREDIBLE = 5.0
+"""Difference in ln evidence below which two places explain as much."""
 
 
 def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     """What is wrong, where, how sure, how much, what it improves, what else it could be, what to do next."""
-    if found.unexcited:
+    if found.findings.unexcited:
         return _unexcited(found, told)
     what = [] if found.causes else [_nothing(found, told), _tested(told)]
     for cause, row in zip(found.causes, told["causes"], strict=True):
@@ -36,122 +39,192 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(found, told)]
 
 
+def said(found: Diagnosis, one: Hypothesis) -> str:
+    """A hypothesis with where it acts."""
+    return found.machine.words.at(one.name, one.where)
+
+
+def judged(found: Diagnosis) -> str:
+    """What was judged on: how many recordings, and in how many stretches that err independently."""
+    count = len({one.file for one in found.recordings if one.role == found.judged_on})
+    parts = len(found.final.by_recording())
+    each = f", as {parts} stretches" if parts != count else ""
+    kind = "held out" if found.judged_on == "validate" else "fitted on"
+    return f"{count} recording{'s' if count > 1 else ''} {kind}{each}"
+
+
 def _unexcited(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     """Where nothing moves, nothing can be told, and it is no good news."""
     return [
-        Fact("What is wrong?", "It cannot be told.", [words.prose(found.unexcited)]),
+        Fact("What is wrong?", "It cannot be told.", [prose(found.findings.unexcited)]),
         Fact(
             "What could it be?",
             f"Any of {len(told['untestable'])} hypotheses, or nothing",
             ["These recordings tell nothing of any of them: see Doubts."],
         ),
         Fact(
-            "What to record next?", "Lowerings that move a lift.", ["At several currents, loads and speeds."]
+            "What to record next?",
+            "Recordings in which something moves.",
+            ["At several commands, speeds and operating points."],
         ),
     ]
 
 
 def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
-    judged = len({one.file for one in found.final.held_out})
     worst = told["left_over"]["worst_before"]
     if told["verdict"] == "no-mismatch":
         return Fact(
             "What is wrong?",
             "Nothing that these recordings show.",
             [
-                f"With its parameters fitted, the truck explains all {judged} recordings that it was not "
-                f"fitted on. At worst one signal is left with {words.number(worst)} {words.NOISE}; up to "
-                f"about {AT_NOISE:g} counts as explained."
+                f"With its parameters fitted, the {found.machine.words.noun} explains {judged(found)}. At "
+                f"worst one signal is left with {number(worst)} {NOISE}; up to about {AT_NOISE:g} counts as "
+                "explained."
             ],
+        )
+    if found.doubted:
+        names = [
+            f"“{said(found, one.hypothesis)}” (credibility {one.credibility:.2f})" for one in found.doubted
+        ]
+        return Fact(
+            "What is wrong?",
+            "Something that several explanations fit about as well.",
+            [f"None is more likely than all others together: {', '.join(names)}."],
         )
     return Fact(
         "What is wrong?",
         "Something that has no name yet.",
-        ["No effect of the catalogue, no sensor and no condition entered wrongly explains the difference."],
+        [
+            "No effect of the catalogue, no sensor, no input and no condition entered wrongly explains the "
+            "difference."
+        ],
     )
 
 
 def _tested(told: Mapping[str, Any]) -> Fact:
     """How sure one may be that nothing is amiss, or that something is."""
-    tests = told["deficient"]["after"]["tests"]
+    tests, count = told["deficient"]["after"]["tests"], counts(told)
     failed = sum(test["failed"] for test in tests)
+    screened = f"{count['considered']} hypotheses were considered, {count['fitted']} of them fitted."
+    open_ = _untold(count)
     if not failed:
         return Fact(
             "How sure is that?",
             f"All {len(tests)} tests pass",
             [
                 "What is left over has the size of the sensors' noise, is as random, and depends on nothing "
-                "that was measured. A complete model passes all of them 99 times in 100."
+                "that was measured. A complete model passes all of them 99 times in 100.",
+                screened,
+                *open_,
             ],
         )
     return Fact(
         "How sure is that?",
         f"{failed} of {len(tests)} tests fail",
-        ["They ask whether what is left over is noise alone: see Doubts. A complete model passes all of them "
-         "99 times in 100."],
-    )  # fmt: skip
+        [
+            "They ask whether what is left over is noise alone: see Doubts. A complete model passes all of "
+            "them 99 times in 100.",
+            screened,
+            *open_,
+        ],
+    )
 
 
 def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
-    sizes = []
-    for one in row["parameters"][:1] if row["kind"] != "unknown" else ():
-        value, lower, upper = words.size(one["value"], one["lower"], one["upper"])
-        unit = words.printed(one["unit"])
-        sizes.append(
-            f"{value} {unit} ({100 * one['level']:g} % interval {lower} to {upper})".replace("  ", " ")
-        )
-    name = words.hypothesis(cause.hypothesis)
+    words = found.machine.words
+    name = ("" if cause.credibility >= LIKELY else "perhaps ") + said(found, cause.hypothesis)
     if cause.curve:
         return Fact(
             "What is wrong?",
-            words.capital(name),
+            capital(name),
             [
                 "But by another law than the catalogue's: a curve without a name, over "
                 f"{cause.curve.over}, has joined it in the model. Only their sum is told, not the share of "
                 "either; it is drawn below."
             ],
         )
+    sizes = list(_sizes(row))
+    shown = (
+        found.machine.physical(cause.hypothesis, found.values, found.recordings) if row["parameters"] else ""
+    )
+    details = []
+    if sizes:
+        whole = words.sentence(cause.hypothesis, row["parameters"])
+        details = [*([whole] if whole else []), f"Size: {'; '.join(sizes)}."]
+    if row["kind"] == "unknown":
+        curve = "; its curve is drawn below." if cause.hypothesis.over and not shown else "."
+        details = [f"It has no name in the catalogue{curve}"]
     return Fact(
         f"What is wrong{', and how much' if sizes else ''}?",
-        words.capital(name),
-        [
-            *([words.sentence(cause.hypothesis, row["parameters"])] if sizes else []),
-            *(f"Size: {size}." for size in sizes),
-            *(
-                [said]
-                if sizes and (said := physical(found, cause.hypothesis.id, cause.hypothesis.where))
-                else []
-            ),
-            *([f"It has no name in the catalogue{_curve(found, cause)}"] if row["kind"] == "unknown" else []),
-        ],
+        capital(name),
+        [*details, *([shown] if shown else [])],
     )
 
 
-def _curve(found: Diagnosis, cause: Cause) -> str:
-    """Where the curve of what has no name is told: in words, by the effect that holds it, or in a picture."""
-    effect = (cause.hypothesis.amplitude or "").split(".")[1:2]
-    told = [said for one in effect if (said := physical(found, one, cause.hypothesis.where))]
-    if told:
-        return f". {told[0]}"
-    return "; its curve is drawn below." if cause.hypothesis.over else "."
+def _sizes(row: Mapping[str, Any]) -> Iterator[str]:
+    """Every parameter of a cause with its interval: of a condition the mean, of a curve none."""
+    rows = row["parameters"] if row["kind"] != "unknown" else ()
+    for one in [one for one in rows if " in " not in one["name"]]:
+        value, lower, upper = size(one["value"], one["lower"], one["upper"])
+        unit = f" {printed(one['unit'])}".rstrip()
+        yield f"{one['name']} = {value}{unit} (95 % interval {lower} to {upper})"
 
 
 def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
-    location = told["location"]
-    where = words.EQUATIONS[location["equation"]]
-    velocity = (
-        bool(told["causes"]) and told["causes"][0]["kind"] not in ENTERED and not found.final.loo_log_score
+    words, location = found.machine.words, told["location"]
+    named = dict.fromkeys(
+        place
+        for cause in found.causes
+        for place in (found.machine.acted_on(cause.hypothesis) or (cause.hypothesis.where,))
+        if place
     )
-    details = [_most(location["signal"], velocity)]
-    telling = [one for one in told["functions_of"] if one["explained"] >= TELLING][:1]
-    details += [
-        "Found without knowing any cause: beyond the fitted truck, something unseen acts on the "
-        f"{words.place(told['unknown_inputs'][0]['port'])[0]}, and {100 * one['explained']:.0f} % of it is a "
-        f"function of the {operation.words(one['variable'], 'main')[0]}."
-        for one in telling
-    ]
-    lift = "" if location["equation"] == "operating-point" else f"{words.lifts(location['lift'])}: "
-    return Fact("Where?", words.capital(f"{lift}{where}"), details)
+    velocity = bool(found.causes) and sentences.gain(found) is not None and not found.final.loo_log_score
+    details = [_most(found, location["signal"], velocity)]
+    if found.inputs:
+        details.append(_unknown(found))
+    part = words.part(location[found.machine.part_word])
+    of = "" if location["equation"] == "operating-point" or not part else f"{part}: "
+    places = [words.place(name).name for name in named]
+    answer = f"{of}{words.equation(location['equation'])}"
+    if not part and places:
+        answer = f"at {'; at '.join(places)}"
+    return Fact("Where?", capital(answer), details)
+
+
+def _unknown(found: Diagnosis) -> str:
+    """The place as the recordings tell it, without knowing any cause."""
+    words, best = found.machine.words, found.inputs[0]
+    near = [one for one in found.inputs[1:] if best.evidence - one.evidence < AS_CREDIBLE]
+    doubt = (
+        f" ({' or '.join(words.place(one.port).name for one in near[:LIKE])} would explain as much)"
+        if near
+        else ""
+    )
+    telling = next((one for one in found.shapes if one.explained >= TOLD_REGION), None)
+    told = (
+        f"{100 * telling.explained:.0f} % of it is a function of "
+        f"{words.variable(telling.variable, found.machine.part_of(best.port)).name}"
+        if telling
+        else "no variable tells most of it"
+    )
+    return (
+        f"Found without knowing any cause: beyond the fitted {words.noun}, something unseen acts on "
+        f"{words.place(best.port).name}{doubt}, and {told}."
+    )
+
+
+def _most(found: Diagnosis, channel: str, headline: bool) -> str:
+    """In which signal it shows most; and why the headline has another, if so."""
+    words, of = found.machine.words, found.machine.headline
+    told = f"It shows most in the {words.signal(channel)}, held against that sensor's noise."
+    if not headline or not of or channel.startswith(of):
+        return told
+    derived = channel == "fork_height_m" or channel.startswith("position")
+    return told + (
+        f" The headline's {of} is derived from such a position."
+        if derived
+        else f" The headline tells the {of}, for which the model is made."
+    )
 
 
 def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[str, Any]) -> Fact:
@@ -161,37 +234,44 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             question,
             "It is seen in the samples themselves",
             [
-                "The signal stands still while the lift moves, or jumps while the lift does not, which no "
-                "working sensor does; these samples were left out of everything below."
+                "The signal stands still while it should not, or jumps, which no working sensor does; these "
+                "samples were left out of everything below."
             ],
         )
     law = _law(found, cause, row)
-    count, held = counts(told), len({one.file for one in found.final.held_out})
+    count = counts(told)
     tried = f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted"
     if cause.rivals:
         share = 100.0 * row["credibility"]
         draws = (
-            f"{tried}. The {held} recordings held out were redrawn at random {REDRAWS} times; in "
+            f"{tried}. The {judged(found)}, were redrawn at random {REDRAWS} times; in "
             f"{share:.0f} % of the draws this explains them better than all else that was fitted."
         )
     else:
         why = "no other promised enough beside it" if count["fitted"] == 1 else "none of them without it"
         draws = (
-            f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that it had no rival to beat on the {held} "
-            "recordings held out."
+            f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that it had no rival to beat on the "
+            f"{judged(found)}."
         )
-    alike = [words.hypothesis(one) for one in cause.not_separable_from]
+    stands = _stands(found, cause)
+    first_order = [f"To first order {_some(stands)} could stand for it: see Doubts."] if stands else []
+    groups = _groups(found) if cause is found.causes[0] else []
+    alike = _alike(found, cause)
     if alike:
         return Fact(
             question,
-            f"Not sure: it cannot be told from {_listed(alike)}",
+            f"Not sure: it cannot be told from {_some(alike)}",
             [
                 f"Credibility {row['credibility']:.2f} of 1. {draws}",
-                "Each of them leaves nothing but the sensors' noise over.",
+                "Each of them explains the recordings as well.",
+                *first_order,
+                *groups,
             ],
         )
     alone = "" if cause.rivals else ", without a rival"
-    return Fact(question, f"Credibility {row['credibility']:.2f} of 1{alone}", [draws, law])
+    return Fact(
+        question, f"Credibility {row['credibility']:.2f} of 1{alone}", [draws, law, *first_order, *groups]
+    )
 
 
 def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
@@ -225,189 +305,196 @@ def _doubt(found: Diagnosis, cause: Cause) -> str:
     )
 
 
+def _covered(found: Diagnosis, cause: Cause) -> str:
+    """Over which values of the conditions that tell it, where these leave gaps."""
+    told = []
+    for name in cause.hypothesis.needs_two_of:
+        values = [one.conditions[name] for one in found.after.predictions]
+        what, unit, _ = found.machine.words.condition(name)
+        none = ", none between" if len(spans(values)) > 1 else ""
+        told.append(f"{what} at {stretches(values)} {unit}{none}")
+    return f" ({'; '.join(told)})" if told else ""
+
+
 def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
-    left, gain = told["left_over"], told["fit_summary"].get("validate")
+    question = "How much better does the model get?"
+    left, summary = told["left_over"], told["fit_summary"].get("validate")
+    errors = list(_errors(found, told))
+    kept = judged(found)
     if not found.final.hypotheses:
         answer = "There is nothing to gain." if told["verdict"] == "no-mismatch" else "Nothing was added."
-        fit = (
-            f"The velocity fits to {gain['nrmse_before']:.1f} % ({NRMSE}) on recordings held out."
-            if gain
-            else ""
-        )
-        return Fact("How much better does the model get?", answer, [fit] if fit else [])
-    details = [
-        f"What is left over falls in the worst signal from {words.number(left['worst_before'])} to "
-        f"{words.number(left['worst_after'])} {words.NOISE}."
-    ]
-    if found.final.loo_log_score:
-        details.append(
-            "It shows in no recording alone. But each recording is foretold better by all the "
-            "others with "
-            f"it, altogether by {words.number(found.final.loo_log_score)} in ln probability, which "
-            f"decides here."
-        )
-    if not gain or any(cause.hypothesis.kind == "sensor" for cause in found.causes):
-        return Fact(
-            "How much better does the model get?",
-            f"Left over {words.number(left['worst_before'])} → {words.number(left['worst_after'])}",
-            details[:1],
-        )
-    return Fact(
-        "How much better does the model get?",
-        f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
-        [
-            *_errors(told),
-            f"Velocity fit: a gain of {gain['gain']:.2f} points (95 % interval {gain['gain_lower']:.2f} to "
-            f"{gain['gain_upper']:.2f}) of {NRMSE}.",
-            *details,
-        ],
+        now = ", ".join(f"{name} {after} {unit}".rstrip() for name, _, after, unit in errors)
+        return Fact(question, answer, [f"Root mean square error, {kept}: {now}."] if now else [])
+    changes = [f"{name} {before} → {after} {unit}".rstrip() for name, before, after, unit in errors]
+    noise = (
+        f"What is left over falls in the worst signal from {number(left['worst_before'])} to "
+        f"{number(left['worst_after'])} {NOISE}."
     )
+    if found.final.loo_log_score:
+        noise += (
+            " It shows in no recording alone. But each recording is predicted better by all the others with "
+            f"it, altogether by {number(found.final.loo_log_score)} in ln probability, which decides here."
+        )
+    all_errors = [f"Root mean square errors, {kept}: {', '.join(changes)}."] if changes else []
+    gain = sentences.gain(found)
+    if gain is None:
+        change = f"Left over {number(left['worst_before'])} → {number(left['worst_after'])}"
+        return Fact(question, change, [noise, *all_errors])
+    if gain.unit == "%" and summary:
+        return Fact(
+            question,
+            f"{capital(found.machine.headline)} fit {gain.before:.1f} → {gain.after:.1f} %",
+            [
+                *all_errors,
+                f"{capital(found.machine.headline)} fit: a gain of {summary['gain']:.2f} points (95 % "
+                f"interval {summary['gain_lower']:.2f} to {summary['gain_upper']:.2f}) of {NRMSE}.",
+                noise,
+            ],
+        )
+    rows = [row for row in told["fit"] if row["role"] == found.judged_on and row["rmse_after"] is not None]
+    fewer = sum(row["rmse_after"] < row["rmse_before"] for row in rows)
+    return Fact(
+        question,
+        f"Error of {changes[0]}",
+        [*all_errors, f"Smaller in {fewer} of {len(rows)} signals.", noise],
+    )
+
+
+def _errors(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[tuple[str, str, str, str]]:
+    """Root mean square errors in units that a workshop reads: signal, before, after, unit."""
+    for one in sorted(told["errors"], key=lambda one: one["channel"]):
+        name, unit, scale = found.machine.words.fine(one["channel"], one["unit"])
+        yield name, number(scale * one["before"], 2), number(scale * one["after"], 2), unit
 
 
 def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     question = "What could it be instead?"
-    alike = dict.fromkeys(words.hypothesis(one) for cause in found.causes for one in cause.not_separable_from)
-    if alike:
+    first = next((alike for cause in found.causes if (alike := _alike(found, cause))), [])
+    open_ = _untold(counts(told))
+    if first:
         return Fact(
             question,
-            f"{words.capital(' or '.join(alike))}: these recordings cannot tell.",
-            ["These explain the recordings held out as well, and are not ruled out."],
+            f"{capital(_some(first, quoted=False))}: these recordings cannot tell.",
+            ["These explain the recordings as well, and are not ruled out.", *open_],
         )
     rivals = sorted(
         (
             (left, share, names)
             for cause in found.causes
             for names, share, left in cause.rivals
-            if words.hypothesis(cause.hypothesis) not in map(words.hypothesis, names)  # the cause and more
+            if not set(names) <= set(found.final.hypotheses)
+            and said(found, cause.hypothesis) not in [said(found, one) for one in names]  # the cause and more
         ),
         key=lambda one: one[0],
-    )
-    untestable = counts(told)["unidentifiable"]
-    open_ = (
-        [f"{_others(untestable)} could not be tested with these recordings: see Doubts."]
-        if untestable
-        else []
     )
     if not rivals:
         needed = told["verdict"] != "no-mismatch"
         none = "Nothing else that could be tested." if needed else "Nothing else was needed."
-        if found.causes:
-            open_ = [*_runner_up(told), *open_]
-        return Fact(question, none, open_)
-    open_ = [
-        *(
-            f"The same by the catalogue's law alone leaves {words.number(cause.alone)} on average: its law "
-            "is in doubt, not its place."
-            for cause in found.causes
-            if cause.alone is not None
-        ),
-        *open_,
+        return Fact(question, none, [*(_runner_up(found, told) if found.causes else []), *open_])
+    alone = [
+        f"The same by the catalogue's law alone leaves {number(cause.alone)} on average: its law is in "
+        "doubt, not its place."
+        for cause in found.causes
+        if cause.alone is not None
     ]
     left, share, names = rivals[0]
-    nearest = " and ".join(words.hypothesis(one) for one in names)
+    nearest = " and ".join(said(found, one) for one in names) or "nothing added"
     return Fact(
         question,
         "Nothing that was tried explains it as well.",
         [
-            f"Nearest: {nearest}, which leaves {words.number(left)} {words.NOISE}, with a credibility of "
-            f"{share:.2f}.",
+            f"Nearest: {nearest}, which leaves {number(left)} {NOISE}, with a credibility of {share:.2f}.",
+            *alone,
             *open_,
         ],
     )
 
 
 def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
-    question, proposed = "What to record next?", told["next_recording"]
-    alike = [words.hypothesis(one) for cause in found.causes for one in cause.not_separable_from]
+    question, wanted = "What to record next?", found.next_recording
+    use = f"The model with it is {found.machine.file}, beside this page: see Next steps."
+    alike = [name for cause in found.causes for name in _alike(found, cause)]
     uncertain = any(cause.form == "uncertain" for cause in found.causes)
-    if proposed is None:
+    if wanted is None:
+        left = _untold(counts(told))
         if alike or uncertain:
             return Fact(
-                question,
-                "No recording would settle it.",
-                ["None that this machine can make would tell the explanations apart: see Next steps."],
+                question, "No recording is known that would settle it.", [prose(found.next_why), *left]
             )
-        unidentifiable = counts(told)["unidentifiable"]
-        left = [f"{_others(unidentifiable)} could not be tested: see Doubts."] if unidentifiable else []
-        return Fact(
-            question,
-            "Nothing more is needed for this cause." if found.causes else "Nothing more is needed.",
-            [words.prose(told["next_recording_why"]), *left, USE],
-        )
+        if told["verdict"] == "unknown-effect" and not found.causes:
+            telling = next((one for one in found.shapes if one.explained >= TOLD_REGION), None)
+            over = (
+                found.machine.words.variable(
+                    telling.variable, found.machine.part_of(found.inputs[0].port)
+                ).name
+                if telling
+                else ""
+            )
+            return Fact(
+                question,
+                f"More of the {over}, over a wider range." if over else "Nothing can be proposed.",
+                ["And give the catalogue an effect that may act there: see Evidence.", *left],
+            )
+        answer = "Nothing more is needed for this cause." if found.causes else "Nothing more is needed."
+        return Fact(question, answer, [prose(found.next_why), *left, *([use] if found.causes else [])])
     if alike:
-        why = f"It would tell the cause from this: {_listed(alike)}."
+        why = f"It would tell the cause from this: {_some(alike)}."
     elif found.selection.curve:
         why = "It would tell the catalogue's law from the curve."
     elif uncertain:
         why = "It would tell the cause from what comes nearest to it."
     elif found.causes:
-        why = "It would tell the size of the cause more closely."
+        why = "It would tell the size of the cause more closely, or part it from what could stand for it."
     else:
-        why = words.prose(told["next_recording_why"])
+        why = prose(found.next_why)
     return Fact(
         question,
-        f"{words.capital(words.lifts(proposed['lift']))}, {proposed['load_kg']:g} kg, "
-        f"oil at {proposed['oil_temperature_degc']:.0f} °C",
-        [why, f"The command is in {proposed['command']}, beside this page.", USE],
+        capital(wanted.title),
+        [why, f"What drives it is in {told['next_recording']['command']}, beside this page.", use],
     )
 
 
-def _most(channel: str, velocity: bool) -> str:
-    """In which signal it shows most; and why the headline has another, if so."""
-    said = f"It shows most in the {words.signal(channel)}, held against that sensor's noise."
-    if not velocity or channel.startswith("velocity"):
-        return said
-    derived = channel == "fork_height_m" or channel.startswith("position")
-    return said + (
-        " The headline's velocity is derived from such a position."
-        if derived
-        else " The headline tells the velocity, for which the model is made."
-    )
+def _groups(found: Diagnosis) -> list[str]:
+    """What speaks against it where whole groups were left out."""
+    bad = [one.group for one in found.groups if not one.holds]
+    told = [f"It does not hold in {', '.join(bad)}, predicted from the others: see Doubts."] if bad else []
+    if found.outlying_groups:
+        told.append(f"{', '.join(found.outlying_groups)} fits no law that fits the others: see Doubts.")
+    return told
 
 
-def _covered(found: Diagnosis, cause: Cause) -> str:
-    """Over which values of the conditions that tell it, where these leave gaps."""
-    said = []
-    runs = found.after.predictions
-    for name in cause.hypothesis.needs_two_of:
-        values = [
-            one.oil_temperature_degc if name == "oil_temperature_degc" else one.recording.load_kg
-            for one in runs
-        ]
-        what, unit = ("oil", "°C") if name == "oil_temperature_degc" else ("load", "kg")
-        none = ", none between" if len(words.spans(values)) > 1 else ""
-        said.append(f"{what} at {words.stretches(values)} {unit}{none}")
-    return f" ({'; '.join(said)})" if said else ""
+def _alike(found: Diagnosis, cause: Cause) -> list[str]:
+    """What explains what was held out as well as a cause."""
+    return list(dict.fromkeys(said(found, one) for one in cause.not_separable_from))
 
 
-def _errors(told: Mapping[str, Any]) -> list[str]:
-    """Root mean square errors in units that a workshop reads."""
-    if not told["errors"]:
-        return []
-    said = []
-    for one in sorted(told["errors"], key=lambda one: one["channel"]):
-        name, unit, scale = words.fine(one["channel"], one["unit"])
-        before, after = (words.number(scale * one[when], 2) for when in ("before", "after"))
-        said.append(f"{name} {before} → {after} {unit}")
-    count = max(one["recordings"] for one in told["errors"])
-    return [f"Root mean square errors, {count} recordings held out: {', '.join(said)}."]
+def _stands(found: Diagnosis, cause: Cause) -> list[str]:
+    """What could stand for a cause on such recordings, to first order."""
+    other = (said(found, one.other) for one in found.confounded if one.accepted is cause.hypothesis)
+    return [name for name in dict.fromkeys(other) if name not in _alike(found, cause)]
 
 
-def _runner_up(told: Mapping[str, Any]) -> list[str]:
+def _some(names: Sequence[str], *, quoted: bool = True) -> str:
+    names = list(dict.fromkeys(names))
+    more = f" and {len(names) - LIKE} more" if len(names) > LIKE else ""
+    return " or ".join(f"“{name}”" if quoted else name for name in names[:LIKE]) + more
+
+
+def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     """What promised most of what was neither named nor fitted."""
     named = max((one["promised"] or 0.0 for one in told["hypotheses"] if one["named"]), default=0.0)
     other = next((one for one in told["hypotheses"] if not (one["named"] or one["unidentifiable"])), None)
     if not other or not named:
         return []
     return [
-        f"Next in promise, and not fitted: {words.at(other['name'], other['where'])}, with "
-        f"{100.0 * other['promised'] / named:.0f} % of the cause's promise (list below)."
+        f"Next in promise, and not fitted: {found.machine.words.at(other['name'], other['where'])}, with "
+        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of the cause's promise (list below)."
     ]
 
 
-def _others(count: int) -> str:
-    return f"{count} other {'hypotheses' if count > 1 else 'hypothesis'}"
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " or ".join(f"“{name}”" for name in dict.fromkeys(names))
+def _untold(count: Mapping[str, int]) -> list[str]:
+    others = count["unidentifiable"]
+    plural = "hypotheses" if others > 1 else "hypothesis"
+    return (
+        [f"{others} other {plural} could not be tested with these recordings: see Doubts."] if others else []
+    )

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from forklift.fitting.intervals import Knowledge
-    from forklift.plant.forklift.candidates import NextRecording
     from forklift.report.curves import Against
 
     Floats = NDArray[np.float64]
@@ -135,24 +134,6 @@ def reduced_chi2(title: str, rows: Sequence[tuple[str, float, str]], note: str) 
         at(1.0),
         "1: noise alone",
     )
-
-
-def command(proposed: NextRecording) -> Figure:
-    """The currents of a recording that should be made."""
-    currents = {"free": proposed.command.current_free_a, "main": proposed.command.current_main_a}
-    time = numbers(proposed.command.time_s)
-    data = [
-        {
-            "type": "scatter", "mode": "lines", "name": f"{lift} lift", "x": time, "y": numbers(current),
-            "line": {"color": colour, "width": 2, "dash": dash}, "hovertemplate": "%{y:.3g} A",
-        }
-        for (lift, current), colour, dash in zip(
-            currents.items(), ("@after", "@before"), ("solid", "dot"), strict=True
-        )
-        if np.any(current)
-    ]  # fmt: skip
-    panel = Panel("", data, _over_time(Quantity("Current", "A")) | {"showlegend": len(data) > 1})
-    return Figure("The command to record", "", [panel], height=260)
 
 
 def over_time(what: Quantity, time: Floats, values: Floats) -> Panel:

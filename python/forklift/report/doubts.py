@@ -1,67 +1,167 @@
-"""What a diagnosis does not know: what cannot be told apart, what was not asked, where it may be wrong."""
+"""What a diagnosis does not know: what cannot be told apart, what does not hold, where it may be wrong."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.report import words
+from forklift.base.typeset import capital, number, printed, prose
+from forklift.diagnosis.ledger import Untold
+from forklift.report.answers import judged, said
 from forklift.report.blocks import Block, Points, Section, Table
-from forklift.report.words import number, printed
+from forklift.report.words import NOISE, another_law
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.diagnosis.group_validation import GroupFold
+    from forklift.diagnosis.result import Diagnosis
+    from forklift.plant.subject import Words
+
+FEW = 4
+"""Stretches below which a credibility says little."""
+UNTOLD: Mapping[Untold, str] = {
+    "one-value": "It shows only between recordings at several oil temperatures, or loads, and these have one",
+    "no-trace": "Nothing that these recordings measure answers to it",
+    "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
+}
+"""Why recordings tell nothing of a hypothesis."""
 
 
 def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks against the verdict, or limits it."""
     blocks: list[Block] = [
-        Points(_alike(found), "Could it be taken for something else?"),
+        Points(list(_alike(found)), "Could it be taken for something else?"),
         Points(list(_form(found, told)), "Is the law right?"),
-        Points(_regimes(told), "Does it hold everywhere?"),
-        Points(_untestable(told), "What these recordings cannot tell"),
-        Points([told["deficient"]["after"]["sentence"]], "Is anything left over?"),
+        Points([*_regimes(told), *_everywhere(found)], "Does it hold everywhere?"),
+        *_groups(found),
+        Points(_untestable(told, found.machine.words), "What these recordings cannot tell"),
+        Points([told["deficient"]["after"]["sentence"], *_left(found)], "Is anything left over?"),
+        Points(list(_recordings(found)), "About these recordings"),
     ]
-    if found.cautions:
-        blocks.append(Points([words.prose(one.sentence) for one in found.cautions], "About these recordings"))
     if told["regimes"]:
         blocks.append(_regime_table(told))
-    blocks.append(_tests(told))
+    blocks.append(_tests(found, told))
     return Section(
         "doubts", "Doubts", "What could be wrong with this verdict, and what it leaves open.", blocks
     )
 
 
-def _alike(found: Diagnosis) -> list[str]:
-    said = [
-        f"“{words.capital(words.hypothesis(cause.hypothesis))}” cannot be told from "
-        f"{' or '.join(f'“{words.hypothesis(one)}”' for one in cause.not_separable_from)}: they explain the "
-        "recordings held out as well."
-        for cause in found.causes
-        if cause.not_separable_from
-    ]
-    if said:
-        return said
+def _alike(found: Diagnosis) -> Iterator[str]:
     if not found.causes:
-        return ["No cause was named, so that there is none to be taken for another."]
-    return ["Nothing that was tried explains the recordings held out as well."]
+        yield "No cause was named, so that there is none to be taken for another."
+        return
+    none = True
+    for cause in found.causes:
+        name = capital(said(found, cause.hypothesis))
+        if cause.not_separable_from:
+            none = False
+            others = " or ".join(f"“{said(found, one)}”" for one in cause.not_separable_from)
+            yield f"“{name}” cannot be told from {others}: they explain the recordings as well."
+        stand = [one for one in found.confounded if one.accepted is cause.hypothesis]
+        if stand:
+            none = False
+            others = ", ".join(f"{said(found, one.other)} ({100 * one.share:.0f} %)" for one in stand)
+            yield (
+                f"“{name}” has nearly the same effect on these recordings as what follows, which to first "
+                f"order takes over so much of it with other parameters moved: {others}. Where that is exact, "
+                "such recordings cannot part them, whatever they measure."
+            )
+    if none:
+        yield "Nothing that was tried explains what was held out as well, and nothing could stand for it."
 
 
 def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        name = words.capital(words.hypothesis(cause.hypothesis))
+        name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
             yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
         elif found.final.complete and found.selection.curve:
-            yield f"{name}: uncertain. {words.another_law(found.selection.curve, bool(cause.curve))}"
+            yield f"{name}: uncertain. {another_law(found.selection.curve, bool(cause.curve))}"
         else:
             yield (
                 f"{name}: uncertain. The place is supported, but the final model leaves up to "
-                f"{number(told['left_over']['worst_after'])} {words.NOISE} in a signal, or needed a curve "
-                "without a name beside it; the law may be another."
+                f"{number(told['left_over']['worst_after'])} {NOISE} in a signal, or needed a curve without "
+                "a name beside it; the law may be another."
             )
     if not found.causes:
         yield "No law was added."
+
+
+def _left(found: Diagnosis) -> Iterator[str]:
+    """How many signals are not explained, and in how many what is left over is correlated."""
+    held, worst = found.final.held_out, found.final.worst
+    over = [one for one in held if not one.explained]
+    most = f"most in {worst.channel} of {worst.file}: {number(worst.mean_square)} {NOISE}"
+    if over:
+        yield f"In {len(over)} of {len(held)} signals more than noise is left over, {most}."
+    else:
+        yield f"In none of {len(held)} signals more than noise is left over; {most}."
+    tested = [one for one in held if one.white is not None]
+    coloured = sum(not one.white for one in tested)
+    if coloured:
+        yield (
+            f"What is left over is correlated in time in {coloured} of {len(tested)} signals (Ljung–Box "
+            "test): something slow is not explained, if only by a little. The intervals allow for it."
+        )
+
+
+def _everywhere(found: Diagnosis) -> Iterator[str]:
+    """Whether each group of recordings is predicted better with it."""
+    if not found.groups:
+        if found.causes:
+            yield (
+                "Whether it holds in recordings of other groups (loads, pressures, days) was not asked: it "
+                "takes two groups at least that can be left out in turn."
+            )
+        return
+    bad = [one.group for one in found.groups if not one.holds]
+    yield (
+        f"Predicted from the other groups, it explains nothing in {', '.join(bad)}: what is found in its own "
+        "groups only is no physics."
+        if bad
+        else f"Each of {len(found.groups)} groups is predicted better with it, fitted on the others alone."
+    )
+    if found.outlying_groups:
+        yield (
+            f"{', '.join(found.outlying_groups)} fits no law that fits the others: even fitted alone much "
+            "more is left over there. Look at how it was recorded."
+        )
+
+
+def _groups(found: Diagnosis) -> Iterator[Table]:
+    if not found.groups:
+        return
+    names = list(dict.fromkeys(name for one in found.groups for name, _ in one.amplitudes))
+    yield Table(
+        "Each group left out, and predicted from the others",
+        ["Group", "Before", "After", "Fitted alone", *names, "Verdict"],
+        [
+            [
+                one.group, number(one.before), number(one.after), number(one.alone),
+                *(number(dict(one.amplitudes).get(name)) for name in names),
+                "fits no law" if one.group in found.outlying_groups else _holds(one),
+            ]
+            for one in found.groups
+        ],
+        [False, *[True] * (3 + len(names)), False],
+        note=f"Mean square left over, {NOISE}; alone: with what was found fitted to the group itself. Then "
+        "the size of each cause, as the other groups have it: one that differs from group to group is no "
+        "constant of the machine.",
+    )  # fmt: skip
+
+
+def _holds(fold: GroupFold) -> str:
+    return "holds" if fold.holds else "does not hold"
+
+
+def _recordings(found: Diagnosis) -> Iterator[str]:
+    if found.judged_on != "validate":
+        yield "No recording was held out: on what it was fitted on, any model can be made to look good."
+    few = len(found.final.by_recording()) < FEW
+    yield f"Judged on {judged(found)}." + (
+        " That is few: a credibility from so few says little." if few else ""
+    )
+    for one in found.findings.cautions:
+        yield prose(one.sentence)
 
 
 def _regimes(told: Mapping[str, Any]) -> list[str]:
@@ -87,15 +187,7 @@ def _side(one: Mapping[str, Any], place: int) -> str:
     )
 
 
-UNTOLD = {
-    "one-value": "It shows only between recordings at several oil temperatures, or loads, and these have one",
-    "no-trace": "Nothing that these recordings measure answers to it",
-    "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
-}
-"""Why recordings tell nothing of a hypothesis, by `forklift.diagnosis.ledger.Untold`."""
-
-
-def _untestable(told: Mapping[str, Any]) -> list[str]:
+def _untestable(told: Mapping[str, Any], words: Words) -> list[str]:
     """One line per reason."""
     names: dict[str, list[str]] = {}
     for one in told["hypotheses"]:
@@ -104,7 +196,8 @@ def _untestable(told: Mapping[str, Any]) -> list[str]:
     if not names:
         return ["Every hypothesis of the catalogue could be tested."]
     return [
-        f"{UNTOLD[why]}, so that neither its presence nor its absence is claimed: {'; '.join(those)}."
+        f"{UNTOLD[why]}, so that neither its presence nor its absence is claimed: "  # type: ignore[index]
+        f"{'; '.join(dict.fromkeys(those))}."
         for why, those in names.items()
     ]
 
@@ -127,7 +220,8 @@ def _regime_table(told: Mapping[str, Any]) -> Table:
     )  # fmt: skip
 
 
-def _tests(told: Mapping[str, Any]) -> Table:
+def _tests(found: Diagnosis, told: Mapping[str, Any]) -> Table:
+    words = found.machine.words
     rows = [(when, test) for when in ("before", "after") for test in told["deficient"][when]["tests"]]
     each = " and ".join(f"{len(told['deficient'][when]['tests'])} {when}" for when in ("before", "after"))
     return Table(

@@ -5,154 +5,182 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.plant.forklift import ports as unknown_ports
-from forklift.plant.forklift import variables as operation
-from forklift.plant.forklift.effects import EFFECTS
-from forklift.plant.forklift.hypotheses import effect_specs
-from forklift.report import charts, heat, law, parameters, rivals, words
+from forklift.base.typeset import number
+from forklift.diagnosis.criteria import TELLING
+from forklift.diagnosis.laws import laws
+from forklift.report import charts, heat, law, parameters, rivals
+from forklift.report.answers import said
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
-from forklift.report.gains import every_fit, gains, validation
+from forklift.report.fits import every_fit, of_conditions
 from forklift.report.tables import mean_square, percent, share
-from forklift.report.traces import BAND, HOW_TO_READ, place, replays
+from forklift.report.traces import BAND, READ, of_agreement, place
+from forklift.report.unseen import beyond
+from forklift.report.words import REST, Quantity
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.fitting.observed import Observed
-    from forklift.recordings.channels import Lift
+    from forklift.diagnosis.result import Diagnosis
+    from forklift.plant.protocol import Hypothesis
 
-TELLING = 0.05
-"""A variable that explains less than this share of the input is not worth a drawing."""
+MOST_ROWS = 60
+"""A map of more recordings, or stretches, is not drawn."""
+BEYOND = 3.0
+"""An unknown input that moves readings so many times as far as they are off is mostly made up for."""
 
 
 def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks for the verdict."""
     changed = bool(found.final.hypotheses)
+    noun = found.machine.words.noun
     blocks: list[Block] = [
-        explorer(found, changed),
-        _heat(found, changed),
-        *_law(found),
+        explorer(found, told, changed=changed),
+        *_heat(found, changed=changed),
+        *_asked_for(found),
+        *_laws(found),
         *_added(found),
-        *rivals.contests(_contests(found, told["left_over"]), words.hypothesis),
-        *_places(told),
-        *(gains(found.before, found.after) if changed else validation(found.after)),
-        _shares(told),
+        *rivals.contests(list(_contests(found)), lambda one: said(found, one), f"; {REST}"),
+        *rivals.places(
+            [
+                (found.machine.words.place(one["port"]).name, one["ln_evidence"], one["left_over"])
+                for one in told["unknown_inputs"]
+            ]
+        ),
+        *of_conditions(found, changed=changed),
+        _shares(found, told),
         every_fit(told["fit"], ["_before", "_after"] if changed else ["_after"]),
         *parameters.diagnosed(found, told["parameters"]),
     ]
+    held = (
+        " Fitted on some of the recordings only; what counts are the others, held out."
+        if found.judged_on == "validate"
+        else " No recording was held out, so that all of this is on what was fitted."
+    )
     lead = (
-        "Before is the truck with its parameters fitted to these recordings as well as can be; after is the "
-        "same with what was found, fitted anew. Both were fitted on some of the recordings only; what counts "
-        "are the others, held out."
+        f"Before is the {noun} with its parameters fitted to these recordings as well as can be; after is "
+        f"the same with what was found, fitted anew.{held}"
         if changed
-        else "The truck with its parameters fitted to some of the recordings; what counts are the others, "
-        "held out. Nothing was added to it."
+        else f"The {noun} with its parameters fitted. Nothing was added to it.{held}"
     )
     return Section("evidence", "Evidence", lead, blocks)
 
 
-def explorer(found: Diagnosis, changed: bool) -> Explorer:
-    """Every recording before and after, where it differs most first."""
-    known = {(row["file"], row["channel"]): row for row in _fits(found)}
+def explorer(found: Diagnosis, told: Mapping[str, Any], *, changed: bool) -> Explorer:
+    """Every recording before and after, what was held out first, where it differs most first."""
+    words = found.machine.words
+    rows = {(row["file"], row["channel"]): row for row in told["fit"]}
     left = [
         {(one.file, one.channel): one.mean_square for one in refit.judged}
         for refit in (found.baseline, found.final)
     ]
 
     def note(file: str, channel: str) -> str:
-        row = known.get((file, channel))
-        said = []
-        if row and row["before"] is not None:
-            both = [percent(row["before"]), *([percent(row["after"])] if changed else [])]
-            said.append(f"fit {' → '.join(both)} % (NRMSE)")
+        row, notes = rows.get((file, channel)), []
+        when = ("before", "after") if changed else ("after",)
+        if row and row["nrmse_after"] is not None and row["nrmse_before"] is not None:
+            notes.append(f"fit {' → '.join(percent(row[f'nrmse_{one}']) for one in when)} % (NRMSE)")
+        if row and row["rmse_after"] is not None and row["rmse_before"] is not None:
+            _, unit, scale = words.fine(channel, row["unit"])
+            errors = " → ".join(number(scale * row[f"rmse_{one}"]) for one in when)
+            notes.append(f"root mean square error {errors} {unit}".rstrip())
         squares = [mean_square(side[file, channel]) for side in left if (file, channel) in side]
         if squares:
-            said.append(f"left over {' → '.join(squares if changed else squares[:1])} times the noise")
-        return "; ".join(said)
+            notes.append(f"left over {' → '.join(squares if changed else squares[:1])} times the noise")
+        return "; ".join(notes)
 
     sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
-    recordings = replays(sides, note, {one.sensor.channel: one.sensor for one in _observed(found)})
+    recordings = of_agreement(found.machine, sides, note, found.sensors)
+    worst = found.baseline.worst
     return Explorer(
         "Measured, before and after" if changed else "Measured and simulated",
-        f"{HOW_TO_READ} {BAND}",
+        f"{READ.format('what drove it')} {BAND}",
         list(sides),
         recordings,
-        place(recordings, found.baseline.worst.file, found.baseline.worst.channel),
+        place(recordings, worst.file.partition(" from ")[0], words.signal(worst.channel)),
     )
 
 
-def _observed(found: Diagnosis) -> Iterator[Observed]:
-    for sample in found.final.found.problem.samples:
-        yield from sample.observed
-
-
-def _fits(found: Diagnosis) -> Iterator[dict[str, Any]]:
-    after = {(r["file"], r["channel"]): r["nrmse_percent"] for r in found.after.fits.iter_rows(named=True)}
-    for row in found.before.fits.iter_rows(named=True):
-        key = row["file"], row["channel"]
-        yield {"file": key[0], "channel": key[1], "before": row["nrmse_percent"], "after": after[key]}
-
-
-def _heat(found: Diagnosis, changed: bool) -> Figure:
+def _heat(found: Diagnosis, *, changed: bool) -> Iterator[Figure]:
     models = {"before": found.baseline.judged, "after": found.final.judged}
-    return heat.heat(
-        found.campaign,
-        found.start,
-        models if changed else {"": found.final.judged},
-        heat.note_on_noise(),
-    )
+    if len({one.file for one in found.baseline.judged}) <= MOST_ROWS:
+        yield heat.heat(found.machine, found.recordings, models if changed else {"": found.final.judged})
 
 
-def _law(found: Diagnosis) -> list[Figure]:
+def _asked_for(found: Diagnosis) -> Iterator[Figure]:
     """At the place of the cause, if an unknown input can act there, else where the recordings want one."""
     one = law.place_of(found)
     drawn = law.against(found, one) if one else []
     telling = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
-    own = not found.causes or (one is not None and law.is_at(one.port, found.causes[0].hypothesis))
     if one is None or not telling:
-        return []
-    lift = unknown_ports.lift_of(one.port) or "main"
-    variables = [(of, _variable(of.variable, lift)) for of in telling]
-    return [charts.law(words.Quantity(*words.place(one.port)), "truck", variables, own)]
-
-
-def _variable(variable: str, lift: Lift) -> words.Quantity:
-    name, unit = operation.words(variable, lift)
-    return words.Quantity(name, *words.drawn(unit))
-
-
-def _added(found: Diagnosis) -> list[Points]:
-    """The equation of each cause that the catalogue knows, how it shows itself, and where it comes from."""
-    effects = {effect.id: effect for effect in EFFECTS}
-    said = []
-    for hypothesis in dict.fromkeys(cause.hypothesis for cause in found.causes):
-        if hypothesis.kind == "physics":
-            spec = effect_specs()[hypothesis.id]
-            said += [
-                f"{words.capital(words.hypothesis(hypothesis))}: {spec['equation']}",
-                f"How it shows itself: {effects[hypothesis.id].signature}",
-                f"Source: {spec['source']}.",
-            ]
-    return [Points(said, "What was added to the model")] if said else []
-
-
-def _contests(found: Diagnosis, left: Mapping[str, float]) -> list[rivals.Contest]:
-    return [
-        rivals.Contest([cause], "nothing added: the fitted truck", left["before"], left["after"])
-        for cause in found.causes
-        if cause.rivals or cause.hypothesis in found.final.hypotheses  # else seen before any fit
-    ]
-
-
-def _places(told: Mapping[str, Any]) -> list[Table]:
-    return rivals.places(
-        [
-            (words.place(one["port"])[0], one["ln_evidence"], one["left_over"])
-            for one in told["unknown_inputs"]
-        ]
+        return
+    words, part = found.machine.words, found.machine.part_of(one.port)
+    own = not found.causes or law.is_at(found.machine, one.port, found.causes[0].hypothesis)
+    variables = [(of, Quantity(*words.variable(of.variable, part))) for of in telling]
+    far = beyond(found.baseline, one)
+    more = (
+        f" Beware of the scale: by itself this would move the readings {number(far, 2)} times as far as they "
+        "lie off the fitted model; parameters of the model make up for most of it, so that a straight line "
+        "here means little."
+        if far > BEYOND
+        else ""
     )
+    yield charts.law(Quantity(*words.place(one.port)), words.noun, variables, own, more)
 
 
-def _shares(told: Mapping[str, Any]) -> Table:
+def _laws(found: Diagnosis) -> Iterator[Figure]:
+    """What was found, as the final model has it."""
+    words, panels = found.machine.words, []
+    for one in laws(found.machine, found.final):
+        x = Quantity(*words.variable(one.variable, "")) if one.variable else Quantity("time", "s")
+        y = Quantity(*words.variable(one.port, ""))
+        telling = f" ({100 * max(one.explained, 0.0):.0f} % told by it)" if one.variable else ", a constant"
+        label = f"{one.name}, against {x.name}{telling}"
+        panels.append(charts.scattered(label, x, y, one.values, one.added))
+    if panels:
+        yield Figure(
+            "The law that was found",
+            "What each effect that was found adds, at every moment of the recordings fitted, against the "
+            "variable that tells it best. Where dots do not lie on a line, it depends on more than that.",
+            panels,
+            choose="Effect",
+        )
+
+
+def _added(found: Diagnosis) -> Iterator[Points]:
+    """The equation of each cause that the catalogue knows, how it shows itself, and where it comes from."""
+    causes = dict.fromkeys(cause.hypothesis for cause in found.causes)
+    items = [line for one in causes for line in found.machine.words.law(one)]
+    if items:
+        yield Points(items, "What was added to the model")
+
+
+def _contests(found: Diagnosis) -> Iterator[rivals.Contest]:
+    """Round by round: what was found in it, beside what was found in rounds before."""
+    noun = found.machine.words.noun
+    known: tuple[Hypothesis, ...] = ()
+    before, rounds = found.baseline.reduced_chi2, []
+    for step in found.selection.steps:
+        if step.accepted is not None:
+            new = [one for one in step.accepted.hypotheses if one not in known]
+            rounds.append((known, before, step.accepted.reduced_chi2, new))
+            known, before = step.accepted.hypotheses, step.accepted.reduced_chi2
+    rounds.append((known, before, found.final.reduced_chi2, list(found.final.hypotheses)))
+    seen: set[Hypothesis] = set()
+    for count, (without, left, after, new) in enumerate(rounds):
+        if not set(without) <= set(found.final.hypotheses):  # given up again
+            without, left = (), found.baseline.reduced_chi2
+        causes = [one for one in found.causes if one.hypothesis in new and one.hypothesis not in seen]
+        seen |= {one.hypothesis for one in causes}
+        if causes:
+            alone = " and ".join(said(found, one) for one in without)
+            yield rivals.Contest(
+                causes,
+                f"{alone}, and nothing else" if without else f"nothing added: the fitted {noun}",
+                left,
+                after,
+                f"What each explanation leaves over{f', round {count + 1}' if len(rounds) > 2 else ''}",
+            )
+
+
+def _shares(found: Diagnosis, told: Mapping[str, Any]) -> Table:
     kinds = {
         "recording": "recording",
         "signal": "signal",
@@ -160,7 +188,7 @@ def _shares(told: Mapping[str, Any]) -> Table:
         "band": "frequency",
     }
     return Table(
-        "What the fitted truck leaves over, by recording, signal, phase and frequency",
+        f"What the fitted {found.machine.words.noun} leaves over, by recording, signal, phase and frequency",
         ["By", "Name", "Mean square", "Share of misfit [%]"],
         [
             [kinds[one["by"]], one["name"], mean_square(one["mean_square"]), share(one["share"])]

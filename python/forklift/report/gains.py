@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from forklift.fitting.compare import validation_change
 from forklift.recordings.channels import LIFTS, Lift
 from forklift.report.blocks import Table
-from forklift.report.tables import change_rows, percent, validation_rows
+from forklift.report.tables import change_rows, validation_rows
 
 if TYPE_CHECKING:
-    from typing import Any
-
     import polars as pl
 
     from forklift.fitting.compare import Comparison
@@ -68,24 +65,3 @@ def _like(lift: Lift) -> str:
 
 def _judged(table: pl.DataFrame) -> str:
     return "" if (table["role"] == "validate").all() else " (no recordings are held out, so all of them)"
-
-
-def every_fit(rows: Sequence[dict[str, Any]], sides: Sequence[str]) -> Table:
-    """Every recording and signal; `sides` are the endings of the columns, ``""`` where there is one."""
-    heads = {side: side.replace("_", " ") if len(sides) > 1 else "" for side in sides}
-    return Table(
-        "Every recording and signal",
-        [
-            "Recording", "Role", "Signal",
-            *(f"{fit}{heads[side]} [%]" for fit in ("NMSE", "NRMSE") for side in sides),
-        ],
-        [
-            [
-                row["file"], row["role"], row["channel"],
-                *(percent(row[f"{fit}{side}"]) for fit in ("nmse", "nrmse") for side in sides),
-            ]
-            for row in rows
-        ],
-        [False, False, False, *[True] * (2 * len(sides))],
-        folded=True,
-    )  # fmt: skip

@@ -9,14 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.fitting.residuals import AT_NOISE
-from forklift.plant.forklift.phases import PHASES, of_recording
 from forklift.report.blocks import Figure, Panel
-from forklift.report.words import signal
 
 if TYPE_CHECKING:
     from forklift.fitting.residuals import ChannelResidual
-    from forklift.plant.forklift.truck import Truck
-    from forklift.recordings.campaign import Campaign
+    from forklift.plant.subject import Subject, Words
 
 LEAST_STRONGEST = 5.0
 """Mean square of the strongest colour, at least; else the greatest there is."""
@@ -35,32 +32,38 @@ Cells = Mapping[tuple[str, str, str], tuple[float, int, bool]]
 
 
 def heat(
-    campaign: Campaign, truck: Truck, models: Mapping[str, Sequence[ChannelResidual]], note: str
+    machine: Subject, recordings: Sequence[Any], models: Mapping[str, Sequence[ChannelResidual]]
 ) -> Figure:
     """The models below each other, in the same colours."""
-    phases = {one.file: of_recording(one, truck) for one in campaign.recordings}
-    cells = {label: _cells(judged, phases) for label, judged in models.items()}
+    phases = {piece.file: machine.labels(piece) for one in recordings for piece in machine.pieces(one)}
+    names = machine.phases
+    cells = {label: _cells(judged, phases, names) for label, judged in models.items()}
     role = {one.file: one.role for judged in models.values() for one in judged}
     files = sorted(role, key=lambda file: role[file] != "validate")
     seen = {key[1:] for known in cells.values() for key in known}
     channels = dict.fromkeys(one.channel for judged in models.values() for one in judged)
-    columns = [(channel, phase) for channel in channels for phase in PHASES if (channel, phase) in seen]
+    columns = [(channel, phase) for channel in channels for phase in names if (channel, phase) in seen]
     greatest = max((cell[0] for known in cells.values() for cell in known.values()), default=1.0)
     top = max(greatest, LEAST_STRONGEST)
     rows = ROW_PX * len(files)
     data = [
-        _trace(label, place, known, files, columns, top) for place, (label, known) in enumerate(cells.items())
+        _trace(label, place, known, files, columns, top, machine.words)
+        for place, (label, known) in enumerate(cells.items())
     ]
     return Figure(
         "Where the difference lies" + (", before and after" if len(cells) > 1 else ""),
-        note,
-        [Panel("", data, _layout(list(cells), columns, files, role))],
+        _note(machine.phase_note),
+        [Panel("", data, _layout(list(cells), columns, files, role, machine.words))],
         height=len(cells) * (HEAD_PX + rows) + FOOT_PX,
         least_px=_labels_px(files) + COLUMN_PX * len(columns),
     )
 
 
-def _cells(judged: Sequence[ChannelResidual], phases: Mapping[str, Mapping[str, NDArray[np.intp]]]) -> Cells:
+def _cells(
+    judged: Sequence[ChannelResidual],
+    phases: Mapping[str, Mapping[str, NDArray[np.intp]]],
+    names: Sequence[str],
+) -> Cells:
     cells: dict[tuple[str, str, str], tuple[float, int, bool]] = {}
     analogue = {one.channel for one in judged if one.whiteness is not None}  # of an encoder there is none
     for one in judged:
@@ -69,7 +72,7 @@ def _cells(judged: Sequence[ChannelResidual], phases: Mapping[str, Mapping[str, 
         which = phases[one.file][one.channel][one.rows]
         for index in np.unique(which).tolist():
             left = one.left[which == index]
-            cells[one.file, one.channel, PHASES[index]] = (
+            cells[one.file, one.channel, names[index]] = (
                 float(np.mean(left**2)),
                 len(left),
                 one.channel not in analogue,
@@ -84,6 +87,7 @@ def _trace(
     files: Sequence[str],
     columns: Sequence[tuple[str, str]],
     top: float,
+    words: Words,
 ) -> dict[str, Any]:
     known = [[cells.get((file, *column)) for column in columns] for file in files]
     squares = [[None if cell is None else cell[0] for cell in row] for row in known]
@@ -103,7 +107,7 @@ def _trace(
         "textfont": {"size": 11.5},
         "customdata": [
             [
-                None if cell is None else [signal(channel), phase, f"{cell[0]:.2g}", cell[1]]
+                None if cell is None else [words.signal(channel), phase, f"{cell[0]:.2g}", cell[1]]
                 for (channel, phase), cell in zip(columns, row, strict=True)
             ]
             for row in known
@@ -135,6 +139,7 @@ def _layout(
     columns: Sequence[tuple[str, str]],
     files: Sequence[str],
     role: Mapping[str, str],
+    words: Words,
 ) -> dict[str, Any]:
     """The models below each other, the names of signals and phases above each."""
     held = sum(role[file] == "validate" for file in files)
@@ -162,7 +167,10 @@ def _layout(
             "type": "category", "dtick": 1, "automargin": False, "tickfont": {"size": 11},
             "anchor": f"x{end}", "domain": domain,
         }  # fmt: skip
-        layout["annotations"] += [*_signals(columns, f"x{end}", top), *_roles(held, len(files), f"y{end}")]
+        layout["annotations"] += [
+            *_signals(columns, f"x{end}", top, words),
+            *_roles(held, len(files), f"y{end}"),
+        ]
         if model:
             layout["annotations"].append(
                 {
@@ -182,10 +190,10 @@ def _groups(columns: Sequence[tuple[str, str]]) -> list[tuple[str, int, int]]:
     return list(zip(channels, first, [*first[1:], len(columns)], strict=True))
 
 
-def _signals(columns: Sequence[tuple[str, str]], x: str, top: float) -> list[dict[str, Any]]:
+def _signals(columns: Sequence[tuple[str, str]], x: str, top: float, words: Words) -> list[dict[str, Any]]:
     return [
         {
-            "text": signal(channel).replace(" of the ", "<br>of the "),
+            "text": words.signal(channel).replace(" of the ", "<br>of the "),
             "x": 0.5 * (start + end - 1), "xref": x, "y": top, "yref": "paper", "yanchor": "bottom",
             "yshift": 41, "showarrow": False, "font": {"size": 12, "color": "@soft"},
         }
@@ -229,13 +237,11 @@ def brief(mean_square: float, encoder: bool) -> str:
     return f"{mean_square:.1f}" if mean_square < 9.95 else f"{mean_square:.0f}"
 
 
-def note_on_noise() -> str:
+def _note(phases: str) -> str:
     """What the numbers are."""
     return (
         "Each cell is the mean square of measured less simulated, in units of the noise of that sensor: 1 is "
         f"noise alone, up to about {AT_NOISE:g} counts as explained. A dot: an encoder at rest, which "
-        "reads the same count all the time and leaves next to nothing. Phases: the valve has just "
-        "opened (start), its command has just moved (step change), neither (steady), it has just shut "
-        "(stop), it stays shut (hold). Empty: the signal stands still, or the phase does not occur. "
-        "Colours are logarithmic."
+        f"reads the same count all the time and leaves next to nothing. {phases} Empty: the signal stands "
+        "still, or the phase does not occur. Colours are logarithmic."
     )

@@ -1,4 +1,4 @@
-"""The unknown input that recordings ask of a truck: at which place, and against which of its variables."""
+"""The unknown input that recordings ask of a machine: at which place, and against which of its variables."""
 
 from __future__ import annotations
 
@@ -6,31 +6,29 @@ from typing import TYPE_CHECKING
 
 from forklift.diagnosis.curves import variables
 from forklift.diagnosis.dependence import shapes
-from forklift.plant.forklift import ports as unknown_ports
 from forklift.report import curves
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.diagnose import Diagnosis
     from forklift.diagnosis.locate import UnknownInput
+    from forklift.diagnosis.result import Diagnosis
     from forklift.plant.protocol import Hypothesis
+    from forklift.plant.subject import Subject
 
 
 def place_of(found: Diagnosis) -> UnknownInput | None:
-    """The input to look at: at the first cause's own equation and lift, if an unknown input can act there;
-    else the most credible of all."""
+    """The input to look at: where the first cause acts, if an unknown input can act there; else the most
+    credible of all."""
+    best = next(iter(found.inputs), None)
     if not found.causes:
-        return next(iter(found.inputs), None)
+        return best
     first = found.causes[0].hypothesis
-    own = (one for one in found.inputs if is_at(one.port, first))
-    return next(own, next(iter(found.inputs), None))
+    own = (one for one in found.inputs if is_at(found.machine, one.port, first))
+    return next(own, best)
 
 
-def is_at(port: str, hypothesis: Hypothesis) -> bool:
-    """Whether the port stands in the equation that the hypothesis changes, where it acts."""
-    if hypothesis.kind == "sensor":
-        return port == hypothesis.where
-    equation, lift = unknown_ports.equation(port), unknown_ports.lift_of(port)
-    return equation == hypothesis.equation and lift == hypothesis.where
+def is_at(machine: Subject, port: str, hypothesis: Hypothesis) -> bool:
+    """Whether the hypothesis acts at the port, or misreads that channel."""
+    return port == hypothesis.where or port in machine.acted_on(hypothesis)
 
 
 def against(found: Diagnosis, best: UnknownInput) -> list[curves.Against]:

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from forklift.report.blocks import Table
-from forklift.report.words import at, capital, number
+from forklift.report.words import capital, number
 
-KINDS = {
-    "physics": "effect",
-    "sensor": "sensor",
-    "parameter": "conditions entered",
-    "unknown": "curve without a name",
-}
+if TYPE_CHECKING:
+    from forklift.plant.subject import Words
 
 
-def considered(
-    told: Mapping[str, Any],
-    said: Callable[[str, str], str] = at,
-    noun: str = "truck",
-    kinds: Mapping[str, str] = KINDS,
-) -> Table:
-    """The most promising first, those that could not be tested last; `said` of a name and where it acts."""
+def considered(told: Mapping[str, Any], words: Words) -> Table:
+    """The most promising first, those that could not be tested last."""
     count = counts(told)
     return Table(
         f"{count['considered']} hypotheses considered, {count['fitted']} of them fitted, "
@@ -30,16 +21,16 @@ def considered(
         ["Hypothesis", "Kind", "Promise", "What became of it"],
         [
             [
-                capital(said(one["name"], one["where"])), kinds[one["kind"]],
+                capital(words.at(one["name"], one["where"])), words.kinds[one["kind"]],
                 "—" if one["promised"] is None else number(one["promised"]), _fate(one),
             ]
             for one in told["hypotheses"]
         ],
         [False, False, True, False],
         note="Promise: how far −ln of the probability of all recordings together would fall with it "
-        f"and all parameters at their best, by a linear estimate at the fitted {noun}, before any fit. As "
-        "long as a cause is missing, others promise some of what it explains; so only those are fitted that "
-        "do not fall far behind the best, and fits on recordings held out decide.",
+        f"and all parameters at their best, by a linear estimate at the fitted {words.noun}, before any fit. "
+        "As long as a cause is missing, others promise some of what it explains; so only those are "
+        "fitted that do not fall far behind the best, and fits on recordings held out decide.",
     )  # fmt: skip
 
 

@@ -1,64 +1,80 @@
-"""What to record next, and what to do with the truck that was found."""
+"""What to record next, and what to do with the machine that was found."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.report import charts, words
-from forklift.report.blocks import Block, Code, Section, Table, Text
+from forklift.base.typeset import printed, prose
+from forklift.diagnosis.next_recording import PARTS
+from forklift.report import charts
+from forklift.report.blocks import Block, Code, Figure, Section, Table, Text
+from forklift.report.words import Quantity
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.diagnose import Diagnosis
+    from forklift.diagnosis.result import Diagnosis
 
 
 def next_step(found: Diagnosis, told: Mapping[str, Any]) -> Section:
-    """The recording that would tell most, with its command; and the commands that use the truck."""
-    proposed, why = told["next_recording"], told["next_recording_why"]
-    lead = words.prose(why)
-    if proposed is None or found.next_recording is None:
-        return Section("next", "Next steps", lead, _use(found))
-    again = [
-        "forklift", "simulate", "--command", proposed["command"], "--lift", proposed["lift"],
-        "--load", f"{proposed['load_kg']:g}", "--temperature", f"{proposed['oil_temperature_degc']:.4g}",
-        "--truck", "truck.toml", "--plot", "expected.html",
-    ]  # fmt: skip
-    blocks: list[Block] = [
-        Table(
-            "What to set",
-            ["What", "Value"],
-            [
-                ["Lift to command", words.lifts(proposed["lift"])],
-                ["Load on the forks", f"{proposed['load_kg']:g} kg"],
-                ["Oil temperature", f"{proposed['oil_temperature_degc']:.1f} °C"],
-                ["Command file, beside this page", proposed["command"]],
-            ],
-            [False, False],
-        ),
-        charts.command(found.next_recording),
-        Code("What the final truck would do, simulated", shlex.join(again)),
-        *_use(found),
-    ]
-    return Section("next", "Next steps", lead, blocks)
-
-
-def _use(found: Diagnosis) -> list[Block]:
-    """Simulations with the final truck, at an operating point of the campaign."""
-    shown = next(
-        (one for one in found.after.predictions if one.recording.role == "validate"),
-        found.after.predictions[0],
+    """The recording that would tell most, with what drives it; and how to use what was found."""
+    return Section(
+        "next", "Next steps", prose(found.next_why), [*_wanted(found, told), *_parted(found), *_use(found)]
     )
-    command = [
-        "forklift", "simulate", "--truck", "truck.toml", "--lift", shown.recording.lift,
-        "--load", f"{shown.recording.load_kg:g}", "--temperature", f"{shown.oil_temperature_degc:.0f}",
-        "--command", "prms", "--out", "lowering.csv", "--plot", "lowering.html",
-    ]  # fmt: skip
-    return [
-        Text(
-            "truck.toml, beside this page, is the truck as it was found: its parameters fitted, and what was "
-            "missing added. In this folder, this simulates a lowering with it, here at an operating point of "
-            "these recordings; choose another load, temperature and command as you need them."
-        ),
-        Code("Simulate with the truck that was found", shlex.join(command)),
-    ]
+
+
+def _wanted(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
+    wanted, proposed = found.next_recording, told["next_recording"]
+    if wanted is None:
+        return
+    rows = [[what, value] for what, value in wanted.settings]
+    yield Table(
+        "What to set",
+        ["What", "Value"],
+        [*rows, ["File of what drives it, beside this page", proposed["command"]]],
+        [False, False],
+    )
+    time, drives = wanted.drives
+    yield Figure(
+        f"To record: {wanted.title}",
+        "",
+        [charts.over_time(Quantity(one.name, printed(one.unit)), time, one.values) for one in drives],
+        height=260,
+        choose="Input",
+    )
+    if "lift" in proposed:
+        again = [
+            "forklift", "simulate", "--command", proposed["command"], "--lift", proposed["lift"],
+            "--load", f"{proposed['load_kg']:g}", "--temperature", f"{proposed['oil_temperature_degc']:.4g}",
+            "--truck", found.machine.file, "--plot", "expected.html",
+        ]  # fmt: skip
+        yield Code("What the final model would do, simulated", shlex.join(again))
+
+
+def _parted(found: Diagnosis) -> Iterator[Block]:
+    """The pairs of explanations that it would part."""
+    if found.proposal is None or found.next_recording is None or not found.proposal.partings:
+        return
+    yield Table(
+        "What it would part",
+        ["Expected", "So far", "Parted", "One explanation", "The other"],
+        [
+            [
+                f"{one.expected:.0f}", f"{one.recorded:.0f}", "yes" if one.expected >= PARTS else "no",
+                *(said.replace(" and ", " + ") for said in one.rivals),
+            ]
+            for one in sorted(found.proposal.partings, key=lambda one: -one.expected)
+        ],
+        [True, True, False, False, False],
+        note="Expected ln of their likelihood ratio, and the greatest of those recorded so far, were it made "
+        f"once more; {PARTS:g} is the least that parts them.",
+    )  # fmt: skip
+
+
+def _use(found: Diagnosis) -> Iterator[Block]:
+    """Simulations with what was found."""
+    use = found.machine.use(found.values, found.recordings, [one.hypothesis for one in found.causes])
+    yield Text(use.lead)
+    yield Code(use.title, use.code)
+    if use.note:
+        yield Text(use.note, note=True)

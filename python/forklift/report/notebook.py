@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from forklift.diagnosis.numbers import of_hypothesis
 from forklift.recordings.channels import LIFTS
 from forklift.report import words
+from forklift.report.answers import said
 from forklift.report.gains import gains, validation
 from forklift.report.page import fragment
-from forklift.report.plant import words as plant
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from forklift.diagnosis.diagnose import Diagnosis
-    from forklift.diagnosis.plant_diagnose import PlantDiagnosis
+    from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.compare import Comparison
     from forklift.fitting.fit import Fit
     from forklift.report.blocks import Table
@@ -22,34 +22,18 @@ if TYPE_CHECKING:
 
 def of_diagnosis(found: Diagnosis) -> str:
     """The sentence, and each cause with its size and credibility."""
-    told = found.to_dict()
     rows = []
-    for cause, row in zip(found.causes, told["causes"], strict=True):
-        first = next(iter(row["parameters"]), None)
+    for cause in found.causes:
+        first = next(of_hypothesis(found.final, cause.hypothesis), None)
         size = "—"
         if first:
-            value, lower, upper = words.size(first["value"], first["lower"], first["upper"])
-            size = f"{value} {words.printed(first['unit'])} ({lower} to {upper})"
+            value, lower, upper = words.size(first.value, first.lower, first.upper)
+            size = f"{first.name} = {value} {words.printed(first.unit)} ({lower} to {upper})"
         rows.append(
-            [words.hypothesis(cause.hypothesis), size, f"{row['credibility']:.2f}", row["form"],
-             ", ".join(words.hypothesis(one) for one in cause.not_separable_from) or "—"]
+            [said(found, cause.hypothesis), size, f"{cause.credibility:.2f}", cause.form,
+             ", ".join(said(found, one) for one in cause.not_separable_from) or "—"]
         )  # fmt: skip
-    head = ["Cause", "Size (99 % interval)", "Credibility", "Form", "Not separable from"]
-    return _summary([found.sentence], [(head, rows)] if rows else [])
-
-
-def of_plant(found: PlantDiagnosis) -> str:
-    """The sentence, and each cause with its sizes and credibility."""
-    told = found.to_dict()
-    rows = [
-        [
-            plant.hypothesis(cause.hypothesis), "; ".join(plant.sizes(told, cause.hypothesis)) or "—",
-            f"{cause.credibility:.2f}", cause.form,
-            ", ".join(map(plant.hypothesis, cause.not_separable_from)) or "—",
-        ]
-        for cause in found.causes
-    ]  # fmt: skip
-    head = ["Cause", "Size", "Credibility", "Form", "Not separable from"]
+    head = ["Cause", "Size (95 % interval)", "Credibility", "Form", "Not separable from"]
     return _summary([found.sentence], [(head, rows)] if rows else [])
 
 

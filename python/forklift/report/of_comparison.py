@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from forklift.fitting.compare import command_line, temperature_option
+from forklift.plant.forklift.vocabulary import SHOWN, ForkliftWords
 from forklift.recordings.channels import LIFTS
 from forklift.report import page
 from forklift.report.blocks import Explorer, Fact, Figure, Page, Panel, Section, Table
-from forklift.report.gains import every_fit, validation
+from forklift.report.fits import every_fit
+from forklift.report.gains import validation
 from forklift.report.provenance import provenance
 from forklift.report.tables import percent, share
 from forklift.report.traces import HOW_TO_READ, place, replays
-from forklift.report.words import GLOSSARY, SHOWN, capital
-from forklift.report.words import campaign as named
+from forklift.report.words import GLOSSARY, capital
 
 if TYPE_CHECKING:
     from forklift.fitting.compare import Comparison
@@ -27,8 +28,8 @@ def comparison_page(comparison: Comparison) -> str:
     lifts = [lift for lift in LIFTS if len(comparison.validation(lift))]
     return page.html(
         Page(
-            f"{capital(named(campaign))} compared with {truck.name}",
-            f"{capital(named(campaign))} compared with the truck “{truck.name}”",
+            f"{capital(campaign.title)} compared with {truck.name}",
+            f"{capital(campaign.title)} compared with the truck “{truck.name}”",
             said[0] if said else "No recording commands a lift.",
             said[1:],
             [_fact(comparison, lift) for lift in lifts],
@@ -45,7 +46,8 @@ def comparison_page(comparison: Comparison) -> str:
                         every_fit(
                             [
                                 {"file": row["file"], "role": row["role"], "channel": row["channel"],
-                                 "nmse": row["nmse_percent"], "nrmse": row["nrmse_percent"]}
+                                 "nmse": row["nmse_percent"], "nrmse": row["nrmse_percent"],
+                                 "rmse": row["rmse"], "unit": row["unit"]}
                                 for row in comparison.fits.iter_rows(named=True)
                             ],
                             [""],
@@ -74,12 +76,13 @@ def explorer(comparison: Comparison) -> Explorer:
         )
 
     recordings = replays({"simulated": comparison}, note)
+    file, channel = _worst(comparison)
     return Explorer(
         "Every recording",
         HOW_TO_READ,
         ["simulated"],
         recordings,
-        place(recordings, *_worst(comparison)),
+        place(recordings, file, ForkliftWords().signal(channel)),
     )
 
 

@@ -8,18 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from forklift.fitting import files as fit_files
+from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.parameter import SCALES
+from forklift.plant.subjects import subject
 from forklift.report import charts, heat, page, parameters
 from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, Section, Table
-from forklift.report.gains import every_fit, gains
+from forklift.report.fits import every_fit
+from forklift.report.gains import gains
 from forklift.report.provenance import provenance
 from forklift.report.tables import mean_square, percent
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
-from forklift.report.words import GLOSSARY, NOISE, campaign, capital, number, signal
+from forklift.report.words import GLOSSARY, NOISE, capital, number
 
 if TYPE_CHECKING:
     from forklift.fitting.fit import Fit
     from forklift.fitting.profile import Profile
+
+WORDS = ForkliftWords()
 
 
 def fit_page(fit: Fit) -> str:
@@ -27,8 +32,8 @@ def fit_page(fit: Fit) -> str:
     said = fit.verdict
     return page.html(
         Page(
-            f"{capital(campaign(fit.campaign))} fitted from {fit.start.name}",
-            f"Fit of {campaign(fit.campaign)}, starting from the truck “{fit.start.name}”",
+            f"{capital(fit.campaign.title)} fitted from {fit.start.name}",
+            f"Fit of {fit.campaign.title}, starting from the truck “{fit.start.name}”",
             said[0],
             (),
             _facts(fit),
@@ -80,7 +85,8 @@ def _facts(fit: Fit) -> list[Fact]:
             "What is left over?",
             left,
             [
-                f"At worst {number(worst.mean_square)} {NOISE}: the {signal(worst.channel)} in {worst.file}.",
+                f"At worst {number(worst.mean_square)} {NOISE}: the {WORDS.signal(worst.channel)} in "
+                f"{worst.file}.",
                 *([] if fit.complete else ["forklift diagnose finds what is missing."]),
             ],
         ),
@@ -103,7 +109,7 @@ def _evidence(fit: Fit) -> Section:
     ]  # fmt: skip
     blocks: list[Block] = [
         _explorer(fit),
-        heat.heat(fit.campaign, fit.start, {"": fit.judged}, heat.note_on_noise()),
+        heat.heat(subject(fit.start), fit.campaign.recordings, {"": fit.judged}),
         *gains(fit.before, fit.after),
         _mean_squares(fit),
         every_fit(rows, ["_before", "_after"]),
@@ -136,7 +142,7 @@ def _explorer(fit: Fit) -> Explorer:
         f"{HOW_TO_READ} {BAND}",
         ["before", "after"],
         recordings,
-        place(recordings, worst.file, worst.channel),
+        place(recordings, worst.file, WORDS.signal(worst.channel)),
     )
 
 
@@ -146,7 +152,7 @@ def _mean_squares(fit: Fit) -> Table:
     files = sorted({(one.role != "validate", one.file, one.role) for one in fit.judged})
     return Table(
         "What is left over of every recording and signal",
-        ["Recording", "Role", *(signal(channel) for channel in channels)],
+        ["Recording", "Role", *(WORDS.signal(channel) for channel in channels)],
         [
             [
                 file, role,

@@ -8,11 +8,11 @@ import numpy as np
 
 from forklift.base.numbers import amount
 from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.vocabulary import SHOWN
 from forklift.recordings.channels import LIFTS, Lift
 from forklift.report import page
 from forklift.report.blocks import Figure, Page, Panel, Section, Table
 from forklift.report.traces import MOST_POINTS, decimate, numbers
-from forklift.report.words import SHOWN
 
 if TYPE_CHECKING:
     from typing import Any

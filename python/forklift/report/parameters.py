@@ -15,8 +15,8 @@ from forklift.report.words import printed
 if TYPE_CHECKING:
     from typing import Any
 
-    from forklift.diagnosis.diagnose import Diagnosis
     from forklift.diagnosis.refit import Refit
+    from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.fit import Fit
 
 
@@ -66,20 +66,28 @@ def _bars(fit: Fit) -> list[Bar]:
 
 
 def diagnosed(found: Diagnosis, rows: Sequence[Mapping[str, Any]]) -> list[Table]:
-    """One table per lift: the fitted truck's parameters, and the final one's; `rows` as the JSON has them."""
-    changed = bool(found.final.hypotheses)
-    groups = dict.fromkeys(row["name"].partition(".")[0] for row in rows)
-    order = [*(lift for lift in LIFTS if lift in groups), *(name for name in groups if name not in LIFTS)]
+    """One table per part: the fitted machine's and the final one's; `rows` as the JSON has them."""
+    changed, words = bool(found.final.hypotheses), found.machine.words
+    parts = {one.part for one in found.machine.places if one.part}
+    heads = [row["name"].partition(".")[0] if parts else "" for row in rows]
+    order = [
+        *(one for one in sorted(parts) if one in heads),
+        *(one for one in dict.fromkeys(heads) if one not in parts),
+    ]
     bars = changes(found.baseline if changed else None, found.final)
     return [
         table(
-            f"Parameters of the {group} lift" if group in LIFTS else f"Further: {group}",
-            [row for row in rows if row["name"].partition(".")[0] == group],
+            f"Parameters of {words.part(head)}"
+            if head in parts
+            else f"Further: {head}"
+            if head
+            else "Parameters",
+            [row for row, own in zip(rows, heads, strict=True) if own == head],
             bars,
             changed,
-            ", for the cause, too, which above has one of 99 %",
+            folded=bool(head),
         )
-        for group in order
+        for head in order
     ]
 
 
@@ -88,11 +96,10 @@ def table(
     rows: Sequence[Mapping[str, Any]],
     bars: Mapping[str, Bar],
     changed: bool,
-    widths: str = "",
     *,
     folded: bool = True,
 ) -> Table:
-    """Of any machine: start, before if `changed`, and after, with intervals; `widths` says more of these."""
+    """Of any machine: start, before if `changed`, and after, with intervals."""
     return Table(
         title,
         ["Parameter", "Start", *BEFORE[: 2 * changed], *AFTER[changed], "Unit", ""],
@@ -100,7 +107,7 @@ def table(
         [False, True, *[True] * (4 if changed else 2), False, False],
         note="Intervals of 95 %. Upright: the start."
         if not changed
-        else f"Before: fitted without what was found; after: with it. Intervals of 95 %{widths}. They hold "
+        else "Before: fitted without what was found; after: with it. Intervals of 95 %. They hold "
         "if the model is right, so those before do not if something was missing. Bars: thin, before; thick, "
         "after; upright, the start.",
         folded=folded,
@@ -119,14 +126,14 @@ def _cells(row: Mapping[str, Any], changed: bool) -> list[str]:
     return [*cells, printed(row["unit"])]
 
 
-def changes(baseline: Refit | None, final: Refit, wide: tuple[float, float] = (1.0, 1.0)) -> dict[str, Bar]:
-    """By parameter, its intervals in the prior's deviations from the start, each side's so much wider."""
+def changes(baseline: Refit | None, final: Refit) -> dict[str, Bar]:
+    """By parameter, its intervals in the prior's deviations from the start."""
     sides: list[dict[str, tuple[float, float]]] = [{}, {}]
-    for side, refit, factor in zip(sides, (baseline, final), wide, strict=True):
+    for side, refit in zip(sides, (baseline, final), strict=True):
         if refit is None:
             continue
         for estimate, theta in zip(refit.knowledge.estimates, refit.found.x.tolist(), strict=False):
-            half = QUANTILE * factor * estimate.deviation
+            half = QUANTILE * refit.widening * estimate.deviation
             side[estimate.name] = theta - half, theta + half
     before, after = sides
     return {

@@ -7,7 +7,6 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING
 
 from forklift.report.blocks import Block, Code, Section, Table
-from forklift.report.words import campaign as named
 from forklift.report.words import capital
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ def provenance(
 ) -> Section:
     """Hashes, versions and the command; `trucks` by the part they play."""
     made = [
-        [f"{capital(named(campaign))}, {len(campaign.recordings)} recordings", campaign.sha256],
+        [f"{capital(campaign.title)}, {len(campaign.recordings)} recordings", campaign.sha256],
         *(
             [f"{part}: “{truck.name}”, {ORIGINS.get(truck.origin, truck.origin)}", truck.sha256]
             for part, truck in trucks.items()

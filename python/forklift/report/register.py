@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from forklift.base.present import draw_page, draw_summary, draw_tables
-from forklift.diagnosis.diagnose import Diagnosis
-from forklift.diagnosis.plant_diagnose import PlantDiagnosis
+from forklift.diagnosis.result import Diagnosis
 from forklift.ensemble.sweep import Sweep
 from forklift.fitting.compare import Comparison
 from forklift.fitting.fit import Fit
@@ -16,7 +15,6 @@ from forklift.report import notebook
 from forklift.report.of_comparison import comparison_page
 from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.of_fit import fit_page
-from forklift.report.of_plant import plant_page
 from forklift.report.of_simulation import simulation_page
 from forklift.report.of_sweep import sweep_page
 from forklift.report.tables import comparison_tables, fit_tables, plain, truck_table
@@ -24,14 +22,12 @@ from forklift.report.tables import comparison_tables, fit_tables, plain, truck_t
 draw_page.register(Comparison, comparison_page)
 draw_page.register(Diagnosis, diagnosis_page)
 draw_page.register(Fit, fit_page)
-draw_page.register(PlantDiagnosis, plant_page)
 draw_page.register(Simulation, simulation_page)
 draw_page.register(Sweep, sweep_page)
 
 draw_summary.register(Comparison, notebook.of_comparison)
 draw_summary.register(Diagnosis, notebook.of_diagnosis)
 draw_summary.register(Fit, notebook.of_fit)
-draw_summary.register(PlantDiagnosis, notebook.of_plant)
 
 
 @draw_tables.register

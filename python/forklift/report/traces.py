@@ -10,15 +10,20 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.fitting.intervals import QUANTILE
 from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.vocabulary import SHOWN, ForkliftWords
 from forklift.recordings.channels import channels, commanded
 from forklift.report.blocks import Drive, Replay, Signal
-from forklift.report.words import SHOWN, Quantity, capital, lifts, signal
+from forklift.report.words import Quantity, capital, number, printed
 
 if TYPE_CHECKING:
+    from forklift.fitting import agreement as fitted
+    from forklift.fitting.agreement import Agreement
     from forklift.fitting.compare import Comparison, Prediction
+    from forklift.plant.subject import Subject
     from forklift.recordings.noise import Sensor
 
 
+FORKLIFT = ForkliftWords()
 MOST_POINTS = 1000
 """Of a curve: about as many as a figure has pixels."""
 BUDGET = 320_000
@@ -54,18 +59,70 @@ def replays(
     return [_replay(list(sides), told, note, points(curves), bands) for told in together]
 
 
+def of_agreement(
+    machine: Subject, sides: Mapping[str, Agreement], note: Note, sensors: Mapping[str, Sensor]
+) -> list[Replay]:
+    """Every recording of any machine by every model, those held out first; `note` by file and channel."""
+    together = sorted(
+        zip(*(one.predictions for one in sides.values()), strict=True),
+        key=lambda told: told[0].recording.role != "validate",
+    )
+    columns = sum(
+        len(told[0].signals) * (2 + len(sides)) + len(machine.drives(told[0].recording)) for told in together
+    )
+    return [_recorded(machine, list(sides), told, note, points(columns), sensors) for told in together]
+
+
+def _recorded(
+    machine: Subject,
+    sides: Sequence[str],
+    told: Sequence[fitted.Prediction],
+    note: Note,
+    most: int,
+    sensors: Mapping[str, Sensor],
+) -> Replay:
+    first, words = told[0], machine.words
+    recording, time = first.recording, first.time_s
+    signals = []
+    for k, one in enumerate(first.signals):
+        simulated = {side: told_by.signals[k].simulated for side, told_by in zip(sides, told, strict=True)}
+        what = words.drawn(one.channel, one.unit)
+        title = Quantity(what.name if what.name == one.channel else capital(what.name), what.unit, what.scale)
+        ends = band(sensors[one.channel]) if one.channel in sensors else None
+        text = note(recording.file, one.channel)
+        signals.append(drawn(title, time, one.measured, simulated, text, most, ends))
+    drives = []
+    for unit, held in dict.fromkeys((one.unit, one.held) for one in machine.drives(recording)):
+        own = [one for one in machine.drives(recording) if (one.unit, one.held) == (unit, held)]
+        thin, *kept = decimate(most, time, *(one.values for one in own))
+        columns = {"x": numbers(thin)} | {
+            one.name: numbers(values) for one, values in zip(own, kept, strict=True)
+        }
+        drives.append(Drive(", ".join(one.name for one in own), printed(unit), columns, held))
+    group = "Held out" if recording.role == "validate" else "Fitted on"
+    lines = [
+        f"{c.name} {number(value)} {c.unit}".rstrip()
+        for name, value in told[-1].conditions.items()
+        for c in [words.condition(name)]
+    ]
+    part = machine.part_where(getattr(recording, "lift", ""))
+    said = [*([words.part(part)] if words.part(part) else []), *lines]
+    if first.adjusted:
+        said.append(f"adjusted to it: {', '.join(first.adjusted)}")
+    return Replay(recording.file, group, ", ".join(said), signals, drives)
+
+
 def points(curves: int) -> int:
     """How many samples each of so many curves of a page may have."""
     return int(np.clip(BUDGET / max(curves, 1), 100, MOST_POINTS))
 
 
-def place(recordings: Sequence[Replay], file: str, channel: str) -> tuple[int, int]:
-    """Where a file's channel is among them; the first if it is not."""
-    title = capital(signal(channel))
+def place(recordings: Sequence[Replay], file: str, signal: str) -> tuple[int, int]:
+    """Where a file's signal, in words, is among them; the first if it is not."""
     for k, one in enumerate(recordings):
         if one.title == file:
-            names = [shown.title for shown in one.signals]
-            return k, names.index(title) if title in names else 0
+            names = [shown.title.lower() for shown in one.signals]
+            return k, names.index(signal.lower()) if signal.lower() in names else 0
     return 0, 0
 
 
@@ -73,7 +130,7 @@ def conditions(prediction: Prediction) -> str:
     """Lift, load and oil temperature in words."""
     recording = prediction.recording
     return (
-        f"{lifts(recording.lift)}, {recording.load_kg:g} kg on the forks, "
+        f"{FORKLIFT.part(recording.lift)}, {recording.load_kg:g} kg on the forks, "
         f"oil at {prediction.oil_temperature_degc:.0f} °C"
     )
 
@@ -97,7 +154,7 @@ def _replay(
     for one in told[0].signals:
         said = [prediction.signal(one.channel) for prediction in told]
         simulated = {side: s.simulated for side, s in zip(sides, said, strict=True) if s is not None}
-        what = Quantity(capital(signal(one.channel)), *shown(one.channel))
+        what = Quantity(capital(FORKLIFT.signal(one.channel)), *shown(one.channel))
         said_of = note(recording.file, one.channel)
         signals.append(drawn(what, time, one.measured, simulated, said_of, most, bands.get(one.channel)))
     currents = {lift: recording.channels[f"current_{lift}_a"] for lift in commanded(recording.lift)}

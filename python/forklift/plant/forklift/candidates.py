@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,6 @@ import numpy as np
 
 from forklift import _core
 from forklift.base.arrays import Floats
-from forklift.diagnosis.next_recording import Candidate, Proposal
-from forklift.fitting.observed import Observed
-from forklift.fitting.sample import Sample
 from forklift.plant.forklift.commands import (
     CUTOFF_HZ,
     REST_S,
@@ -27,13 +24,12 @@ from forklift.plant.forklift.commands import (
     quantise_current,
     steps_to_current,
 )
-from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.simulate import mean_temperature, simulate
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.protocol import Case
+from forklift.plant.subject import Drive, Possible
 from forklift.recordings.channels import LIFTS, Lift, Lifts, commanded
-from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
 
 LOADS_KG = (0.0, 1500.0)
@@ -75,6 +71,28 @@ class NextRecording:
         """Write the command as the CSV file that ``forklift simulate --command`` takes."""
         return self.command.write(path)
 
+    @property
+    def title(self) -> str:
+        """Lift, load and oil temperature."""
+        return f"{_lifts(self.lift)}, {self.load_kg:g} kg, oil at {self.oil_temperature_degc:.0f} °C"
+
+    @property
+    def settings(self) -> Sequence[tuple[str, str]]:
+        """The same as a table has it."""
+        return (
+            ("Lift to command", _lifts(self.lift)),
+            ("Load on the forks", f"{self.load_kg:g} kg"),
+            ("Oil temperature", f"{self.oil_temperature_degc:.1f} °C"),
+        )
+
+    @property
+    def drives(self) -> tuple[Floats, Sequence[Drive]]:
+        """The commands of the lifts that move [A]."""
+        currents = zip(LIFTS, self.command.currents.T, strict=True)
+        return self.command.time_s, [
+            Drive(f"{lift} lift", "A", values, held=True) for lift, values in currents if np.any(values)
+        ]
+
     def to_dict(self, command: str) -> dict[str, Any]:
         """As ``diagnosis.json`` has it; `command` is the name of the command's file."""
         return {
@@ -100,15 +118,17 @@ def limits(recordings: Sequence[Recording]) -> Limits:
 def candidates(
     recordings: Sequence[Recording],
     trucks: Sequence[Truck],
-    sensors: Mapping[str, Sensor],
+    case: Callable[[Recording], Case],
     within: Limits | None = None,
-) -> tuple[Candidate, ...]:
+) -> tuple[Possible, ...]:
     """Every command with every load and temperature, of the lifts that these recordings command, and of both.
 
     Parameters
     ----------
-    recordings, sensors
-        Of the campaign so far: a new recording has the same channels, and the lifts that can be commanded.
+    recordings
+        Of the campaign so far: a new recording has the lifts that can be commanded.
+    case
+        How the machine runs a recording of which nothing was measured.
     trucks
         As each of the explanations has it: where a command would take one to the end of a stroke, with any
         load and temperature, the valve is shut before.
@@ -126,9 +146,7 @@ def candidates(
             command = before_the_end(command, lift, trucks, loads, temperatures)
             for load in loads:
                 for temperature in temperatures:
-                    found.append(
-                        _candidate(name, lift, command, float(load), float(temperature), trucks[0], sensors)
-                    )
+                    found.append(_possible(name, lift, command, float(load), float(temperature), case))
     return tuple(found)
 
 
@@ -188,13 +206,6 @@ def before_the_end(
     return Command(command.time_s[:kept], *currents)
 
 
-def next_recording(proposal: Proposal) -> NextRecording | None:
-    """A proposal as a recording to be made; None if nothing is worth recording."""
-    if proposal.candidate is None:
-        return None
-    return _next(proposal.candidate.sample.recording, proposal.why)
-
-
 def elsewhere(
     recordings: Sequence[Recording], what: str, lift: Lift, within: Limits | None = None
 ) -> NextRecording | None:
@@ -221,7 +232,8 @@ def elsewhere(
     return NextRecording(rich.lift, load, temperature, Command(rich.time_s, *rich.command.T), why)
 
 
-def _next(recording: Recording, why: str) -> NextRecording:
+def wanted(recording: Recording, why: str) -> NextRecording:
+    """A recording that could be made, as one to be made."""
     return NextRecording(
         recording.lift,
         recording.load_kg,
@@ -231,18 +243,16 @@ def _next(recording: Recording, why: str) -> NextRecording:
     )
 
 
-def _candidate(
+def _possible(
     name: str,
     lift: Lifts,
     command: Command,
     load_kg: float,
     oil_temperature_degc: float,
-    truck: Truck,
-    sensors: Mapping[str, Sensor],
-) -> Candidate:
+    case: Callable[[Recording], Case],
+) -> Possible:
     which = "both lifts" if lift == "both" else f"{lift} lift"
     words = f"{name}, {which}, {load_kg:g} kg, {oil_temperature_degc:g} degC"
-    n = len(command.time_s)
     recording = Recording(
         words,
         lift,
@@ -252,18 +262,15 @@ def _candidate(
         {
             "current_free_a": command.current_free_a,
             "current_main_a": command.current_main_a,
-            "oil_temperature_degc": np.full(n, oil_temperature_degc),
+            "oil_temperature_degc": np.full(len(command.time_s), oil_temperature_degc),
         },
         sha256="none yet",
     )
-    case = Forklift(truck).case(recording, {})
-    columns = list(outputs())
-    observed = tuple(
-        Observed(sensor, columns.index(channel), np.arange(n), np.zeros(n))
-        for channel, sensor in sensors.items()
-    )
-    own = {field.name: getattr(case, field.name) for field in fields(Case)}
-    return Candidate(words, Sample(**own, observed=observed))
+    return Possible(words, case(recording))
+
+
+def _lifts(lift: Lifts) -> str:
+    return "Both lifts" if lift == "both" else f"The {lift} lift"
 
 
 def _held(level: int, opened_s: float, shut_s: float) -> Steps:

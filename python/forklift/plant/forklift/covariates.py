@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.fitting.residuals import ChannelResidual
 from forklift.plant.forklift.sensors import POSITIONS
+from forklift.plant.subject import Residual
 from forklift.recordings.channels import LIFTS, Lift
 from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
@@ -18,7 +18,7 @@ LAGS_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8)
 
 
 def covariates(
-    recordings: Iterable[Recording], judged: Sequence[ChannelResidual], sensors: Mapping[str, Sensor]
+    recordings: Iterable[Recording], judged: Sequence[Residual], sensors: Mapping[str, Sensor]
 ) -> dict[str, dict[str, Floats]]:
     """By recording and variable: (samples, columns).
 
@@ -60,7 +60,7 @@ def _temperature(recording: Recording) -> float | None:
 
 
 def _speeds(
-    recording: Recording, judged: Sequence[ChannelResidual], sensors: Mapping[str, Sensor]
+    recording: Recording, judged: Sequence[Residual], sensors: Mapping[str, Sensor]
 ) -> dict[Lift, Floats]:
     """The model's speeds where a position is measured [m/s]: what was measured less what is left over."""
     found: dict[Lift, Floats] = {}

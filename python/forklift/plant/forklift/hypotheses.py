@@ -19,7 +19,6 @@ from forklift.recordings.channels import COMMANDS, LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec
-    from forklift.plant.forklift.checks.invalid_signals import InvalidStretch
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.recording import Recording
 
@@ -115,13 +114,6 @@ def _clocks(clocks: Collection[tuple[str, ...]]) -> Iterator[Hypothesis]:
                 _misread(number),
                 ("valve_delay", "sensor_lag"),
             )
-
-
-def invalid_hypothesis(stretch: InvalidStretch) -> Hypothesis:
-    """A signal that stood still or slipped, whose samples were left out: nothing is left to try."""
-    return Hypothesis(
-        f"sensor_{stretch.how}", "sensor", stretch.said, stretch.channel, "sensor", None, Addition()
-    )
 
 
 def _physics(

@@ -18,7 +18,7 @@ from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.commands import COLUMNS, Command
 from forklift.plant.forklift.tables import outputs, states
 from forklift.plant.forklift.truck import Truck
-from forklift.recordings.channels import LIFTS, Lifts, channels
+from forklift.recordings.channels import LIFTS, Lifts, channels, table
 from forklift.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -278,6 +278,31 @@ def predict(
     except ForkliftError as error:
         sentence = f"{recording.file}: {error.message[:1].lower()}{error.message[1:]}"
         raise ForkliftError(error.code, sentence, **error.facts | {"file": recording.file}) from None
+
+
+def check_temperature(oil_temperature_degc: float | None) -> None:
+    """A temperature that is given is one that a recording might have, be it needed or not.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"``.
+    """
+    possible = table()["oil_temperature_degc"]
+    lower, upper = possible.lower, possible.upper
+    if oil_temperature_degc is None:
+        return
+    if not lower <= arguments.number("oil_temperature_degc", oil_temperature_degc) <= upper:
+        raise ForkliftError(
+            "argument-invalid",
+            f"the oil temperature is {oil_temperature_degc:g} °C, where {lower:g} to {upper:g} °C is "
+            "possible; give it in °C",
+            name="oil_temperature_degc",
+            value=oil_temperature_degc,
+            lower=lower,
+            upper=upper,
+            unit="degC",
+        )
 
 
 def mean_temperature(recording: Recording, otherwise: float | None = None) -> float:

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from forklift.diagnosis.regimes import Split
 from forklift.plant.forklift.checks.suitability import SAME_LOAD_KG, SAME_TEMPERATURE_K
 from forklift.plant.forklift.phases import PHASES, of_recording
 from forklift.plant.forklift.truck import Truck
+from forklift.plant.subject import Split
 from forklift.recordings.recording import Recording
 
 

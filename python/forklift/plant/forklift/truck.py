@@ -110,6 +110,15 @@ class Truck:
         merged = {**self.values, **{name: _number(name, value) for name, value in values.items()}}
         return Truck(self.name, merged, sources)
 
+    def facts(self) -> dict[str, Any]:
+        """Name, origin, hash and effects: what a result says of a truck it was made with."""
+        return {
+            "name": self.name,
+            "origin": self.origin,
+            "sha256": self.sha256,
+            "effects": list(self.effects),
+        }
+
     def write(self, path: str | Path) -> Path:
         """Write the TOML file that `Truck.read` reads back equal; whole or not at all."""
         return output.write_file(

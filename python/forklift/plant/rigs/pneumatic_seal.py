@@ -23,7 +23,6 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis.plant_diagnose import PlantDiagnosis
 from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port, Values
 from forklift.plant.recording import Recording
 
@@ -111,16 +110,18 @@ def repeatability(recordings: Sequence[Recording]) -> dict[str, float]:
     return floors
 
 
-def gone(found: PlantDiagnosis, recordings: Sequence[Recording]) -> float:
+def gone(found: Any, recordings: Sequence[Recording]) -> float:
     """Share of the variance above the repeatability that is gone on the held-out end of each file."""
     floors = repeatability(recordings)
     group = {one.file: one.group for one in recordings}
-    held = [one for one in found.scores if one.role == "validate"]
-    before = sum(one.rmse_before**2 - floors[group[one.file]] ** 2 for one in held)
-    return float(1.0 - sum(one.rmse_after**2 - floors[group[one.file]] ** 2 for one in held) / before)
+    before, after = (
+        sum(row["rmse"] ** 2 - floors[group[row["file"]]] ** 2 for row in side.held_out.iter_rows(named=True))
+        for side in (found.before, found.after)
+    )
+    return float(1.0 - after / before)
 
 
-def gone_left_out(found: PlantDiagnosis, recordings: Sequence[Recording], sigma: float) -> float:
+def gone_left_out(found: Any, recordings: Sequence[Recording], sigma: float) -> float:
     """The same of each pressure, foreseen from the others; `sigma` as the plant has it [N]."""
     floors = repeatability(recordings)
     before = sum(one.before * sigma**2 - floors[one.group] ** 2 for one in found.groups)

@@ -9,8 +9,9 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from forklift.base.errors import ForkliftError
+from forklift.plant.findings import Caution
 from forklift.plant.forklift.checks import geometry, motion, scale, stuck, swapped, timing
-from forklift.plant.forklift.checks.finding import Caution, Finding
+from forklift.plant.forklift.checks.finding import Finding
 from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:

@@ -2,37 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from forklift.base.errors import ForkliftError
+from forklift.plant.findings import Caution
 
 if TYPE_CHECKING:
     from forklift.recordings.recording import Recording
-
-
-@dataclass(frozen=True)
-class Caution:
-    """Something that a fit survives but whoever reads it must know.
-
-    Attributes
-    ----------
-    code
-        Stable, hyphenated word for its kind.
-    sentence
-        What, where, value, and what follows or what to do.
-    facts
-        What the sentence says, as data.
-    """
-
-    code: str
-    sentence: str
-    facts: Mapping[str, Any] = field(default_factory=dict)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The caution as plain data, for JSON."""
-        return {"code": self.code, "sentence": self.sentence, "facts": dict(self.facts)}
 
 
 Finding = ForkliftError | Caution

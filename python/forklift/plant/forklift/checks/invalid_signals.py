@@ -2,67 +2,49 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from forklift.base.errors import ForkliftError
+from forklift.plant.findings import InvalidStretch
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.faults import faults
 from forklift.plant.forklift.checks.timing import POSITIONS
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
-    from forklift.recordings.campaign import Campaign
     from forklift.recordings.recording import Recording
 
 MOST_ROUNDS = 20
 """A recording with more such stretches of one channel than this is not worth keeping; the error says so."""
 
 
-@dataclass(frozen=True)
-class InvalidStretch:
-    """A stretch of one channel in one recording that tells nothing."""
-
-    file: str
-    channel: str
-    from_s: float
-    to_s: float
-    how: Literal["stuck", "slip"]
-    """It stands still while it should not; or a position has jumped and stays off."""
-
-    @property
-    def said(self) -> str:
-        """In words."""
-        if self.how == "slip":
-            return f"the signal slips in {self.file} at {self.from_s:.2f} s"
-        return f"the signal stands still in {self.file} from {self.from_s:.2f} to {self.to_s:.2f} s"
-
-
-def without_invalid(campaign: Campaign, truck: Truck) -> tuple[Campaign, tuple[InvalidStretch, ...]]:
-    """The campaign without the samples of stuck and slipped signals, and which these were.
+def without_invalid(
+    recordings: Sequence[Recording], truck: Truck
+) -> tuple[tuple[Recording, ...], tuple[InvalidStretch, ...]]:
+    """The recordings without the samples of stuck and slipped signals, and which these were.
 
     After a slip nothing is left of that signal in that recording. Where no other signal tells that the lift
     itself did not jump, samples may be lost as well as counts: that is left to the checks, which refuse it.
     """
-    taken: list[InvalidStretch] = []
+    kept, taken = tuple(recordings), list[InvalidStretch]()
     for _ in range(MOST_ROUNDS):
-        found = _spoilt(campaign, truck)
+        found = _spoilt(kept, truck)
         if not found:
             break
         taken += found
-        campaign = replace(
-            campaign, recordings=tuple(_without(recording, found) for recording in campaign.recordings)
-        )
-    return campaign, tuple(taken)
+        kept = tuple(_without(recording, found) for recording in kept)
+    return kept, tuple(taken)
 
 
-def _spoilt(campaign: Campaign, truck: Truck) -> list[InvalidStretch]:
+def _spoilt(given: Sequence[Recording], truck: Truck) -> list[InvalidStretch]:
     """Stuck signals; if there are none, slips: the end of a standstill looks like one."""
-    recordings = {recording.file: recording for recording in campaign.recordings}
+    recordings = {recording.file: recording for recording in given}
     stuck, slipped = [], []
-    for error in faults(campaign.recordings, truck):
+    for error in faults(given, truck):
         if not isinstance(error, ForkliftError):
             continue
         facts = error.facts

@@ -15,9 +15,9 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import amount
+from forklift.plant.findings import Caution
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.faults import faults
-from forklift.plant.forklift.checks.finding import Caution
 from forklift.plant.forklift.commands import steps_to_current
 from forklift.plant.forklift.phases import shut_current
 from forklift.recordings.channels import LIFTS, Lift, commanded
@@ -25,8 +25,6 @@ from forklift.recordings.channels import LIFTS, Lift, commanded
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.recording import Recording
-
-__all__ = ["Caution", "Suitability", "suitability"]
 
 LEVELS_APART_A = 0.03
 """Least spread of the currents that are held: four of the ECU's steps, less is one level."""

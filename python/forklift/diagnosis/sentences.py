@@ -1,0 +1,229 @@
+"""A diagnosis in words: its one sentence, and everything for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from forklift.base.typeset import amount, number
+from forklift.diagnosis.criteria import AS_GOOD, FLAT, LIKELY, TOLD_REGION
+from forklift.diagnosis.numbers import of_hypothesis
+from forklift.diagnosis.outcome import COMMAND
+
+if TYPE_CHECKING:
+    from forklift.diagnosis.causes import Cause
+    from forklift.diagnosis.dependence import Shape
+    from forklift.diagnosis.outcome import Outcome
+    from forklift.fitting.agreement import Agreement
+    from forklift.plant.subject import Words
+
+UNFIT = ("sensor_stuck", "sensor_slip")
+"""Causes that are seen before any fit."""
+
+
+class Gain(NamedTuple):
+    """What the machine is told by: its headline, before and after, on what was held out."""
+
+    what: str
+    before: float
+    after: float
+    unit: str
+    better: str
+    """``"rises"`` or ``"falls"``."""
+
+
+def sentence(found: Outcome) -> str:
+    """The verdict in one sentence."""
+    judged = len({one.file for one in found.final.held_out})
+    kept = "held out" if found.judged_on == "validate" else "that it was fitted on"
+    noun = found.machine.words.noun
+    if found.findings.unexcited:
+        return f"No mismatch can be seen, and nothing be told of any effect: {found.findings.unexcited}."
+    if found.verdict == "no-mismatch":
+        return (
+            f"No mismatch: the fitted {noun} explains all {judged} recordings {kept} to the sensors' "
+            f"noise (mean square at most {found.final.worst.mean_square:.2f})."
+        )
+    if all(cause.hypothesis.id in UNFIT for cause in found.causes) and found.baseline.complete:
+        return (
+            f"A sensor fails: {' and '.join(named(found, cause) for cause in found.causes)}; without these "
+            f"samples the fitted {noun} explains all {judged} recordings {kept} to the sensors' noise."
+        )
+    if not found.causes and found.doubted:
+        options = {
+            " and ".join(one.name for one in hypotheses): share
+            for cause in found.doubted
+            for hypotheses, share, _ in [((cause.hypothesis,), cause.credibility, 0.0), *cause.rivals]
+            if share >= AS_GOOD
+        }
+        listed = "; ".join(f"{name} ({share:.2f})" for name, share in options.items())
+        return (
+            f"Something is missing, and several explanations fit the recordings {kept} about as well "
+            f"(credibility): {listed}."
+        )
+    if not found.causes:
+        assert found.location
+        place = found.machine.words.equation(found.location.equation)
+        return (
+            f"Something is missing that no hypothesis explains: it acts on {place}{_of(found)}; "
+            f"{found.location.region}."
+        )
+    causes = " and ".join(
+        f"{'' if cause.credibility >= LIKELY else 'perhaps '}{named(found, cause)}" for cause in found.causes
+    )
+    if found.selection.curve and not any(cause.curve for cause in found.causes):
+        causes += ", perhaps by another law than the catalogue's"
+    left = (
+        "nothing is left over"
+        if found.final.complete
+        else "it is not the whole story: a mean square of up to "
+        f"{found.final.worst.mean_square:.3g} times the noise's is left over"
+    )
+    return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}, and {left}."
+
+
+def named(found: Outcome, cause: Cause) -> str:
+    """A cause with where it acts."""
+    law = f", by another law than the catalogue's, a curve over {cause.curve.over}" if cause.curve else ""
+    return f"{found.machine.words.at(cause.hypothesis.name, cause.hypothesis.where)}{law}"
+
+
+def _gained(found: Outcome) -> str:
+    if found.final.loo_log_score:
+        return (
+            "; it shows in no recording alone, but all of them predict each other better with it, by "
+            f"{found.final.loo_log_score:.0f} in ln probability"
+        )
+    told = gain(found)
+    kept = "held out" if found.judged_on == "validate" else "it was fitted on"
+    if told is None:
+        return (
+            f"; what is left over of the recordings {kept} falls from {found.baseline.worst.mean_square:.3g} "
+            f"to {found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
+        )
+    before, after = (
+        (f"{told.before:.1f}", f"{told.after:.1f} %")
+        if told.unit == "%"
+        else (number(told.before), amount(told.after, told.unit))
+    )
+    return f"; {told.what} on recordings {kept} {told.better} from {before} to {after}"
+
+
+def gain(found: Outcome) -> Gain | None:
+    """By what the machine is told: the fit of its headline, or its outputs' error, if these have one unit.
+
+    None where a sensor reads wrongly, which may not touch the headline, and of outputs in several units.
+    """
+    if any(cause.hypothesis.kind == "sensor" for cause in found.causes):
+        return None
+    headline = found.machine.headline
+    sides = [_headline(one, headline) for one in (found.before, found.after)]
+    if headline:
+        before, after = (_mean(side["nrmse_percent"]) for side in sides)
+        if np.isfinite([before, after]).all():
+            return Gain(f"the {headline}'s fit", before, after, "%", "rises")
+        return None
+    units = set(sides[0]["unit"])
+    if len(units) != 1:
+        return None
+    before, after = map(together, sides)
+    return Gain("the root mean square error", before, after, units.pop(), "falls")
+
+
+def together(side: pl.DataFrame) -> float:
+    """The root mean square error over all samples of these rows."""
+    rows = side.filter(pl.col("rmse").is_not_null())
+    weight = rows["samples"].to_numpy()
+    return float(np.sqrt(weight @ rows["rmse"].to_numpy() ** 2 / max(weight.sum(), 1)))
+
+
+def _headline(one: Agreement, headline: str) -> pl.DataFrame:
+    return one.held_out.filter(pl.col("channel").str.starts_with(headline))
+
+
+def _mean(column: pl.Series) -> float:
+    mean = column.drop_nulls().mean()
+    return float("nan") if mean is None else float(mean)  # type: ignore[arg-type]
+
+
+def _of(found: Outcome) -> str:
+    assert found.location
+    part = found.machine.words.part(found.location.part)
+    return f" of {part}" if part else ""
+
+
+def region(words: Words, seen: Sequence[Shape], part: str) -> str:
+    """Where the unknown input acts, in words and numbers, if that is a function of something."""
+    telling = [shape for shape in seen if shape.explained >= TOLD_REGION][:2]
+    if not telling:
+        return "less than half of it is a function of anything that was measured"
+    first = telling[0]
+    if np.ptp(first.curve) <= FLAT * np.abs(first.curve).max():
+        return f"{100.0 * first.explained:.0f} % of it is about {first.curve.mean():+.3g} throughout"
+    return "; ".join(
+        f"{100.0 * shape.explained:.0f} % of it is a function of {_where(words, shape, part)}"
+        for shape in telling
+    )
+
+
+def _where(words: Words, shape: Shape, part: str) -> str:
+    """The variable, where the input acts most, and how it goes from there to there."""
+    name, unit, scale = words.variable(shape.variable, part)
+    low, high = shape.region
+    ends = np.interp([low, high], shape.at, shape.curve)
+    said = [f"{scale * at:.3g} {unit}".rstrip() for at in (low, high)]
+    return f"{name}, {ends[0]:+.3g} at {said[0]} and {ends[1]:+.3g} at {said[1]}"
+
+
+def text(found: Outcome) -> str:
+    """For a terminal: the sentence first, then the evidence."""
+    return "\n".join([sentence(found), "", *_lines(found)])
+
+
+def _lines(found: Outcome) -> Iterator[str]:
+    words = found.machine.words
+    if found.location:
+        yield (
+            f"Where: {words.equation(found.location.equation)}{_of(found)}, seen most in "
+            f"{found.location.signal}. Of an unknown input there, {found.location.region}."
+        )
+        for one in found.inputs[:4]:
+            yield f"  unknown input at {one.port}: ln evidence {one.evidence:.0f}, leaves {one.noise**2:.2f}"
+    for cause in (*found.causes, *found.doubted):
+        yield f"Cause: {named(found, cause)}; credibility {cause.credibility:.3f}, form {cause.form}"
+        for row in [
+            row for one in (cause.hypothesis, cause.curve) if one for row in of_hypothesis(found.final, one)
+        ]:
+            yield (f"  {row.name} = {row.value:.5g} {row.unit} (95 %: {row.lower:.5g} to {row.upper:.5g})")
+        if cause.not_separable_from:
+            yield f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}."
+        if cause.alone is not None:
+            yield f"  by the catalogue's law alone: leaves {cause.alone:.3g}"
+        for hypotheses, share, left in cause.rivals:
+            names = " and ".join(hypothesis.label for hypothesis in hypotheses) or "nothing added"
+            yield f"  rival {names}: credibility {share:.3f}, leaves {left:.3g}"
+    yield (
+        f"Held out: mean square {found.baseline.reduced_chi2:.3g} before, "
+        f"{found.final.reduced_chi2:.3g} after; "
+        f"worst channel {found.baseline.worst.mean_square:.3g} before, "
+        f"{found.final.worst.mean_square:.3g} after."
+    )
+    if found.untestable:
+        yield f"Untestable here: {', '.join(dict.fromkeys(one.label for one in found.untestable))}."
+    yield from (caution.sentence for caution in found.findings.cautions)
+    yield found.deficiency[1].sentence
+    yield from (one.sentence for one in found.regimes if one.agree is False)
+    for group in found.groups:
+        verb = "holds" if group.holds else "does not hold"
+        yield (
+            f"Left out {group.group}: {verb}, mean square {group.before:.3g} -> {group.after:.3g}, fitted "
+            f"alone {group.alone:.3g}"
+        )
+    if found.outlying_groups:
+        yield f"Fits no law that fits the others: {', '.join(found.outlying_groups)}."
+    if found.next_recording:
+        yield f"Next recording ({COMMAND}): {found.next_why}."
+    yield "Seconds: " + ", ".join(f"{name} {seconds:.1f}" for name, seconds in found.seconds.items())

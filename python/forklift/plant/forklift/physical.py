@@ -1,0 +1,78 @@
+"""What a cause comes to in quantities that a reader knows, where its parameter is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from forklift.base.typeset import amount, number
+from forklift.plant.forklift.free_curve import COEFFICIENTS, splines
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.recording import Recording
+
+Case = tuple[Recording, float]
+"""A recording with its mean oil temperature [°C]."""
+
+
+def physical(truck: Truck, cases: Sequence[Case], effect: str, lift: str) -> str:
+    """A sentence; empty if there is none for this effect.
+
+    Parameters
+    ----------
+    truck
+        With what was found.
+    """
+    told = SENTENCES.get(effect)
+    return told(truck, cases, lift) if told else ""
+
+
+def _friction(truck: Truck, cases: Sequence[Case], lift: str) -> str:
+    """Viscous friction in the coldest and the warmest recording."""
+    degc = [one for _, one in cases]
+    cold, warm = (
+        _of(truck, f"{lift}.friction.sigma_2")
+        * np.exp(-_of(truck, f"{lift}.friction_temperature.rate") * (one - 20.0))
+        for one in (min(degc), max(degc))
+    )
+    return (
+        f"Viscous friction (sigma_2): {amount(cold, 'N s/m')} at {min(degc):.0f} °C, "
+        f"{amount(warm, 'N s/m')} at {max(degc):.0f} °C."
+    )
+
+
+def _leak(truck: Truck, cases: Sequence[Case], lift: str) -> str:
+    """Flow at the highest mean pressure of a recording."""
+    channel = f"pressure_{lift}_pa"
+    means = [float(np.nanmean(one.channels[channel])) for one, _ in cases if channel in one.channels]
+    if not means:
+        return ""
+    flow = _of(truck, f"{lift}.leakage.coefficient") * max(means)
+    return f"That is {number(6e4 * flow)} l/min at {number(1e-5 * max(means))} bar."
+
+
+def _answer(truck: Truck, cases: Sequence[Case], lift: str) -> str:
+    """The valve's time constant at quarters of the widest step."""
+    head = f"{lift}.free_response"
+    shares = np.arange(1, 5) / 4
+    steps = _of(truck, f"{head}.range") * shares
+    times = splines(shares) @ [_of(truck, f"{head}.time_{k}") for k in range(COEFFICIENTS)]
+    told = [
+        f"{amount(1e3 * time, 'ms')} with {amount(step, 'A')} to go"
+        for time, step in zip(times, steps, strict=True)
+    ]
+    return f"The command's time constant on its way to the valve: {', '.join(told)}."
+
+
+def _of(truck: Truck, name: str) -> float:
+    value = truck.values[name]
+    assert isinstance(value, float)
+    return value
+
+
+SENTENCES: Mapping[str, Callable[[Truck, Sequence[Case], str], str]] = {
+    "friction_temperature": _friction,
+    "leakage": _leak,
+    "free_response": _answer,
+}
+"""By effect."""

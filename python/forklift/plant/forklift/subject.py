@@ -1,0 +1,272 @@
+"""The forklift as a diagnosis asks it: its checks, hypotheses, signals and words."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from forklift.base.arrays import Floats
+from forklift.base.errors import ForkliftError
+from forklift.plant.findings import Caution, Findings
+from forklift.plant.forklift import phases
+from forklift.plant.forklift.candidates import NextRecording, candidates, elsewhere, wanted
+from forklift.plant.forklift.checks.invalid_signals import without_invalid
+from forklift.plant.forklift.checks.suitability import suitability
+from forklift.plant.forklift.covariates import covariates
+from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses
+from forklift.plant.forklift.model import Forklift
+from forklift.plant.forklift.physical import physical
+from forklift.plant.forklift.ports import lift_of
+from forklift.plant.forklift.sensors import sensors
+from forklift.plant.forklift.signals import signals
+from forklift.plant.forklift.simulate import mean_temperature
+from forklift.plant.forklift.splits import splits
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.unknowns import unknowns
+from forklift.plant.forklift.variables import per_output
+from forklift.plant.forklift.vocabulary import ForkliftWords
+from forklift.plant.parameter import Unknown
+from forklift.plant.protocol import Case, Hypothesis
+from forklift.plant.subject import Drive, Labels, Possible, Residual, Signal, Split, Term, Use
+from forklift.recordings.channels import LIFTS, Lift, channels, commanded
+from forklift.recordings.noise import Sensor
+from forklift.recordings.recording import Recording
+
+FILE = "truck.toml"
+PREDICTED = (
+    "position_free_m",
+    "position_main_m",
+    "velocity_free_m_s",
+    "velocity_main_m_s",
+    "pressure_free_pa",
+    "pressure_main_pa",
+)
+"""The columns of a prediction."""
+CONDITIONS = {"one-temperature": "oil_temperature_degc", "one-load": "load_kg"}
+"""By caution: which condition all recordings have in common."""
+
+
+@dataclass(frozen=True)
+class ForkliftSubject(Forklift):
+    """See `forklift.plant.subject.Subject`."""
+
+    words: ClassVar[ForkliftWords] = ForkliftWords()
+    reaches_noise: ClassVar[bool] = True
+    phases: ClassVar[Sequence[str]] = phases.PHASES
+    phase_note: ClassVar[str] = (
+        "Phases: the valve has just opened (start), its command has just moved (step change), neither "
+        "(steady), it has just shut (stop), it stays shut (hold)."
+    )
+    headline: ClassVar[str] = "velocity"
+    part_word: ClassVar[str] = "lift"
+    file: ClassVar[str] = FILE
+
+    def facts(self) -> Mapping[str, Any]:
+        """The start truck."""
+        return {"start": self.truck.facts()}
+
+    def facts_of(self, values: Mapping[str, float], source: str, name: str) -> Mapping[str, Any]:
+        """The truck with these values."""
+        return {"truck": self.named(values, source, f"{name} diagnosed from {self.truck.name}").facts()}
+
+    def examined(
+        self, recordings: Sequence[Recording]
+    ) -> tuple[ForkliftSubject, tuple[Recording, ...], Findings]:
+        """Signals that stand still or slip are taken out; the lifts that can be told are fitted.
+
+        Raises
+        ------
+        ForkliftError
+            Those of `forklift.plant.forklift.checks.suitability`, but for recordings in which nothing moves.
+        """
+        kept, invalid = without_invalid(recordings, self.truck)
+        try:
+            suited = suitability(kept, self.truck)
+        except ForkliftError as error:
+            if error.code != "no-excitation":
+                raise
+            moved = {lift for recording in kept for lift in commanded(recording.lift)}
+            lifts = tuple(lift for lift in LIFTS if lift in moved)
+            return replace(self, lifts=lifts), kept, Findings(invalid, unexcited=error.message)
+        cautions = suited.cautions
+        same = tuple(
+            (CONDITIONS[one.code], str(one.facts["lift"])) for one in cautions if one.code in CONDITIONS
+        )
+        return replace(self, lifts=suited.lifts), kept, Findings(invalid, cautions, "", _held(cautions), same)
+
+    def sensors(self, recordings: Sequence[Recording]) -> dict[str, Sensor]:
+        """Told from the samples."""
+        return sensors(recordings)
+
+    def unknowns(self, held: Sequence[str] = ()) -> tuple[Unknown, ...]:
+        """Of the lifts that are fitted."""
+        return tuple(unknowns(self.truck, self.lifts, hold=list(held)))
+
+    def hypotheses(
+        self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
+    ) -> tuple[Hypothesis, ...]:
+        """The catalogue's effects, sensors, clocks and conditions."""
+        apart = clocks_apart(recordings, list(sensors))
+        return hypotheses(self.truck, self.lifts, list(sensors), _travelled(recordings, sensors), apart)
+
+    def covariates(
+        self, recordings: Sequence[Recording], judged: Sequence[Residual], sensors: Mapping[str, Sensor]
+    ) -> dict[str, dict[str, Floats]]:
+        """Commands, speeds, load and oil temperature."""
+        return covariates(recordings, judged, sensors)
+
+    def part_where(self, where: str) -> str:
+        """A lift as it is, a channel's lift; ``"both"`` of the whole truck."""
+        return where if where in LIFTS else lift_of(where) or "both"
+
+    def rate_hz(self, recording: Recording, channel: str) -> float:
+        """Of the channel's own clock [Hz]."""
+        return recording.rate_hz(channel)
+
+    def labels(self, recording: Recording) -> Labels:
+        """By the command of the channel's lift."""
+        return phases.of_recording(recording, self.truck)
+
+    def splits(self, recordings: Sequence[Recording]) -> tuple[Split, ...]:
+        """By load, oil temperature and motion."""
+        return splits(recordings, self.truck)
+
+    def possible(
+        self,
+        recordings: Sequence[Recording],
+        found: Sequence[Mapping[str, float]],
+        sensors: Mapping[str, Sensor],
+    ) -> Iterable[Possible]:
+        """Commands, loads and oil temperatures within a truck's limits."""
+        plain = Forklift(self.at(found[0]))
+        return candidates(recordings, [self.at(one) for one in found], lambda one: plain.case(one, {}))
+
+    def once_more(self, recordings: Sequence[Recording], condition: str, part: str) -> NextRecording | None:
+        """The richest recording of a lift, at another load or oil temperature."""
+        return elsewhere(recordings, condition, "free" if part == "free" else "main")
+
+    def wanted(self, recording: Recording, why: str) -> NextRecording:
+        """Lift, load, oil temperature and command."""
+        return wanted(recording, why)
+
+    def signals(self, recording: Recording, readings: Mapping[str, Floats]) -> Iterator[Signal]:
+        """Velocities of the lifts that move, positions, pressures and fork height."""
+        units = outputs() | channels()
+        for one in signals(recording, readings):
+            unit = units[one.channel]["unit"]
+            yield Signal(
+                one.lift, one.channel, unit, one.commanded, one.measured_from, one.measured, one.simulated
+            )
+
+    def drives(self, recording: Recording) -> Sequence[Drive]:
+        """The commands of the lifts that move [A]."""
+        return [
+            Drive(f"{lift} lift", "A", recording[f"current_{lift}_a"], held=True)
+            for lift in commanded(recording.lift)
+        ]
+
+    def conditions(self, recording: Recording, found: Mapping[str, float]) -> Mapping[str, float]:
+        """Load on the forks [kg] and mean oil temperature [°C]."""
+        entered = mean_temperature(recording, self.oil_temperature_degc)
+        return {
+            "load_kg": found.get("load", recording.load_kg),
+            "oil_temperature_degc": entered + found.get("oil_temperature", 0.0),
+        }
+
+    def states(self, recording: Recording, outputs: Mapping[str, Floats]) -> Mapping[str, Floats]:
+        """Positions, velocities and pressures of both lifts."""
+        return {name: outputs[name] for name in PREDICTED}
+
+    def terms(
+        self,
+        values: Mapping[str, float],
+        cases: Sequence[Case],
+        conditions: Sequence[Floats],
+        moments: Sequence[Mapping[str, Floats]],
+    ) -> Sequence[Term]:
+        """None: the core adds them where they act."""
+        return ()
+
+    def physical(self, one: Hypothesis, values: Mapping[str, float], recordings: Sequence[Recording]) -> str:
+        """See `forklift.plant.forklift.physical`."""
+        cases = [(own, self.conditions(own, {})["oil_temperature_degc"]) for own in recordings]
+        effect = (one.amplitude or "").split(".")[1:2] if one.kind == "unknown" else [one.id]
+        return "".join(physical(self.at(values), cases, id, one.where) for id in effect)
+
+    def use(
+        self, values: Mapping[str, float], recordings: Sequence[Recording], causes: Sequence[Hypothesis]
+    ) -> Use:
+        """A command at an operating point of the campaign."""
+        shown = next((one for one in recordings if one.role == "validate"), recordings[0])
+        degc = self.conditions(shown, {})["oil_temperature_degc"]
+        command = [
+            "forklift", "simulate", "--truck", FILE, "--lift", shown.lift,
+            "--load", f"{shown.load_kg:g}", "--temperature", f"{degc:.0f}",
+            "--command", "prms", "--out", "lowering.csv", "--plot", "lowering.html",
+        ]  # fmt: skip
+        return Use(
+            "truck.toml, beside this page, is the truck as it was found: its parameters fitted, and what was "
+            "missing added. In this folder, this simulates a lowering with it, here at an operating point of "
+            "these recordings; choose another load, temperature and command as you need them.",
+            "Simulate with the truck that was found",
+            shlex.join(command),
+        )
+
+    def command(self, verb: str, folder: Path) -> str | None:
+        """With the truck's file, or its name if it is shipped."""
+        if self.truck.origin == "Python":
+            return None
+        name = self.truck.name if self.truck.origin == "shipped" else self.truck.origin
+        given = self.oil_temperature_degc
+        option = [] if given is None else ["--temperature", repr(given)]
+        return shlex.join(["forklift", verb, str(folder), "--truck", name, *option, "--out", "result"])
+
+    @property
+    def runs(self) -> str:
+        """Freely, and how a velocity is told."""
+        return (
+            "Simulations run free from the start of each recording: no state is corrected by a measurement. "
+            "Velocities are the derivative of the fork height, or of the lift's own encoder, through a "
+            "Savitzky–Golay filter of 11 samples and second order, measured and simulated alike."
+        )
+
+    def write(self, folder: Path, values: Mapping[str, float], source: str, name: str) -> str:
+        """As ``truck.toml``."""
+        self.named(values, source, name).write(folder / FILE)
+        return FILE
+
+    def named(self, values: Mapping[str, float], source: str, name: str) -> Truck:
+        """The truck with these values and another name; those that moved carry `source`."""
+        truck = self.at(values, source)
+        return Truck(name, truck.values, truck.sources)
+
+
+def _held(cautions: Sequence[Caution]) -> tuple[str, ...]:
+    """What no recording tells. Left to its prior it would go to its bound, if that let recordings explain
+    anything by what is their own: a viscosity that falls twenty times too fast turns a sensor's error of a
+    tenth of a kelvin into any oil temperature."""
+    return tuple(str(one.facts["parameter"]) for one in cautions if "parameter" in one.facts)
+
+
+def _travelled(
+    recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
+) -> dict[Lift, tuple[float, float]]:
+    """From where to where each lift's cylinder went, by its encoder [m]."""
+    ends: dict[Lift, tuple[float, float]] = {}
+    for lift in LIFTS:
+        name = f"position_{lift}_m"
+        columns = [one.channels[name] for one in recordings if name in sensors and name in one.channels]
+        moved = [column for column in columns if np.isfinite(column).any()]
+        if moved:
+            scale = per_output("position", lift)
+            ends[lift] = (
+                scale * min(float(np.nanmin(way)) for way in moved),
+                scale * max(float(np.nanmax(way)) for way in moved),
+            )
+    return ends

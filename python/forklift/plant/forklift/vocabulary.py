@@ -1,0 +1,136 @@
+"""What a forklift's things are called, in text and on pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from forklift.base.typeset import amount, drawn
+from forklift.plant.forklift.effects import EFFECTS, Equation
+from forklift.plant.forklift.free_curve import ports
+from forklift.plant.forklift.hypotheses import effect_specs
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.forklift.variables import words as variable_words
+from forklift.plant.protocol import Hypothesis
+from forklift.plant.subject import Shown
+from forklift.recordings.channels import LIFTS, Lift, channels
+
+SHOWN: Mapping[str, tuple[str, str, float]] = {
+    "m/s": ("velocity", "m/s", 1.0),
+    "Pa": ("pressure", "bar", 1e-5),
+    "m": ("position", "m", 1.0),
+    "A": ("current", "A", 1.0),
+    "degC": ("temperature", "°C", 1.0),
+}
+"""By unit: what the quantity is called, and the unit and scale it is drawn in."""
+
+EQUATIONS: Mapping[Equation, str] = {
+    "force-balance": "the balance of forces on the cylinder",
+    "friction": "the friction of the cylinder",
+    "cylinder-pressure": "the oil balance of the cylinder, which sets its pressure",
+    "bulk-modulus": "the stiffness of the oil",
+    "valve-dynamics": "how the valve follows its command",
+    "valve-flow": "the flow through the valve",
+    "compensator": "the pressure compensator",
+    "control-volume": "the oil between valve and compensator",
+    "viscosity": "the viscosity of the oil",
+    "tank": "the return to the tank",
+    "mast-coupling": "how the lifts push each other through the mast",
+    "chassis": "the truck's chassis",
+    "sensor": "a sensor, not the machine",
+    "operating-point": "the conditions entered with the recordings, not the machine",
+    "any": "a place that could not be told",
+}
+"""Where in the model something may be wrong."""
+
+
+class ForkliftWords:
+    """A forklift's vocabulary; see `forklift.plant.subject.Words`."""
+
+    noun = "truck"
+    kinds: Mapping[str, str] = {
+        "physics": "effect",
+        "sensor": "sensor",
+        "parameter": "conditions entered",
+        "unknown": "curve without a name",
+    }
+
+    def part(self, name: str) -> str:
+        """``"the main lift"``, ``"both lifts"``."""
+        return "both lifts" if name == "both" else f"the {name} lift" if name else ""
+
+    def equation(self, name: str) -> str:
+        """See `EQUATIONS`."""
+        return EQUATIONS[name]  # type: ignore[index]
+
+    def place(self, name: str) -> Shown:
+        """A port of a lift, or a channel's sensor, and the unit that an unknown input there is drawn in."""
+        lift, _, port = name.partition(".")
+        spec = ports().get(port)
+        if spec is None:
+            known = outputs() | channels()
+            return Shown(
+                f"sensor of the {self.signal(name)}", *drawn(known[name]["unit"] if name in known else "")
+            )
+        meaning = spec["meaning"].partition(",")[0].partition(" (3")[0].rstrip(".")
+        meaning = meaning[:1].lower() + meaning[1:]
+        unit = ("relative change", 1.0) if spec["join"] == "factor" else drawn(spec["unit"])
+        return Shown(f"{meaning}, {lift} lift", *unit)
+
+    def signal(self, channel: str) -> str:
+        """A channel in words: ``"pressure of the main lift"``."""
+        known = (outputs() | channels()).get(channel)
+        lift = next((lift for lift in LIFTS if f"_{lift}_" in channel), None)
+        if known is None or lift is None or known["unit"] not in SHOWN:
+            return channel.rpartition("_")[0].replace("_", " ") or channel
+        return f"{SHOWN[known['unit']][0]} of the {lift} lift"
+
+    def drawn(self, channel: str, unit: str) -> Shown:
+        """With the unit and scale of its kind."""
+        return Shown(self.signal(channel), *SHOWN[unit][1:])
+
+    def fine(self, channel: str, unit: str) -> Shown:
+        """Millimetres for metres."""
+        small = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3)}
+        return Shown(self.signal(channel), *small.get(unit, SHOWN[unit][1:]))
+
+    def variable(self, name: str, part: str) -> Shown:
+        """As an operator says it."""
+        lift: Lift = "free" if part == "free" else "main"
+        known, unit = variable_words(name, lift)
+        return Shown(known, *drawn(unit))
+
+    def condition(self, name: str) -> Shown:
+        """Load and oil temperature."""
+        return {"load_kg": Shown("load", "kg"), "oil_temperature_degc": Shown("oil", "°C")}[name]
+
+    def at(self, name: str, where: str) -> str:
+        """With the lift or the channel."""
+        if not where:
+            return name
+        return f"{name} ({f'{where} lift' if where in LIFTS else self.signal(where)})"
+
+    def sentence(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> str:
+        """An effect's own sentence with its numbers, else the hypothesis's name."""
+        plain = self.at(one.name, one.where)
+        plain = f"{plain[:1].upper()}{plain[1:]}."
+        effect = next((effect for effect in EFFECTS if effect.id == one.id), None)
+        if effect is None:
+            return plain
+        said = {row["name"].rpartition(".")[2]: amount(row["value"], row["unit"]) for row in rows}
+        try:
+            return effect.sentence.format(lift=one.where, **said).replace(" degC", " °C")
+        except KeyError:  # a parameter that was not estimated
+            return plain
+
+    def law(self, one: Hypothesis) -> Sequence[str]:
+        """The equation, its signature and its source."""
+        effect = next((effect for effect in EFFECTS if effect.id == one.id), None)
+        if one.kind != "physics" or effect is None:
+            return ()
+        spec, name = effect_specs()[one.id], self.at(one.name, one.where)
+        return (
+            f"{name[:1].upper()}{name[1:]}: {spec['equation']}",
+            f"How it shows itself: {effect.signature}",
+            f"Source: {spec['source']}.",
+        )

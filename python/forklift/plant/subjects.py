@@ -1,0 +1,55 @@
+"""Whatever can be diagnosed, as the protocol has it: a truck, a plant of one's own, or any machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.simulate import check_temperature
+from forklift.plant.forklift.subject import ForkliftSubject
+from forklift.plant.forklift.truck import Truck
+from forklift.plant.own import PlantSubject
+from forklift.plant.parts import Plant
+from forklift.plant.recording import Recording
+from forklift.plant.subject import Subject
+
+
+def subject(
+    machine: Any,
+    *,
+    candidates: Sequence[Recording] = (),
+    origin: str = "",
+    oil_temperature_degc: float | None = None,
+) -> Subject:
+    """The machine behind the protocol.
+
+    Parameters
+    ----------
+    machine
+        A `Truck`, a `Plant`, or what has the protocol already.
+    candidates
+        Of a plant: recordings that could be made.
+    origin
+        Of a plant: the file it came from.
+    oil_temperature_degc
+        Of a truck: for recordings without an oil temperature [°C].
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"``.
+    """
+    if isinstance(machine, Truck):
+        check_temperature(oil_temperature_degc)
+        return ForkliftSubject(machine, oil_temperature_degc=oil_temperature_degc)
+    if isinstance(machine, Plant):
+        return PlantSubject(machine, tuple(candidates), origin)
+    if hasattr(machine, "examined"):
+        return machine  # type: ignore[no-any-return]
+    raise ForkliftError(
+        "argument-invalid",
+        f"{type(machine).__name__} is no machine; give a Truck, a Plant, or a machine with the protocol of "
+        "forklift.plant.subject",
+        name="machine",
+    )

@@ -1,0 +1,112 @@
+"""How well each recording fits, operating point by operating point, and every signal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import polars as pl
+
+from forklift.base.typeset import number, printed
+from forklift.fitting.agreement import change
+from forklift.report.blocks import Table
+from forklift.report.tables import percent
+
+if TYPE_CHECKING:
+    from forklift.diagnosis.result import Diagnosis
+
+FITS = (
+    "100 % is perfect; 0 % is no better than the measured signal's mean. NMSE and NRMSE are (3.39) and "
+    "(3.40) of Fri & Fahlén (2017)."
+)
+MANY = 14
+"""A table with more rows is folded."""
+
+
+def of_conditions(found: Diagnosis, *, changed: bool) -> Iterator[Table]:
+    """One table per channel that the machine is told by: each recording held out, by its conditions."""
+    machine, words = found.machine, found.machine.words
+    own = {one.recording.file: one.conditions for one in found.after.predictions}
+    rows = change(found.before, found.after).filter(
+        pl.col("driven") & pl.col("channel").str.starts_with(machine.headline)
+    )
+    held = rows.filter(pl.col("role") == "validate")
+    rows, which = (held, "") if len(held) else (rows, " (no recordings are held out, so all of them)")
+    for channel, unit in rows.select("channel", "unit").unique(maintain_order=True).iter_rows():
+        mine = rows.filter(pl.col("channel") == channel).to_dicts()
+        names = list(dict.fromkeys(name for row in mine for name in own[row["file"]]))
+        mine.sort(key=lambda row: [own[row["file"]].get(name, np.nan) for name in reversed(names)])
+        noise = found.sensors.get(channel)
+        fine = words.fine(channel, unit)
+        conditions = [words.condition(name) for name in names]
+        when = ("before", "after") if changed else ("after",)
+        yield Table(
+            f"{fine.name[:1].upper()}{fine.name[1:]}{', before → after' if changed else ''}{which}",
+            [
+                *(
+                    f"{one.name[:1].upper()}{one.name[1:]}{f' [{one.unit}]' if one.unit else ''}"
+                    for one in conditions
+                ),
+                "Fit (NRMSE) [%]",
+                *(["Gain (NRMSE)"] if changed else []),
+                f"Error{f' [{fine.unit}]' if fine.unit else ''}",
+                "Recording",
+            ],
+            [
+                [
+                    *(_condition(own[row["file"]].get(name)) for name in names),
+                    " → ".join(percent(row[f"nrmse_percent_{one}"]) for one in when),
+                    *([_gain(row)] if changed else []),
+                    " → ".join(_error(row[f"rmse_{one}"], fine.scale) for one in when),
+                    row["file"],
+                ]
+                for row in mine
+            ],
+            [*[True] * (len(names) + 2 + changed), False],
+            note=f"{FITS} Error: root mean square."
+            + (
+                f" The sensor's noise: {number(fine.scale * noise.noise)} {fine.unit}".rstrip() + "."
+                if noise
+                else ""
+            ),
+            folded=len(mine) > MANY,
+        )
+
+
+def _condition(value: float | None) -> str:
+    return "—" if value is None else f"{value:.4g}"
+
+
+def _gain(row: Mapping[str, Any]) -> str:
+    pair = row["nrmse_percent_before"], row["nrmse_percent_after"]
+    return "—" if None in pair else f"{pair[1] - pair[0]:+.1f}"
+
+
+def _error(value: float | None, scale: float) -> str:
+    return "—" if value is None else number(scale * value)
+
+
+def every_fit(rows: Sequence[Mapping[str, Any]], sides: Sequence[str]) -> Table:
+    """Every recording and signal; `sides` are the endings of the columns, ``""`` where there is one."""
+    heads = {side: side.replace("_", " ") if len(sides) > 1 else "" for side in sides}
+    return Table(
+        "Every recording and signal",
+        [
+            "Recording", "Role", "Signal",
+            *(f"{fit}{heads[side]} [%]" for fit in ("NMSE", "NRMSE") for side in sides),
+            *(f"RMSE{heads[side]}" for side in sides),
+            "Unit",
+        ],
+        [
+            [
+                row["file"], row["role"], row["channel"],
+                *(percent(row[f"{fit}{side}"]) for fit in ("nmse", "nrmse") for side in sides),
+                *(number(row[f"rmse{side}"]) for side in sides),
+                printed(row["unit"]),
+            ]
+            for row in rows
+        ],
+        [False, False, False, *[True] * (3 * len(sides)), False],
+        folded=True,
+    )  # fmt: skip
