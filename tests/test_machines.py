@@ -12,7 +12,6 @@ import pytest
 
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.diagnose import diagnose
-from forklift.diagnosis.sentences import together
 from forklift.fitting import likelihood
 from forklift.fitting.posing import pose
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
@@ -169,7 +168,7 @@ def test_a_plant_without_states_and_groups_left_out():
     assert [cause.hypothesis.label for cause in found.causes] == ["bend"]
     assert [(one.group, one.holds) for one in found.groups] == [("g0", True), ("g1", True), ("g2", True)]
     assert found.outlying_groups == ()
-    assert "left out g1" in str(found)
+    assert "Left out g1" in str(found)
 
 
 def test_a_censored_sample_tells_that_the_truth_is_beyond():
@@ -266,7 +265,7 @@ def test_the_tanks_lack_more_than_one_thing():
         outputs=tuple(replace(one, gain_range=0.0, offset_range=0.0, lag_range=0.0) for one in whole.outputs),
     )
     found = diagnose(small, recordings)
-    before, after = together(found.before.held_out), together(found.after.held_out)
+    before, after = found.rmse()
     assert 0.6 < before < 0.72
     assert after <= 0.35
     assert {cause.hypothesis.label for cause in found.causes} == {"sensor_curve", "upper_overflow"}

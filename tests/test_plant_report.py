@@ -208,7 +208,7 @@ def test_no_mismatch_is_said_as_plainly():
     plant = line()
     text = whole(diagnose(plant, recorded(plant, ())))
     assert "Nothing that these recordings show." in text.of("strong")
-    assert "of a recording held out nothing is adjusted." in text.everything
+    assert "Of a recording held out nothing is adjusted." in text.everything
     assert "→" not in " ".join(cell for row in text.rows for cell in row)
 
 
@@ -229,7 +229,7 @@ def test_a_group_that_fits_no_law_is_named_on_the_first_screen(bent):
     text = whole(replace(bent, groups=(odd, *others)))
     screen = text.everything[: text.everything.index("Before is the model")]
     assert f"{first.group} fits no law that fits the others: see Doubts." in screen
-    assert f"It does not hold in {first.group}, foreseen from the others" in screen
+    assert f"It does not hold in {first.group}, predicted from the others" in screen
     assert any(row[-1] == "fits no law" for row in text.rows if row)
 
 

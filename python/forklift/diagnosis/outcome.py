@@ -192,6 +192,13 @@ class Outcome:
             self.values, self.origin.source, f"{self.origin.name} diagnosed from {self.machine.name}"
         )
 
+    def rmse(self) -> tuple[float, float]:
+        """Root mean square error before and after, over all samples of what was held out.
+
+        Driven signals are counted together, so that it says something for one, or several of one unit.
+        """
+        return self.before.rmse, self.after.rmse
+
     @property
     def judged_on(self) -> str:
         """``"validate"``; ``"estimate"`` if no recording was held out."""

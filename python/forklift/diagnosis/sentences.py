@@ -12,6 +12,7 @@ from forklift.base.typeset import amount, number
 from forklift.diagnosis.criteria import AS_GOOD, FLAT, LIKELY, TOLD_REGION
 from forklift.diagnosis.numbers import of_hypothesis
 from forklift.diagnosis.outcome import COMMAND
+from forklift.fitting.agreement import together
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
@@ -131,13 +132,6 @@ def gain(found: Outcome) -> Gain | None:
         return None
     before, after = map(together, sides)
     return Gain("the root mean square error", before, after, units.pop(), "falls")
-
-
-def together(side: pl.DataFrame) -> float:
-    """The root mean square error over all samples of these rows."""
-    rows = side.filter(pl.col("rmse").is_not_null())
-    weight = rows["samples"].to_numpy()
-    return float(np.sqrt(weight @ rows["rmse"].to_numpy() ** 2 / max(weight.sum(), 1)))
 
 
 def _headline(one: Agreement, headline: str) -> pl.DataFrame:

@@ -16,7 +16,7 @@ from forklift.diagnosis import sentences
 from forklift.diagnosis.ledger import considered
 from forklift.diagnosis.numbers import numbers, of_hypothesis
 from forklift.diagnosis.outcome import COMMAND
-from forklift.fitting.agreement import change
+from forklift.fitting.agreement import change, together
 from forklift.fitting.intervals import LEVEL
 
 if TYPE_CHECKING:
@@ -194,8 +194,8 @@ def _errors(found: Outcome) -> list[dict[str, Any]]:
             {
                 "channel": channel,
                 "unit": unit,
-                "before": sentences.together(own[0]),
-                "after": sentences.together(own[1]),
+                "before": together(own[0]),
+                "after": together(own[1]),
                 "recordings": own[0].filter(pl.col("rmse").is_not_null())["file"].n_unique(),
             }
         )

@@ -89,6 +89,11 @@ class Agreement:
         held = own.filter(pl.col("role") == "validate")
         return held if len(held) else own
 
+    @property
+    def rmse(self) -> float:
+        """The root mean square error over all samples of `held_out`."""
+        return together(self.held_out)
+
     def write(self, folder: Path, model: str) -> None:
         """Write ``predictions/MODEL/FILE.csv`` of every recording: the machine's own outputs."""
         files = prediction_files([one.recording.file for one in self.predictions], model)
@@ -129,6 +134,15 @@ def agreement(
             )
         )
     return Agreement(machine, tuple(found))
+
+
+def together(rows: pl.DataFrame) -> float:
+    """The root mean square error over all samples of these rows; NaN if there are none."""
+    known = rows.filter(pl.col("rmse").is_not_null())
+    weight = known["samples"].to_numpy()
+    return (
+        float(np.sqrt(weight @ known["rmse"].to_numpy() ** 2 / weight.sum())) if len(known) else float("nan")
+    )
 
 
 def change(before: Agreement, after: Agreement) -> pl.DataFrame:

@@ -40,7 +40,7 @@ HOW_TO_READ = READ.format("the command")
 
 BAND = (
     "Grey band: what the sensor's noise alone would leave, 95 times in 100. Of an encoder, which reads "
-    "the count below, it lies on one side of zero; a velocity, which no sensor reads, has none."
+    "the count below, it lies on one side of zero; a signal that no sensor reads has none."
 )
 Note = Callable[[str, str], str]
 """What is said of a file's channel."""
