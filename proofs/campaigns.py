@@ -84,7 +84,7 @@ def main():
     unknown = [name for name in asked if name not in CONCEALED]
     if unknown:
         parser.error(f"there is no campaign {', '.join(unknown)}; there are {', '.join(CONCEALED)}")
-    print("| campaign | verdict | place and cause | credibility | amplitude (99 %); truth ", end="")
+    print("| campaign | verdict | place and cause | credibility | amplitude (95 %); truth ", end="")
     print("| worst before | after | gap closed | s | bounds |")
     print("|---|---|---|---:|---|---:|---:|---:|---:|---|")
     missed = 0

@@ -20,7 +20,6 @@ from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.unknowns import unknowns
 
 NULL = Path(__file__).parent / "campaigns" / "null"
-LEVEL = 0.99
 
 
 @pytest.fixture(scope="module", params=[-90.0, 130.0], ids=["90 kg too much", "130 kg too little"])
@@ -40,7 +39,7 @@ def found(request):
 
 def test_the_interval_holds_the_truth(found):
     wrong_by, _, load, refit = found
-    common, *each = offsets(refit, load, LEVEL)
+    common, *each = offsets(refit, load)
     assert common.unit == "kg"
     assert common.lower <= wrong_by <= common.upper
     assert common.upper - common.lower < 20.0

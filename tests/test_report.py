@@ -82,7 +82,8 @@ def test_every_number_of_the_tables_is_the_jsons(told, said):
     rows = {tuple(row) for row in said.rows}
     for fit in told["fit"]:
         numbers = (fit["nmse_before"], fit["nmse_after"], fit["nrmse_before"], fit["nrmse_after"])
-        assert (fit["file"], fit["role"], fit["channel"], *map(percent, numbers)) in rows
+        cells = (fit["file"], fit["role"], fit["channel"], *map(percent, numbers))
+        assert any(row[:7] == cells for row in rows)
     for one in told["unknown_inputs"]:
         place = WORDS.place(one["port"])[0]
         assert (place, f"{one['ln_evidence']:.0f}", mean_square(one["left_over"])) in rows
@@ -121,15 +122,17 @@ def test_rivals_stand_with_what_they_leave_over_and_their_credibility(told, said
         assert f"credibility {rival['credibility']:.2f}" in said.everything
 
 
-def test_gains_are_laid_out_as_table_5_5(leak, said):
-    assert (
-        "Velocity of the main lift, before → after, laid out as Table 5.5 of Fri & Fahlén (2017)"
-        in said.everything
-    )
+def test_every_operating_point_is_told_before_and_after(leak, said):
+    assert "Velocity of the main lift, before → after" in said.everything
     before, after = (
-        {row["file"]: row["nrmse_percent"] for row in side.validation("main").iter_rows(named=True)}
+        {
+            row["file"]: row["nrmse_percent"]
+            for row in side.held_out.iter_rows(named=True)
+            if row["channel"] == "velocity_main_m_s"
+        }
         for side in (leak.before, leak.after)
     )
+    assert len(after) == 6
     for file in after:
         change = f"{percent(before[file])} → {percent(after[file])}"
         assert any(row[-1] == file and change in row for row in said.rows), file
@@ -255,19 +258,14 @@ def test_thirty_recordings_fit_a_mail():
 def test_nothing_from_a_file_reaches_the_page_unescaped(leak):
     evil = "</script><script>alert(1)</script><b>'\"&"
     files = {leak.recordings[0].file: evil}
-    campaign = replace(
-        leak.campaign,
-        name=evil,
-        recordings=tuple(replace(one, file=files.get(one.file, one.file)) for one in leak.recordings),
-    )
+    recordings = tuple(replace(one, file=files.get(one.file, one.file)) for one in leak.recordings)
     sides = {
         when: replace(
             side,
             predictions=tuple(
                 replace(one, recording=recording)
-                for one, recording in zip(side.predictions, campaign.recordings, strict=True)
+                for one, recording in zip(side.predictions, recordings, strict=True)
             ),
-            fits=side.fits.with_columns(side.fits["file"].replace(files)),
         )
         for when, side in (("before", leak.before), ("after", leak.after))
     }
@@ -277,7 +275,10 @@ def test_nothing_from_a_file_reaches_the_page_unescaped(leak):
         )
         for when, refit in (("baseline", leak.baseline), ("final", leak.final))
     }
-    other = replace(leak, campaign=campaign, **sides, selection=replace(leak.selection, **refits))
+    origin = replace(leak.origin, name=evil, title=evil)
+    other = replace(
+        leak, origin=origin, recordings=recordings, **sides, selection=replace(leak.selection, **refits)
+    )
     page = diagnosis_page(other)
     assert "alert(1)" in page
     assert "<script>alert" not in page
@@ -376,21 +377,22 @@ def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(l
     assert "The main lift, 800 kg, oil at 40 °C" in said.of("strong")
     assert f"It would tell the cause from this: “{name}”." in said.of("p")
     assert "Pseudo-random steps: the recording parts them." in said.of("p")
-    assert ["Command file, beside this page", "next_recording.csv"] in said.rows
+    assert ["File of what drives it, beside this page", "next_recording.csv"] in said.rows
     assert any(text.startswith("forklift simulate --command next_recording.csv") for text in said.of("code"))
-    (figure,) = (block for block in drawn(page) if block["title"] == "The command to record")
-    shown = figure["panels"][0]["data"]
-    assert [trace["name"] for trace in shown] == ["main lift"]
+    (figure,) = (block for block in drawn(page) if block["title"].startswith("To record: "))
+    (shown,) = (panel["data"] for panel in figure["panels"])
     assert max(shown[0]["y"]) == pytest.approx(command.current_main_a.max(), rel=1e-4)
 
 
 def test_recordings_in_which_nothing_moves_are_no_good_news(leak):
-    still = replace(leak, unexcited="no valve opens", causes=(), next_recording=None)
+    still = replace(
+        leak, findings=replace(leak.findings, unexcited="no valve opens"), causes=(), next_recording=None
+    )
     said = Text(diagnosis_page(still))
     assert said.of("strong")[:3] == [
         "It cannot be told.",
         f"Any of {len(still.to_dict()['untestable'])} hypotheses, or nothing",
-        "Lowerings that move a lift.",
+        "Recordings in which something moves.",
     ]
     assert "No valve opens." in said.of("p")
 

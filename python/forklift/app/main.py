@@ -313,6 +313,13 @@ def diagnose(
     temperature: Annotated[
         float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
     ] = None,
+    machine: Annotated[
+        Path | None,
+        typer.Option(
+            "--machine",
+            help="Python file with a machine = Plant(...) of your own, instead of a truck.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Find where model and recordings part, name what is missing, and show what the model gains by it."""
@@ -320,14 +327,20 @@ def diagnose(
     from forklift.base import output
     from forklift.base.result_files import PAGE
     from forklift.diagnosis import files as diagnosis_files
+    from forklift.plant import campaign as own
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
 
     output.check_folder(out, diagnosis_files.earlier(out), diagnosis_files.MARK)
-    chosen = Truck.read(truck)
-    found = Campaign.read(campaign)
+    given: dict[str, Any]
+    if machine is not None:
+        plant = own.machine(machine)
+        given = {"machine": plant, "recordings": own.read(campaign, plant), "origin": str(machine)}
+    else:
+        chosen, found = Truck.read(truck), Campaign.read(campaign)
+        given = {"machine": chosen, "recordings": found, "oil_temperature_degc": temperature}
     with telling() as progress:
-        result = verb(found, chosen, oil_temperature_degc=temperature, progress=progress)
+        result = verb(progress=progress, **given)
     result.write(out)
     if as_json:
         print_json(result.to_dict())

@@ -86,7 +86,5 @@ DOUBTFUL = 1.5
 TOLD_REGION = 0.5
 """Share of an unknown input that a variable must explain, in recordings left out, to be told as what the
 input is a function of: with less, most of it is a function of something else."""
-TELLING = 0.05
-"""A curve over a variable that explains less than this share is not worth a drawing."""
 FLAT = 0.3
 """A curve that varies by no more than this share of its largest absolute value is a constant."""

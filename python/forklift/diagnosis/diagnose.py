@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,8 +33,8 @@ from forklift.fitting.predict import predict_all
 from forklift.fitting.residuals import FAR, MOST_MOVES
 from forklift.plant.hypotheses import invalid_hypothesis
 from forklift.plant.subject import Subject
-from forklift.plant.subjects import subject
-from forklift.recordings.campaign import Campaign
+from forklift.plant.subjects import is_machine, named, subject
+from forklift.recordings.campaign import FILE, Campaign
 from forklift.recordings.noise import Sensor
 
 if TYPE_CHECKING:
@@ -63,11 +64,11 @@ def diagnose(
     Parameters
     ----------
     machine
-        A `Truck` (another of the same make will do), a `Plant` of your own, or anything with the protocol of
-        `forklift.plant.subject.Subject`.
+        A `Truck` (another of the same make will do), its name or file; a `Plant` of your own; or anything
+        with the protocol of `forklift.plant.subject.Subject`.
     recordings
-        What was measured: a `Campaign` of a truck, or recordings of the machine's own kind. The two may
-        change places.
+        What was measured: a `Campaign` of a truck, or its folder; or recordings of the machine's own kind.
+        The two may change places.
     candidates
         Of a plant: recordings that could be made, with inputs only. The one is named that would part the
         rivals best.
@@ -83,14 +84,15 @@ def diagnose(
         errors of `forklift.plant.forklift.checks.suitability` and `forklift.plant.forklift.simulate`, of a
         plant ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
     """
-    if isinstance(machine, Campaign):
+    machine, recordings = _read(machine), _read(recordings)
+    if isinstance(machine, Campaign) or (is_machine(recordings) and not is_machine(machine)):
         machine, recordings = recordings, machine
     start = subject(machine, candidates=candidates, **conditions)
-    if not isinstance(recordings, Campaign):
+    if not hasattr(recordings, "recordings"):
         arguments.of_kind(Sequence, recordings=recordings)
     clock = Clock(progress)
     origin = _origin(start, recordings)
-    given = recordings.recordings if isinstance(recordings, Campaign) else recordings
+    given = recordings.recordings if hasattr(recordings, "recordings") else recordings
     model, kept, findings = start.examined(tuple(given))
     every = model.sensors(kept)
     everyone = pose(model, kept, model.unknowns(findings.held), every)
@@ -156,14 +158,26 @@ def diagnose(
     )
 
 
+def _read(given: Any) -> Any:
+    """A campaign or a truck for a path or a name; anything else as it is."""
+    if not isinstance(given, str | Path):
+        return given
+    path = Path(given)
+    return Campaign.read(path) if path.name == FILE or (path / FILE).exists() else named(given)
+
+
 def _origin(start: Subject, recordings: Any) -> Origin:
     if isinstance(recordings, Campaign):
         command = start.command("diagnose", recordings.folder) if recordings.folder else None
         return Origin(recordings.name, recordings.title, recordings.facts(), command)
-    rows = [{"file": one.file, "sha256": one.sha256} for one in recordings]
+    each = getattr(recordings, "recordings", recordings)
+    rows = [{"file": one.file, "sha256": one.sha256} for one in each]
     whole = hashlib.sha256("".join(row["sha256"] for row in rows).encode()).hexdigest()
-    facts = {"name": start.name, "sha256": whole, "recordings": rows}
-    return Origin(start.name, f"{len(rows)} recordings of {start.name}", facts)
+    name = getattr(recordings, "name", start.name)
+    folder = getattr(recordings, "folder", None)
+    facts = {"name": name, "sha256": whole, "recordings": rows}
+    command = start.command("diagnose", folder) if folder else None
+    return Origin(name, f"{len(rows)} recordings of {start.name}", facts, command)
 
 
 def _evidence(

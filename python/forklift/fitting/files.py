@@ -21,6 +21,7 @@ from forklift.fitting.compare import (
     validation_change,
 )
 from forklift.fitting.intervals import QUANTILE
+from forklift.fitting.widening import widening
 from forklift.plant.forklift.speed_table import SpeedTable, speed_to_current
 from forklift.plant.parameter import DEGREES
 from forklift.recordings.channels import LIFTS
@@ -50,6 +51,7 @@ PARAMETER_COLUMNS = {
     "lower": pl.Float64,
     "upper": pl.Float64,
     "told": pl.String,
+    "widening": pl.Float64,
     "deviation": pl.Float64,
     "alone": pl.Float64,
     "moves_with": pl.String,
@@ -62,7 +64,9 @@ def parameters(fit: Fit) -> pl.DataFrame:
     ``start_lower`` and ``start_upper`` bound 95 % of the prior, ``lower`` and ``upper`` of the posterior.
     ``told`` is ``"yes"``, ``"together"`` (with others only) or ``"no"``; ``deviation`` the posterior's
     standard deviation in units of the prior's, ``alone`` the same if all other parameters were known.
-    ``moves_with`` is the parameter this one was made to move with.
+    ``widening`` is by how much the posterior's interval is wider than if the truck explained everything:
+    above 1 it is biased, too, by what is missing. ``moves_with`` is the parameter this one was made to move
+    with.
     """
     return pl.DataFrame(list(_parameter_rows(fit)), schema=PARAMETER_COLUMNS, orient="row")
 
@@ -74,7 +78,8 @@ def _parameter_rows(fit: Fit) -> Iterator[tuple[Any, ...]]:
         told = "yes" if estimate.identifiable else "together" if estimate.name in together else "no"
         values = unknown.values(float(theta))
         before = interval(unknown, 0.0, PRIOR_QUANTILE)
-        after = interval(unknown, float(theta), QUANTILE * estimate.deviation)
+        wide = widening(fit.judged, unknown.name)
+        after = interval(unknown, float(theta), QUANTILE * wide * estimate.deviation)
         for place, name in enumerate(unknown.names):
             lift = name.partition(".")[0]
             yield (
@@ -86,6 +91,7 @@ def _parameter_rows(fit: Fit) -> Iterator[tuple[Any, ...]]:
                 float(values[place]),
                 *map(float, after[:, place]),
                 told,
+                wide,
                 estimate.deviation,
                 estimate.alone,
                 unknown.name if place else None,

@@ -27,6 +27,7 @@ from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import End, Ends, compare_ends, from_starts
+from forklift.fitting.widening import BIASED, widening
 from forklift.plant.findings import Caution
 from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.model import Forklift
@@ -307,7 +308,7 @@ def fit(
         ends = _search(problem, every, AGAIN, seed, progress, stop, earlier=ends)
         known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
     found = ends.best
-    best = _fitted_truck(campaign, truck, moved, found, known)
+    best = _fitted_truck(campaign, truck, moved, found, known, judged)
     before = stop.finish(lambda: compare(campaign, truck, oil_temperature_degc=oil_temperature_degc))
     after = stop.finish(
         lambda: compare_fitted(
@@ -465,7 +466,12 @@ def _judge(
 
 
 def _fitted_truck(
-    campaign: Campaign, start: Truck, moved: Sequence[Unknown], found: Found, known: Knowledge
+    campaign: Campaign,
+    start: Truck,
+    moved: Sequence[Unknown],
+    found: Found,
+    known: Knowledge,
+    judged: Sequence[ChannelResidual],
 ) -> Truck:
     """The truck at the optimum; each moved value has its interval as its source."""
     from forklift.fitting import files as fit_files
@@ -475,12 +481,14 @@ def _fitted_truck(
     sources = dict(truck.sources)
     for estimate, theta in zip(known.estimates, found.x.tolist(), strict=False):
         unknown = estimate.unknown
-        ends = fit_files.interval(unknown, theta, QUANTILE * estimate.deviation)
+        wide = widening(judged, unknown.name)
+        ends = fit_files.interval(unknown, theta, QUANTILE * wide * estimate.deviation)
         for name, lower, upper in zip(unknown.names, *ends.tolist(), strict=True):
             if name not in sources:
                 continue  # a knot: its table is one value in the file, and its interval stands in fit.json
+            biased = f", {BIASED}" if wide > 1.0 else ""
             sources[name] = (
-                f"{from_campaign}, 95 % interval {lower:.6g} to {upper:.6g}"
+                f"{from_campaign}, 95 % interval {lower:.6g} to {upper:.6g}{biased}"
                 if estimate.identifiable
                 else f"not told by campaign {campaign.name!r} alone; near truck {start.name!r} by its prior"
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from forklift.base.errors import ForkliftError
@@ -13,6 +14,22 @@ from forklift.plant.own import PlantSubject
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 from forklift.plant.subject import Subject
+
+
+def named(name: str | Path) -> Truck:
+    """The truck of a name or a file.
+
+    Raises
+    ------
+    ForkliftError
+        As `Truck.read`.
+    """
+    return Truck.read(name)
+
+
+def is_machine(given: Any) -> bool:
+    """Whether it can be diagnosed."""
+    return isinstance(given, Truck | Plant) or hasattr(given, "examined")
 
 
 def subject(
@@ -45,7 +62,7 @@ def subject(
         return ForkliftSubject(machine, oil_temperature_degc=oil_temperature_degc)
     if isinstance(machine, Plant):
         return PlantSubject(machine, tuple(candidates), origin)
-    if hasattr(machine, "examined"):
+    if is_machine(machine):
         return machine  # type: ignore[no-any-return]
     raise ForkliftError(
         "argument-invalid",

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import number
-from forklift.diagnosis.criteria import TELLING
+from forklift.diagnosis.criteria import TOLD_REGION
 from forklift.diagnosis.laws import laws
 from forklift.report import charts, heat, law, parameters, rivals
 from forklift.report.answers import said
@@ -108,7 +108,7 @@ def _asked_for(found: Diagnosis) -> Iterator[Figure]:
     """At the place of the cause, if an unknown input can act there, else where the recordings want one."""
     one = law.place_of(found)
     drawn = law.against(found, one) if one else []
-    telling = [of for of in drawn if of.explained >= TELLING] or drawn[:1]
+    telling = [of for of in drawn if of.explained >= TOLD_REGION]
     if one is None or not telling:
         return
     words, part = found.machine.words, found.machine.part_of(one.port)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from forklift.fitting.files import PRIOR_QUANTILE
 from forklift.fitting.intervals import QUANTILE
+from forklift.fitting.widening import BIASED, widening
 from forklift.recordings.channels import LIFTS, Lift
 from forklift.report.blocks import Bar, Table
-from forklift.report.tables import HOW_KNOWN, of_lift
+from forklift.report.tables import known, of_lift
 from forklift.report.words import printed
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def fitted(fit: Fit) -> list[Table]:
             [
                 row["name"], f"{row['start']:.5g}", f"{row['start_lower']:.3g} to {row['start_upper']:.3g}",
                 f"{row['value']:.5g}", f"{row['lower']:.4g} to {row['upper']:.4g}", printed(row["unit"]),
-                HOW_KNOWN[row["told"]], bars[row["name"]],
+                known(row), bars[row["name"]],
             ]
             for row in of_lift(fit.parameters, lift).iter_rows(named=True)
         ]  # fmt: skip
@@ -45,7 +46,12 @@ def fitted(fit: Fit) -> list[Table]:
                     ["Parameter", "Start", "95 % before", "Value", "95 % after", "Unit", "Known", ""],
                     rows,
                     [False, True, True, True, True, False, False, False],
-                    note="Bars: thin, 95 % before; thick, 95 % after; upright, the start.",
+                    note="Bars: thin, 95 % before; thick, 95 % after; upright, the start."
+                    + (
+                        ""
+                        if fit.complete
+                        else f" Biased: the truck leaves something over; its interval is {BIASED}."
+                    ),
                 )
             )
     return tables
@@ -55,7 +61,7 @@ def _bars(fit: Fit) -> list[Bar]:
     """One per name, in the order of `Fit.parameters`."""
     bars = []
     for estimate, theta in zip(fit.knowledge.estimates, fit.found.x.tolist(), strict=False):
-        half = QUANTILE * estimate.deviation
+        half = QUANTILE * widening(fit.judged, estimate.name) * estimate.deviation
         bar = _bar(
             (-PRIOR_QUANTILE, PRIOR_QUANTILE),
             (theta - half, theta + half),

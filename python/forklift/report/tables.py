@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from io import StringIO
 from itertools import pairwise
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich import box
@@ -215,6 +215,12 @@ def of_lift(found: pl.DataFrame, lift: Lift | None) -> pl.DataFrame:
     return found.filter(found["lift"].eq_missing(lift))
 
 
+def known(row: Mapping[str, Any]) -> str:
+    """How a parameter is known."""
+    biased = ", biased" if row["widening"] > 1.0 and row["told"] != "no" else ""
+    return f"{HOW_KNOWN[row['told']]}{biased}"
+
+
 def parameters_table(found: pl.DataFrame, lift: Lift | None) -> Table:
     """Laid out as Table 5.1 or 5.2: what was estimated of one lift, or of neither."""
     like = "" if lift is None else f", as Table {'5.1' if lift == 'free' else '5.2'}"
@@ -226,7 +232,7 @@ def parameters_table(found: pl.DataFrame, lift: Lift | None) -> Table:
             f"{row['value']:.5g}",
             f"{row['lower']:.4g} to {row['upper']:.4g}",
             row["unit"],
-            HOW_KNOWN[row["told"]],
+            known(row),
         )
         for row in of_lift(found, lift).iter_rows(named=True)
     )

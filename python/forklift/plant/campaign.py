@@ -1,0 +1,263 @@
+"""A machine of one's own from its file, and its recordings from a folder: what the commands need.
+
+The machine's file is Python, with a `Plant` called ``machine``. The recordings stand in a folder with a
+``campaign.toml``::
+
+    name = "bench"
+
+    [channels]                      # names in the files that are not the machine's own; units that differ
+    "Valve current" = "u"
+    y = { channel = "y", unit = "mm" }
+
+    [[recording]]
+    file = "steps.csv"              # CSV, Parquet, MAT, MDF4
+    role = "estimate"               # or "validate", only ever judged on
+    group = "cold"                  # optional: what is left out together
+    conditions = { load = 800.0 }   # optional: numbers that describe it
+"""
+
+from __future__ import annotations
+
+import runpy
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from forklift.base.arrays import Floats
+from forklift.base.errors import ForkliftError
+from forklift.plant.parts import Plant
+from forklift.plant.recording import Recording
+from forklift.recordings import formats, units
+from forklift.recordings.formats.signals import Everything, Place, Series
+
+FILE = "campaign.toml"
+NAME = "machine"
+"""What the plant is called in the machine's file."""
+TIMES = ("time_s", "time", "t", "Time", "time [s]")
+"""Names that a file's time [s] may have."""
+_STRICT = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Source(BaseModel):
+    """Where a channel comes from."""
+
+    model_config = _STRICT
+    channel: str
+    unit: str = ""
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+class _Entry(BaseModel):
+    """One recording."""
+
+    model_config = _STRICT
+    file: str
+    role: Literal["estimate", "validate"] = "estimate"
+    group: str = ""
+    conditions: dict[str, float] = {}
+
+
+class _Document(BaseModel):
+    """The whole file."""
+
+    model_config = _STRICT
+    name: str = ""
+    channels: dict[str, _Source | str] = {}
+    recording: list[_Entry]
+
+
+@dataclass(frozen=True)
+class PlantCampaign:
+    """Recordings of a machine of one's own.
+
+    Attributes
+    ----------
+    name
+        As in ``campaign.toml``; else the folder's.
+    folder
+        Where they were read from.
+    recordings
+        In the order of ``campaign.toml``.
+    """
+
+    name: str
+    folder: Path
+    recordings: tuple[Recording, ...]
+
+
+def machine(path: str | Path) -> Plant:
+    """The plant that a Python file calls ``machine``.
+
+    Raises
+    ------
+    ForkliftError
+        ``"machine-missing"`` if there is no such file, ``"machine-invalid"`` if it fails or has no plant of
+        that name.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ForkliftError(
+            "machine-missing", f"there is no file {path}; name a Python file with a machine", file=str(path)
+        )
+    try:
+        found = runpy.run_path(str(path)).get(NAME)
+    except ForkliftError:
+        raise
+    except (Exception, SystemExit) as error:
+        line = _line(error, path)
+        where = f", line {line}" if line else ""
+        raise ForkliftError(
+            "machine-invalid",
+            f"{path}{where}: the file fails with {type(error).__name__} ({error}); correct it",
+            file=str(path),
+            line=line,
+        ) from error
+    if not isinstance(found, Plant):
+        what = "nothing" if found is None else f"a {type(found).__name__}"
+        raise ForkliftError(
+            "machine-invalid",
+            f"{path}: {what} is called {NAME}, where a forklift.Plant is expected; write {NAME} = Plant(...)",
+            file=str(path),
+        )
+    return found
+
+
+def read(folder: str | Path, plant: Plant) -> PlantCampaign:
+    """The recordings of a folder with the machine's own inputs and outputs, in the machine's units.
+
+    Raises
+    ------
+    ForkliftError
+        ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``; ``"column-missing"`` for an
+        input that a file lacks; ``"unit-unknown"``; those of `forklift.recordings.formats.read` and of
+        `Recording`.
+    """
+    folder = Path(folder)
+    path = folder if folder.name == FILE else folder / FILE
+    document = _document(path)
+    known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
+    sources = {
+        name: _Source(channel=found) if isinstance(found, str) else found
+        for name, found in document.channels.items()
+    }
+    for name, source in sources.items():
+        if source.channel not in known:
+            raise ForkliftError(
+                "channel-unknown",
+                f"{path}: in [channels], {name!r} stands for {source.channel!r}, which {plant.name} does not "
+                f"have; it has {', '.join(known)}",
+                file=str(path),
+                channel=source.channel,
+            )
+    recordings = tuple(_recording(path.parent, entry, plant, sources, known) for entry in document.recording)
+    return PlantCampaign(document.name or path.parent.resolve().name, path.parent, recordings)
+
+
+def _document(path: Path) -> _Document:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ForkliftError(
+            "campaign-missing",
+            f"there is no {path}; name a folder with a campaign.toml, which lists its recordings",
+            file=str(path),
+        ) from error
+    try:
+        return _Document.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(map(str, first["loc"]))
+        raise ForkliftError(
+            "campaign-invalid", f"{path}: {key}: {first['msg'].lower()}; correct it", file=str(path), name=key
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise ForkliftError(
+            "campaign-syntax", f"{path}: this is not TOML ({error}); correct it", file=str(path)
+        ) from error
+
+
+def _recording(
+    folder: Path, entry: _Entry, plant: Plant, sources: dict[str, _Source], known: dict[str, str]
+) -> Recording:
+    """Every channel at its own instants: outputs are missing between theirs, inputs held or joined."""
+    place = Place(entry.file, str(folder / entry.file))
+    signals, _ = formats.read(place, Everything())
+    columns: dict[str, tuple[Floats, Floats]] = {}
+    for name, series in signals.series.items():
+        source = sources.get(name) or (_Source(channel=name, unit=series.unit) if name in known else None)
+        if source is not None and name not in TIMES:
+            own = series.time if series.time is not None else _time(place, signals.series)
+            columns[source.channel] = own, _in_unit(place, name, series, source, known[source.channel])
+    time = np.unique(np.concatenate([own for own, _ in columns.values()])) if columns else np.zeros(0)
+    u = {}
+    for one in plant.inputs:
+        if one.name in columns:
+            u[one.name] = _driving(time, *columns[one.name], held=one.hold == "zero")
+        elif one.derived is None:
+            raise place.error(
+                "column-missing",
+                f"there is no column for the input {one.name} of {plant.name}; the file has "
+                f"{', '.join(signals.series)}. Map one to it below [channels]",
+                channel=one.name,
+            )
+    y = {one.name: _placed(time, *columns[one.name]) for one in plant.outputs if one.name in columns}
+    return Recording(entry.file, time, u, y, entry.role, entry.group, entry.conditions)
+
+
+def _driving(time: Floats, own: Floats, values: Floats, *, held: bool) -> Floats:
+    """An input at all instants: its last sample, or on the straight line to the next."""
+    if held:
+        return values[np.maximum(np.searchsorted(own, time, side="right") - 1, 0)]
+    return np.asarray(np.interp(time, own, values))
+
+
+def _placed(time: Floats, own: Floats, values: Floats) -> Floats:
+    """An output at its own instants, missing at all others."""
+    found = np.full(len(time), np.nan)
+    found[np.searchsorted(time, own)] = values
+    return found
+
+
+def _time(place: Place, series: dict[str, Series] | Any) -> Floats:
+    for name in TIMES:
+        if name in series:
+            return np.asarray(series[name].values, float)
+    own = [one.time for one in series.values() if one.time is not None]
+    if own:
+        return np.asarray(max(own, key=len), float)
+    raise place.error(
+        "column-missing", f"there is no time; name a column {' or '.join(TIMES[:2])} [s]", channel=TIMES[0]
+    )
+
+
+def _in_unit(place: Place, name: str, series: Series, source: _Source, to: str) -> Floats:
+    """Values in the machine's unit: by a unit that is stated, else by scale and offset."""
+    values = source.scale * series.values + source.offset
+    unit = source.unit
+    if not unit or units.says_nothing(unit) or to == "1":
+        return values
+    linear = units.conversion(unit, to)
+    if linear is None:
+        raise place.error(
+            "unit-unknown",
+            f"{name} is in {unit}, which does not convert to {to}; state another unit, or a scale, below "
+            "[channels]",
+            channel=source.channel,
+            value=unit,
+        )
+    return linear.scale * values + linear.offset
+
+
+def _line(error: BaseException, path: Path) -> int | None:
+    """The last line of the file that the error came through."""
+    trace, line = error.__traceback__, None
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(path):
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line if not isinstance(error, SyntaxError) else error.lineno
