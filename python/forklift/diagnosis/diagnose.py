@@ -38,7 +38,7 @@ from forklift.plant.forklift.checks.invalid_signals import InvalidStretch, witho
 from forklift.plant.forklift.checks.suitability import Caution, suitability
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses, invalid_hypothesis
-from forklift.plant.forklift.model import Forklift, truck_of
+from forklift.plant.forklift.model import LOAD_ACCURACY, Forklift, truck_of
 from forklift.plant.forklift.phases import PHASES, of_recording
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.splits import splits
@@ -196,7 +196,7 @@ def diagnose(
     campaign, spoilt = without_invalid(campaign, truck)
     lifts, cautions, unexcited = _suited(campaign, truck)
     every = sensors(campaign.recordings)
-    machine = Forklift(truck, lifts, oil_temperature_degc)
+    machine = Forklift(truck, lifts, oil_temperature_degc, load_accuracy=LOAD_ACCURACY)
     everyone = pose(machine, campaign.recordings, unknowns(truck, lifts, hold=_held(cautions)), every)
     fitted = [found for found in everyone.samples if found.recording.role == "estimate"]
     refitter = Refitter(everyone.over(fitted), everyone, every)
