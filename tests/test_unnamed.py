@@ -7,6 +7,7 @@ from typing import cast
 
 import pytest
 
+from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.selection import General, _unnamed
 
@@ -59,7 +60,6 @@ def test_who_is_asked_for_beside_whom(accepted, asked_beside):
 
     named = [cast(Refit, refit) for refit in accepted]
     best = named[-1] if named else cast(Refit, NOTHING)
-    _unnamed(
-        cast(Refitter, None), cast(Refit, NOTHING), named, best, lambda said: None, cast(General, general)
-    )
+    race = Race(cast(Refitter, None), lambda said: None)
+    _unnamed(race, cast(Refit, NOTHING), named, best, cast(General, general))
     assert asked == asked_beside

@@ -5,6 +5,22 @@ Bounds in squares or in ln probability hold against the sensors' noise; shares h
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from forklift.plant.protocol import Kind
+
+# How much is computed.
+BUDGET = 60000.0
+"""Simulated recordings (`forklift.fitting.work`) after which no further trial begins. Two cores do some thousand
+a second, so that what was not tried by then would not have come within two minutes."""
+
+# When anything is asked for at all.
+ALARM: Mapping[Kind, float] = {"physics": 12.0, "parameter": 30.0, "sensor": 80.0, "unknown": float("inf")}
+"""Fall of −ln posterior over all recordings that a hypothesis must promise to be asked for where no channel
+of a recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some
+sixty. Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss,
+since an encoder that starts from the same place in every recording is rounded alike in all of them."""
+
 # Which names are tried, accepted and compared.
 FIRST, FURTHER = 3, 4
 """How many hypotheses the race begins with, and how many more enter if none of them explains everything."""
@@ -43,6 +59,9 @@ object."""
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
 in likelihood, which samples of one recording, that err together, may well make up for."""
+SIMPLER = 0.05
+"""Share of what the best explanation gains that a simpler one may gain less, where a number of the best has gone
+to its bound, or it is unlikely."""
 LAW = 15.0
 """Likewise, of a curve beside a name that explains everything."""
 MOST_ACCEPTED = 3
@@ -71,6 +90,8 @@ ALIKE = 0.5
 """What gains little has more than this share left of what there was without it."""
 BEHIND = 2.0
 """A start is not led on if the first stage leaves it this many times as far off as another one."""
+BOUND = 1e-3
+"""In a prior's deviations: an unknown so near to its bound has gone to it."""
 CLEAR = 3.0
 """An amplitude is there if it lies this many of its standard deviations from its quiet value."""
 

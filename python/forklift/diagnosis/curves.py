@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import Shape, shapes
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.screening import screen
+from forklift.diagnosis.screening import Screened, screen
 from forklift.fitting.interface import Problem
 from forklift.plant.protocol import Hypothesis, Machine, Place
 
@@ -38,10 +38,17 @@ class FreeCurves:
 
     machine: Machine
     known: dict[Refit, Sequence[UnknownInput]]
+    offered: dict[Refit, list[Screened]] = field(default_factory=dict)
+    """What was offered already, by refit."""
 
-    def __call__(self, refit: Refit) -> list[Hypothesis]:
+    def __call__(self, refit: Refit) -> list[Screened]:
         """The curves whose evidence is greatest beside what the refit has: at the most credible places, over
         every variable. Beside nothing also what is no curve."""
+        if refit not in self.offered:
+            self.offered[refit] = self._offered(refit)
+        return self.offered[refit]
+
+    def _offered(self, refit: Refit) -> list[Screened]:
         inputs = self._inputs(refit)
         places = self._first(refit, inputs)[:MOST_PLACES]
         offered = self._curves(refit, places)
@@ -51,7 +58,7 @@ class FreeCurves:
         at = refit.told_from
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= NEAR * ranked[0].evidence > 0.0]
-        return [one.hypotheses[0] for one in worth[:MOST]]
+        return worth[:MOST]
 
     def located(self, refit: Refit) -> list[tuple[str, str]]:
         """The part and the equation of each place, the most credible first."""

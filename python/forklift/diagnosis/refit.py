@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import (
     ALIKE,
     BEHIND,
+    BOUND,
     CLEAR,
     LESS,
     LIVES_UP,
@@ -27,13 +28,13 @@ from forklift.diagnosis.criteria import (
 )
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import log_evidence, loo_log_score
-from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
 from forklift.fitting.nuisance import sought
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Progress, Stage, search
+from forklift.fitting.work import Work
 from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
 
@@ -48,6 +49,11 @@ SETTLING = (replace(STAGES[2], evaluations=8),)
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
 OVER_ALL = replace(STAGES[-1], evaluations=4)
 """From a fit that explains all recordings, those held out too."""
+
+
+Bars = tuple[float, float]
+"""What −ln posterior must come down to in each of the tempered stages, or the trial is given up."""
+NO_BARS: Bars = (float("inf"), float("inf"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +149,24 @@ class Refit:
         deviation = self.knowledge.estimates[place].deviation * np.sqrt(max(1.0, left))
         return float(abs(self.found.x[place]) / max(deviation, 1e-300))
 
+    @property
+    def at_bounds(self) -> tuple[str, ...]:
+        """Which unknowns of its hypotheses ended at a bound: the recordings would have them go further."""
+        own = {one.name for hypothesis in self.hypotheses for one in hypothesis.addition.free}
+        unknowns = self.found.problem.unknowns
+        return tuple(
+            one.name
+            for one, at in zip(unknowns, self.found.x.tolist(), strict=False)
+            if one.name in own and min(at - one.lower, one.upper - at) <= BOUND
+        )
+
+    @property
+    def freedoms(self) -> int:
+        """How many numbers its hypotheses bring, in all recordings that it was fitted to."""
+        conditions = sum(len(one.addition.widened) for one in self.hypotheses if one.amplitude is None)
+        numbers = sum(len(one.addition.free) for one in self.hypotheses)
+        return numbers + conditions * len(self.found.problem.samples)
+
     def by_recording(self) -> dict[str, float]:
         """Sum of squares of each recording held out, or of each of its stretches that err independently."""
         sums: dict[str, float] = {}
@@ -182,36 +206,54 @@ class Refitter:
     """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
     noise can be reached: what one law of another shape leaves over invites a second that is none."""
 
+    known: dict[Refit, Found] = field(default_factory=dict, compare=False, repr=False)
+    """What `everywhere` found."""
+
     @property
     def together(self) -> float:
         """How many times as much as white noise the slowest of the sensors' noise promises by chance."""
         return max(sensor.together for sensor in self.sensors.values())
 
-    def rough(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> Refit:
-        """The tempered stages, cold from the start machine or from where another refit left them."""
-        return self._led_on(self._first(hypotheses, after))
+    @property
+    def work(self) -> Work:
+        """What all refits together have computed."""
+        return self.start.work
+
+    def rough(
+        self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
+    ) -> Refit:
+        """The tempered stages, cold from the start machine or from where another refit left them; given up
+        where they will not come down to `bars`."""
+        return self._led_on(self._first(hypotheses, after, bars), bars)
 
     def quick(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
         """A few evaluations from where another refit left them; fewer where the first ones gain little."""
         found, first = self._searched(*self._from(hypotheses, after), QUICK[:1])
         if first > ALIKE * after.costs[0]:
             return self._stopped(hypotheses, found, (first, np.inf))
-        return self._led_on(First(hypotheses, found, first), QUICK[1:])
+        return self._led_on(First(hypotheses, found, first), stages=QUICK[1:])
 
     def ahead(
-        self, several: Sequence[tuple[Hypothesis, ...]], after: Refit, promised: float = np.inf
+        self,
+        several: Sequence[tuple[Hypothesis, ...]],
+        after: Refit,
+        promised: float = np.inf,
+        bars: Bars = NO_BARS,
+        *,
+        again: bool = True,
     ) -> Refit:
         """Who comes furthest in the tempered stages: the first of several sets of hypotheses from where
-        another refit left them; and all of them from the start machine too, unless the first gains nearly
-        the share of the cost that was promised, or leaves little over.
+        another refit left them; and `again` all of them from the start machine too, unless the first gains
+        nearly the share of the cost that was promised, or leaves little over, or no work is left.
 
         Either start can end astray where the other does not.
         """
-        warm = self._led_on(self._first(several[0], after))
+        warm = self._led_on(self._first(several[0], after, bars), bars)
         gained = 1.0 - warm.rough / after.rough
-        if gained >= LIVES_UP * promised or warm.excess <= MUCH * after.excess:
+        enough = gained >= LIVES_UP * promised or warm.excess <= MUCH * after.excess
+        if enough or not again or self.work.spent:
             return warm
-        cold = self._furthest(self._cold(several))
+        cold = self._furthest(self._cold(several, bars), bars)
         return replace(min(warm, cold, key=lambda one: one.rough), cold=True)
 
     def afresh(self, refit: Refit) -> Refit:
@@ -233,20 +275,24 @@ class Refitter:
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
         return replace(refit, loo_log_score=loo_log_score(everywhere.problem, everywhere.x, new))
 
-    def _cold(self, several: Sequence[tuple[Hypothesis, ...]]) -> list[First]:
-        return [self._first(hypotheses) for hypotheses in several]
+    def _cold(self, several: Sequence[tuple[Hypothesis, ...]], bars: Bars) -> list[First]:
+        return [self._first(hypotheses, bars=bars) for hypotheses in several]
 
-    def _first(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> First:
-        return First(hypotheses, *self._searched(*self._from(hypotheses, after), ROUGH[:1]))
+    def _first(
+        self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
+    ) -> First:
+        return First(hypotheses, *self._searched(*self._from(hypotheses, after), ROUGH[:1], bars[:1]))
 
-    def _furthest(self, firsts: Sequence[First]) -> Refit:
+    def _furthest(self, firsts: Sequence[First], bars: Bars) -> Refit:
         """Led on by the second stage, without those that are clearly behind after the first."""
         least = min(first.cost for first in firsts)
         near = [first for first in firsts if first.cost <= max(BEHIND * least, least + BEHIND)]
-        return min((self._led_on(first) for first in near), key=lambda one: one.rough)
+        return min((self._led_on(first, bars) for first in near), key=lambda one: one.rough)
 
-    def _led_on(self, first: First, stages: tuple[Stage, ...] = ROUGH[1:]) -> Refit:
-        found, cost = self._searched(first.found.problem, first.found.x, stages)
+    def _led_on(
+        self, first: First, bars: Bars = NO_BARS, stages: tuple[Stage, ...] = ROUGH[1:]
+    ) -> Refit:
+        found, cost = self._searched(first.found.problem, first.found.x, stages, bars[1:])
         return self._stopped(first.hypotheses, _after(first.found, found), (first.cost, cost))
 
     def _from(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> tuple[Problem, Floats]:
@@ -254,10 +300,12 @@ class Refitter:
         x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
         return problem, x
 
-    def _searched(self, problem: Problem, x: Floats, stages: tuple[Stage, ...]) -> tuple[Found, float]:
+    def _searched(
+        self, problem: Problem, x: Floats, stages: tuple[Stage, ...], bars: Sequence[float] = ()
+    ) -> tuple[Found, float]:
         """Where these stages end, and at which cost."""
-        found = search(problem, x, self.sensors, stages, self.progress)
-        return found, _cost(found.problem, found.x)
+        found = search(problem, x, self.sensors, stages, self.progress, bars)
+        return found, found.cost
 
     def baseline(self) -> Refit:
         """The machine without any hypothesis."""
@@ -266,6 +314,11 @@ class Refitter:
     def everywhere(self, refit: Refit) -> Found:
         """The same machine fitted to all recordings, those held out too, with substeps no longer than it had:
         else the simulation's own error would show."""
+        if refit not in self.known:
+            self.known[refit] = self._everywhere(refit)
+        return self.known[refit]
+
+    def _everywhere(self, refit: Refit) -> Found:
         told = refit.found
         problem = with_hypotheses(self.everyone, refit.hypotheses).weighted(
             told.problem.sigma, told.problem.substeps
@@ -388,11 +441,6 @@ def _left_at(
     scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
     square = sum(found.samples * found.mean_square * scale[found.channel] ** 2 for found in held)
     return square / sum(found.samples for found in held)
-
-
-def _cost(problem: Problem, x: Floats) -> float:
-    with one_thread():
-        return geodesic.cost(problem, x)
 
 
 def _after(before: Found, found: Found) -> Found:

@@ -27,6 +27,7 @@ from forklift.fitting.linearised import Linearised, Products
 from forklift.fitting.observed import Observed
 from forklift.fitting.residuals import LAGS
 from forklift.fitting.sample import Sample
+from forklift.fitting.work import Work
 from forklift.plant.parameter import DEGREES, Unknown
 from forklift.plant.protocol import Addition, Machine, Run, Steps
 from forklift.plant.sensor_faults import SensorUnknown
@@ -52,6 +53,8 @@ class LeastSquares:
     """Parameters that are not as the machine starts with them, and are not unknown."""
     lags: int = LAGS
     """Over how many samples residuals may be correlated."""
+    work: Work = field(default_factory=Work)
+    """What this problem and those made of it have computed."""
 
     def weighted(self, sigma: Mapping[str, float], substeps: int | None = None) -> Self:
         """The same problem with other weights."""
@@ -95,13 +98,15 @@ class LeastSquares:
         values = self.values(x)
         conditions = [self.conditions(x, k) for k in range(len(self.samples))]
         names = [name for unknown in machine for name in unknown.names] if derivatives else []
+        own = self.carried.tolist() if derivatives else []
+        self.work.add(len(self.samples), len(names) + len(own), self.substeps)
         runs = self.machine.run(
             values,
             self.samples,
             conditions,
             substeps=self.substeps,
             along=names,
-            own=self.carried.tolist() if derivatives else (),
+            own=own,
             steps=self._steps(x, conditions) if derivatives else None,
         )
         if not sensors or not read:
@@ -127,6 +132,7 @@ class LeastSquares:
 
     def respond(self, x: Floats, k: int, port: str, centres: Floats, width_s: float) -> Floats:
         """(times, outputs, hats): how recording k answers hats over time at a port."""
+        self.work.add(1, len(centres), self.substeps)
         return self.machine.respond(
             self.values(x),
             self.samples[k],
