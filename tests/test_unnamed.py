@@ -19,6 +19,7 @@ class Tried:
     hypotheses: tuple[str, ...]
     complete: bool = False
     told: float = 4.0
+    slight: bool = False
 
     def deviations(self, hypothesis):
         return self.told

@@ -7,6 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from forklift.fitting.criteria import AT_NOISE as AT_NOISE
+from forklift.fitting.criteria import BY_CHANCE as BY_CHANCE
+from forklift.fitting.criteria import FAR as FAR
+from forklift.fitting.criteria import HOPED as HOPED
+from forklift.fitting.criteria import NUISANCE_GAIN as NUISANCE_GAIN
+from forklift.fitting.criteria import ROUNDING as ROUNDING
+from forklift.fitting.criteria import STRAIN as STRAIN
+from forklift.fitting.criteria import WHITE as WHITE
 from forklift.plant.protocol import Kind
 
 # How much is computed.
@@ -15,11 +23,18 @@ BUDGET = 60000.0
 a second, so that what was not tried by then would not have come within two minutes."""
 
 # When anything is asked for at all.
-ALARM: Mapping[Kind, float] = {"physics": 12.0, "parameter": 30.0, "sensor": 80.0, "unknown": float("inf")}
+ALARM_PHYSICS, ALARM_CONDITION, ALARM_SENSOR = 12.0, 30.0, 80.0
 """Fall of −ln posterior over all recordings that a hypothesis must promise to be asked for where no channel
 of a recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some
 sixty. Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss,
 since an encoder that starts from the same place in every recording is rounded alike in all of them."""
+ALARM: Mapping[Kind, float] = {
+    "physics": ALARM_PHYSICS,
+    "parameter": ALARM_CONDITION,
+    "sensor": ALARM_SENSOR,
+    "unknown": float("inf"),
+}
+"""By kind."""
 
 # Which names are tried, accepted and compared.
 FIRST, FURTHER = 3, 4
@@ -71,6 +86,9 @@ REDRAWS = 2000
 # How far a search is led, and when an amplitude is there.
 SETTLED = 2e-3
 """Share of the cost by which a step of the race must lower it: what gains less is as good there."""
+ENDED = 0.3
+"""Fall of −ln posterior by less than which the last stage ends: a likelihood ratio of 1.3, far below every bound
+here. (A fit of its own goes on to 0.02.)"""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
 SLIGHT = 1.5
@@ -94,6 +112,24 @@ BOUND = 1e-3
 """In a prior's deviations: an unknown so near to its bound has gone to it."""
 CLEAR = 3.0
 """An amplitude is there if it lies this many of its standard deviations from its quiet value."""
+
+# Where something acts, and of what it is a function.
+MEMORY = 2.0
+"""Correlation time of an unknown input's prior, in distances of its hats: what acts for less than half of a
+period of the lift's ringing is not told from its neighbour."""
+CURVES_AT, MOST_CURVES = 4, 3
+"""At how many of the most credible places curves are screened, and how many of them are tried."""
+CURVE_NEAR = 0.7
+"""A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
+linear about the same place."""
+MOVES_AT_ALL = 1e-6
+"""Share of its size by which a variable moves if it is one."""
+TELLING = 0.05
+"""An input of which a variable explains less than this share in recordings left out is no function of it."""
+STANDS = 0.9
+"""Share of an accepted hypothesis's effect from which on another stands for it."""
+UNTOLD = 0.5
+"""An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
 
 # What is told.
 AS_GOOD = 0.05

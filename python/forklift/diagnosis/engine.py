@@ -84,11 +84,11 @@ def investigate(
         at = refitter.everywhere(baseline) if baseline.slight else baseline.told_from
         screening = screen(at.problem, at.x, hypotheses)
     asked = screening
-    if baseline.complete:
+    if baseline.complete or baseline.slight:
         asked = alarming(screening, refitter.together)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
-    if hopeless or (baseline.complete and not asked.singles):
+    if hopeless or (asked is not screening and not asked.singles):
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("locating the mismatch"):

@@ -57,7 +57,7 @@ class Race:
                 continue
             bars = self.bars(best, [*refits, *rough])
             one = self._roughly(best, screened, screening, bars, quick=quick, again=again)
-            if quick or one.rough > MUCH * best.rough:
+            if quick or one.excess > MUCH * best.excess:
                 rough.append(one)
                 continue
             refits = self.finished(best, [one], refits)

@@ -16,6 +16,7 @@ from forklift.diagnosis.criteria import (
     BEHIND,
     BOUND,
     CLEAR,
+    ENDED,
     LESS,
     LIVES_UP,
     MISFIT,
@@ -39,7 +40,7 @@ from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
 
 ROUGH = tuple(replace(stage, share=SETTLED) for stage in STAGES[:2])
-FINE = (replace(STAGES[2], share=0.5 * SETTLED), *STAGES[3:])
+FINE = (replace(STAGES[2], share=0.5 * SETTLED), *(replace(one, gain=ENDED) for one in STAGES[3:]))
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
 AGAIN = ROUGH[1:]
 QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)

@@ -103,19 +103,19 @@ def select(
     """
     race = Race(refitter, say)
     best, steps, shapes = _named(race, baseline, screening, hypotheses, general)
-    if not best.complete and not any(refit.complete for refit in shapes):
+    if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
         step = _near(race, best, steps, shapes, hypotheses, general)
         if step is not None:
             steps.append(step)
             best = step.accepted or best
-    best = _needed(refitter, best, say)
+    best = _needed(race, best)
     law = _law_instead(refitter, baseline, best, steps, say, general) if best.complete else None
     if law is not None:
         steps.append(law)
         return Selection(baseline, tuple(steps), law.accepted or best, skipped=tuple(race.skipped))
     named = [step.accepted for step in steps if step.accepted]
     curve = None
-    if best.complete and len(best.hypotheses) == 1:
+    if (best.complete or best.slight) and len(best.hypotheses) == 1 and not refitter.work.spent:
         say("checking the law")
         curve = _curve(refitter, best, general)
     unnamed = (
@@ -127,9 +127,8 @@ def select(
         [refit for refit in unnamed if _replaces(refit, best, refitter.later)]
     )
     final = chosen or best
-    if not final.finished:
-        say("fitting the final model")
-        final = refitter.finish(final)
+    if final is not best:
+        final = _needed(race, final)
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
 
 
@@ -155,8 +154,14 @@ def _named(
         if best.complete or len(best.hypotheses) >= MOST_ACCEPTED:
             return best, steps, shapes
         race.say("screening the hypotheses")
-        left = _beside(best, hypotheses)
-        screening = screen(best.told_from.problem, best.told_from.x, left)
+        left, at = _beside(best, hypotheses), best.told_from
+        if best.slight:
+            at = race.refitter.everywhere(best)
+        screening = screen(at.problem, at.x, left)
+        if best.slight:
+            screening = alarming(screening, race.refitter.together)
+            if not screening.singles:
+                return best, steps, shapes
 
 
 def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
@@ -329,7 +334,9 @@ def _unnamed(
     is asked for any more. `shapes` were tried before.
     """
     first = named[:1]
-    if best.complete:
+    if best.slight and best.hypotheses:
+        beside = []
+    elif best.complete:
         doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
         beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
     else:
@@ -343,7 +350,8 @@ def _unnamed(
         for screened in general(refit):
             if any(_explains(one, refit) for one in tried):
                 break
-            if screened.hypotheses[0] not in known:
+            faint = refit.slight and screened.gain < race.refitter.together * LAW
+            if screened.hypotheses[0] not in known and not faint:
                 tried = race.beside(refit, screened.hypotheses[0], tried)
         refits += [one for one in tried if one not in refits]
     return tuple(sorted(refits, key=rank))
@@ -364,7 +372,7 @@ def _curve(refitter: Refitter, best: Refit, general: General) -> Screened | None
 
 def _with_curve(refitter: Refitter, best: Refit, curve: Screened, say: Say) -> tuple[Refit, ...]:
     say(f"fitting {curve.hypotheses[0].name}")
-    return (refitter.finish(refitter.rough((*best.hypotheses, *curve.hypotheses), best)),)
+    return (refitter.slightly((*best.hypotheses, *curve.hypotheses), best),)
 
 
 def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
@@ -374,7 +382,8 @@ def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
         (
             refit
             for refit in unnamed
-            if best.complete
+            if (best.complete or best.slight)
+            and refit.finished
             and set(best.hypotheses) < set(refit.hypotheses)
             and best.squares - refit.squares >= CLEARLY
         ),
@@ -449,15 +458,17 @@ def _rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> l
     ]
 
 
-def _needed(refitter: Refitter, best: Refit, say: Say) -> Refit:
-    """Without the hypotheses that the others make superfluous, now that the search knows where to end.
+def _needed(race: Race, best: Refit) -> Refit:
+    """Without the names that the others make superfluous, now that the search knows where to end.
 
-    A search that went astray in an early round leaves something over, and invites a hypothesis that is none.
+    A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
+    and what a curve takes over needs no name beside it.
     """
     for hypothesis in best.hypotheses:
-        if len(best.hypotheses) > 1 and best.deviations(hypothesis) < BEYOND_DOUBT:
-            say(f"checking whether {hypothesis.label} is needed")
-            refit = refitter.without(hypothesis, best)
+        named = hypothesis.kind != "unknown"
+        if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
+            race.say(f"checking whether {hypothesis.label} is needed")
+            refit = race.refitter.without(hypothesis, best)
             if refit.complete or refit.squares <= best.squares + CLEARLY:
                 best = refit
     return best

@@ -23,6 +23,7 @@ from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting import likelihood
+from forklift.fitting.criteria import HOPED
 from forklift.fitting.interface import Problem
 from forklift.fitting.linearised import Linearised
 
@@ -47,9 +48,8 @@ class Stage:
     """It ends as well where a further step lowers the cost by less than this share of it."""
 
 
-SEEN, HOPED = 3, 1.0
-"""A descent may be given up after so many evaluations; and how much faster than it has just gone it is hoped
-to go. What explains the recordings comes down within a few evaluations, what does not crawls."""
+SEEN = 3
+"""Evaluations after which a descent may be given up."""
 
 STAGES = (
     Stage(30.0, 4, 20, 0.2),
