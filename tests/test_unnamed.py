@@ -35,8 +35,8 @@ BOTH_BEYOND_DOUBT = Tried(("leak", "delay"), complete=True, told=100.0)
     ("accepted", "asked_beside"),
     [
         ((), [NOTHING]),
-        ((LEAK,), [NOTHING, LEAK]),
-        ((LEAK, BOTH), [NOTHING, LEAK]),
+        ((LEAK,), [LEAK, NOTHING]),
+        ((LEAK, BOTH), [LEAK, NOTHING]),
         ((LEAK_IS_ALL,), []),
         ((LEAK, BOTH_ARE_ALL), [LEAK]),
         ((BOTH_ARE_ALL,), []),

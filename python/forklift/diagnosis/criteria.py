@@ -51,9 +51,14 @@ VARIANTS = 3
 """From how many places of its further parameters the search for one hypothesis starts."""
 NEARLY = 0.01
 """Share of what was left over that may still be left by a search that only ended in the wrong place."""
-NEAR_PLACES, MOST_NEAR = 4, 4
+NEAR_PLACES, MOST_NEAR, MOST_NEAR_MORE = 4, 4, 2
 """At how many of the most credible places names are tried from the start machine before something is said to
-have none, and how many names."""
+have none, and how many names; and how many beside a name that was accepted."""
+SHAPES_BESIDE = 2
+"""How many free shapes are tried where a name was accepted that leaves something over: beside it, and instead."""
+SAME_PLACE = 0.25
+"""Share of what a name leaves over that a curve at its own place must remove: it mends that name's law, and is no
+second cause."""
 AHEAD, MOST_OF = 2.0, 0.5
 """How many times as much as the next the most promising promises, and which share of what is left over it
 removes, if no other is tried in its place."""

@@ -77,7 +77,7 @@ class Race:
         """`ended`, and one more beside the best, from where that stands."""
         if not self.begins("trying", (hypothesis,)):
             return list(ended)
-        rough = self.refitter.rough((*best.hypotheses, hypothesis), best, self.bars(best, ended))
+        rough = self.refitter.beside((*best.hypotheses, hypothesis), best, self.bars(best, ended))
         return self.finished(best, [rough], ended)
 
     def begins(self, what: str, hypotheses: tuple[Hypothesis, ...]) -> bool:

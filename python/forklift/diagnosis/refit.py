@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,8 @@ QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)
 SETTLING = (replace(STAGES[2], evaluations=8),)
 """A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
+AFTER_SEEKING = 2
+"""How often recordings held out are linearised anew, once what is their own was sought with all else held."""
 OVER_ALL = replace(STAGES[-1], evaluations=4)
 """From a fit that explains all recordings, those held out too."""
 
@@ -64,8 +66,8 @@ class Refit:
     hypotheses: tuple[Hypothesis, ...]
     found: Found
     knowledge: Knowledge
-    judged: tuple[ChannelResidual, ...]
-    """On every recording if it is finished, else on those held out."""
+    told: tuple[ChannelResidual, ...]
+    """Judged on the recordings held out; where there are none, on all."""
     costs: tuple[float, float]
     """−ln posterior after each of the tempered stages, with their weights."""
     finished: bool
@@ -81,16 +83,23 @@ class Refit:
     asked where nothing shows without them."""
     cold: bool = False
     """Whether it was searched for from the start machine too."""
+    rest: Callable[[], tuple[ChannelResidual, ...]] = tuple
+    """Judges it on the recordings that were fitted, which decide nothing."""
 
     @property
     def rough(self) -> float:
         """−ln posterior after the tempered stages: refits compare by it."""
         return self.costs[-1]
 
-    @property
+    @cached_property
     def held_out(self) -> tuple[ChannelResidual, ...]:
-        held = tuple(found for found in self.judged if found.role == "validate")
-        return held or self.judged
+        held = tuple(found for found in self.told if found.role == "validate")
+        return held or self.told
+
+    @cached_property
+    def judged(self) -> tuple[ChannelResidual, ...]:
+        """On every recording: those held out, then those that were fitted."""
+        return (*self.told, *self.rest())
 
     @property
     def told_from(self) -> Found:
@@ -219,6 +228,12 @@ class Refitter:
     def work(self) -> Work:
         """What all refits together have computed."""
         return self.start.work
+
+    def beside(self, hypotheses: Sequence[Hypothesis], after: Refit, bars: Bars = NO_BARS) -> Refit:
+        """The second tempered stage alone, from where another refit left it: a curve acts nearly linearly."""
+        problem, x = self._from(hypotheses, after)
+        found, cost = self._searched(problem, x, ROUGH[1:], bars[1:])
+        return self._stopped(hypotheses, found, (after.costs[0], cost))
 
     def rough(
         self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
@@ -419,19 +434,29 @@ class Refitter:
         everyone = with_hypotheses(self.everyone, hypotheses).weighted(
             found.problem.sigma, found.problem.substeps
         )
-        if not finished:  # where it stands, only those held out tell
-            held = tuple(one for one in everyone.samples if one.recording.role == "validate")
-            everyone = everyone.over(held or everyone.samples)
+        held = [one for one in everyone.samples if one.recording.role == "validate"]
+        fitted = [one for one in everyone.samples if one.recording.role != "validate"]
         with one_thread():
             known = knowledge(found.problem, found.x)
-            theta = found.x[: len(found.problem.unknowns)]
+            granted = known.covariance
             if self.strict:
                 granted = covariance_at_noise(found.problem, found.x, self.sensors)
-                judged = tuple(judge(everyone, theta, granted, self.sensors, far=NEAR, moves=MOVES))
-            else:
-                judged = tuple(judge(everyone, theta, known.covariance, self.sensors, seek=sought))
-        left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
-        return Refit(tuple(hypotheses), found, known, judged, costs, finished, early, left)
+        theta = found.x[: len(found.problem.unknowns)]
+
+        def judged(samples: Sequence[Any]) -> tuple[ChannelResidual, ...]:
+            asked = everyone.over(samples)
+            with one_thread():
+                if self.strict:
+                    return tuple(judge(asked, theta, granted, self.sensors, far=NEAR, moves=MOVES))
+                return tuple(judge(asked, theta, granted, self.sensors, moves=AFTER_SEEKING, seek=sought))
+
+        told = judged(held or fitted)
+        left = _left_at(found.problem.sigma, told, self.sensors) if self.strict else None
+
+        def rest() -> tuple[ChannelResidual, ...]:
+            return judged(fitted) if held else ()
+
+        return Refit(tuple(hypotheses), found, known, told, costs, finished, early, left, rest=rest)
 
 
 def _left_at(

@@ -27,10 +27,13 @@ from forklift.diagnosis.criteria import (
     LITTLE,
     MOST_ACCEPTED,
     MOST_NEAR,
+    MOST_NEAR_MORE,
     MOST_OF,
     NEAR_PLACES,
     PAIR,
     REDRAWS,
+    SAME_PLACE,
+    SHAPES_BESIDE,
     SIMPLER,
     WORTH,
 )
@@ -124,7 +127,7 @@ def select(
         else _unnamed(race, baseline, named, best, general, shapes)
     )
     chosen = _mended(unnamed, best) or _choice(
-        [refit for refit in unnamed if _replaces(refit, best, refitter.later)]
+        [refit for refit in unnamed if _replaces(refit, best, baseline, refitter.later)]
     )
     final = chosen or best
     if final is not best:
@@ -221,7 +224,7 @@ def _near(
     screening = screen(best.told_from.problem, best.told_from.x, left)
     beside = [refit for refit in shapes if refit.finished and own <= _labels(refit)]
     refits = list(beside)
-    for screened in screening.singles[:MOST_NEAR]:
+    for screened in screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]:
         refits = race.cold(best, screened.hypotheses[0], refits)
         if refits and refits[-1].complete and refits[-1].identifiable:
             break
@@ -340,14 +343,14 @@ def _unnamed(
         doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
         beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
     else:
-        beside = [baseline, *first]
+        beside = [*first, baseline]
     refits = list(shapes)
     for refit in beside:
         if any(one.complete for one in refits):
             break
         tried = [one for one in refits if set(refit.hypotheses) < set(one.hypotheses)]
         known = {one.hypotheses[-1] for one in tried}
-        for screened in general(refit):
+        for screened in general(refit)[: SHAPES_BESIDE if first else None]:
             if any(_explains(one, refit) for one in tried):
                 break
             faint = refit.slight and screened.gain < race.refitter.together * LAW
@@ -391,12 +394,24 @@ def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
     )
 
 
-def _replaces(refit: Refit, best: Refit, share: float) -> bool:
+def _replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
     """Whether what has no name may stand for names: where they explain everything, only if it explains more
-    by a clear margin."""
-    if not best.complete:
-        return _helps(refit, best, share)
-    return refit.identifiable and best.squares - refit.squares > AS_NEAR
+    by a clear margin.
+
+    Where they do not, a curve beside them must remove that share of what they leave over, at the place of one
+    of them less, as it is part of the same cause; and a curve instead of them must gain much more than they do.
+    """
+    if best.complete:
+        return refit.identifiable and best.squares - refit.squares > AS_NEAR
+    if not best.hypotheses:
+        return _helps(refit, best, LEAST_GAIN)
+    if set(best.hypotheses) < set(refit.hypotheses):
+        places = {(one.where, one.equation) for one in best.hypotheses}
+        new = [one for one in refit.hypotheses if one not in best.hypotheses]
+        mends = all((one.where, one.equation) in places for one in new)
+        return _helps(refit, best, SAME_PLACE if mends else share)
+    named = baseline.squares - best.squares
+    return _helps(refit, best, 0.0) and baseline.squares - refit.squares >= (1.0 + MOST_OF) * named
 
 
 def _helps(refit: Refit, best: Refit, share: float) -> bool:

@@ -34,7 +34,7 @@ NUISANCE_GAIN = 0.5
 ratio of 1.6 tells nothing."""
 
 # Which descents are led on.
-HOPED = 1.0
+HOPED = 2.0
 """How many times faster than its last two evaluations a descent is hoped to go: who would then still miss what
 it must come down to, is given up. What explains the recordings comes down within a few evaluations, what does
-not crawls."""
+not crawls. At once the pace, what was concealed in `second/07` was given up."""

@@ -48,7 +48,7 @@ class Stage:
     """It ends as well where a further step lowers the cost by less than this share of it."""
 
 
-SEEN = 3
+SEEN = 4
 """Evaluations after which a descent may be given up."""
 
 STAGES = (
