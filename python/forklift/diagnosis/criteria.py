@@ -45,6 +45,9 @@ with a complete explanation is tried beside that from this share of its gain on.
 LITTLE = 0.05
 """Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
 the start machine where the evidence is."""
+LIVES_BEYOND = 2.0
+"""How many times more than its linear step promised a trial may gain: who would not help then is not tried (but
+where much is left over, and beside nothing, from the start machine)."""
 PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
@@ -127,6 +130,9 @@ CURVES_AT, MOST_CURVES = 4, 3
 CURVE_NEAR = 0.7
 """A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
 linear about the same place."""
+CURVE_TIE = 0.85
+"""Of curves whose evidence is this share of the greatest, one at a place where its variable may plausibly act goes
+first: what enters between a valve's current and its flow looks much the same."""
 MOVES_AT_ALL = 1e-6
 """Share of its size by which a variable moves if it is one."""
 TELLING = 0.05
@@ -143,5 +149,5 @@ LIKELY = 0.5
 """Credibility below which a cause is no verdict: it is more likely to be another."""
 
 # When nothing is told.
-DOUBTFUL = 1.5
+DOUBTFUL = 2.0
 """Mean square up to which what no hypothesis explains is put down to chance, or to the simulation itself."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.diagnosis.criteria import CURVE_NEAR, CURVES_AT, MOST_CURVES, MOVES_AT_ALL
+from forklift.diagnosis.criteria import CURVE_NEAR, CURVE_TIE, CURVES_AT, MOST_CURVES, MOVES_AT_ALL
 from forklift.diagnosis.dependence import Shape, shapes
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
@@ -52,7 +52,13 @@ class FreeCurves:
         at = refit.told_from
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
+        worth.sort(key=lambda one: self._yields(one, worth[0]))
         return worth[:MOST_CURVES]
+
+    @staticmethod
+    def _yields(one: Screened, best: Screened) -> bool:
+        """Whether it yields to those that promise nearly as much: it is far behind, or unlikely."""
+        return one.evidence < CURVE_TIE * best.evidence or one.hypotheses[0].unlikely
 
     def located(self, refit: Refit) -> list[tuple[str, str]]:
         """The part and the equation of each place, the most credible first."""

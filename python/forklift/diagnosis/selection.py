@@ -25,6 +25,8 @@ from forklift.diagnosis.criteria import (
     LAW,
     LEAST_GAIN,
     LITTLE,
+    LIVES_BEYOND,
+    MISFIT,
     MOST_ACCEPTED,
     MOST_NEAR,
     MOST_NEAR_MORE,
@@ -200,8 +202,8 @@ def _near(
     The parameters may have bent so far to make up for what is missing that no linear step from there promises
     anything of it. Those that were searched for from the start machine are not tried again.
     """
-    if len(best.hypotheses) >= MOST_ACCEPTED:
-        return None
+    if len(best.hypotheses) >= MOST_ACCEPTED or best.worst.mean_square <= MISFIT:
+        return None  # nothing has bent far to make up for what hardly shows
     places = list(dict.fromkeys(general.located(best)))[:NEAR_PLACES]
     own = {one.label for one in best.hypotheses}
     tried = {
@@ -242,8 +244,13 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     gains = [found.gain for found in screening.singles]
     least = max(WORTH * gains[0], LITTLE * _excess(best, screening)) if gains else 0.0
     ranked = screening.singles[:1] + tuple(one for one in screening.singles[1:] if one.gain >= least)
-    pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
-    led = any(_helps(refit, best, LEAST_GAIN) for refit in shapes)
+    ranked = [one for one in ranked if _may_help(one, best, race.refitter)]
+    pairs = [
+        pair
+        for pair in screening.pairs[:1]
+        if pair.gain > PAIR * screening.singles[0].gain and _may_help(pair, best, race.refitter)
+    ]
+    led = any(_helps(refit, best, _share(best, race.refitter)) for refit in shapes)
     waves = [ranked[:1], [*ranked[1:FIRST], *pairs]]
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
@@ -260,9 +267,30 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     return Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
 
+def _share(best: Refit, refitter: Refitter) -> float:
+    """Which share of what the best leaves over an explanation must remove: of a clear mismatch the first one
+    less, as several may act at once; what is faint, one thing explains or chance does."""
+    clear = best.worst.mean_square > MISFIT
+    return LEAST_GAIN if clear and not best.hypotheses else refitter.later
+
+
+def _may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
+    """Whether it may remove enough of what the best leaves over: `LIVES_BEYOND` times what it promises does.
+
+    What it promises is of the recordings that are fitted; of what is left over there those held out tell,
+    sample for sample.
+    """
+    if best.complete or best.slight:
+        return True
+    fitted = sum(len(seen.rows) for sample in best.found.problem.samples for seen in sample.observed)
+    held = sum(found.samples for found in best.held_out)
+    asked = 0.5 * _share(best, refitter) * best.excess * fitted / held
+    return LIVES_BEYOND * one.gain >= asked
+
+
 def _helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]) -> list[Refit]:
     """Those that remove enough of what the best leaves over: at least half of what a curve does."""
-    share = refitter.later if best.hypotheses else LEAST_GAIN
+    share = _share(best, refitter)
     most = max((best.squares - refit.squares for refit in shapes if refit.finished), default=0.0)
     return [
         refit
@@ -354,6 +382,7 @@ def _unnamed(
             if any(_explains(one, refit) for one in tried):
                 break
             faint = refit.slight and screened.gain < race.refitter.together * LAW
+            faint = faint or not _may_help(screened, refit, race.refitter)
             if screened.hypotheses[0] not in known and not faint:
                 tried = race.beside(refit, screened.hypotheses[0], tried)
         refits += [one for one in tried if one not in refits]
@@ -404,7 +433,8 @@ def _replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
     if best.complete:
         return refit.identifiable and best.squares - refit.squares > AS_NEAR
     if not best.hypotheses:
-        return _helps(refit, best, LEAST_GAIN)
+        clear = best.worst.mean_square > MISFIT
+        return _helps(refit, best, LEAST_GAIN if clear else share)
     if set(best.hypotheses) < set(refit.hypotheses):
         places = {(one.where, one.equation) for one in best.hypotheses}
         new = [one for one in refit.hypotheses if one not in best.hypotheses]
