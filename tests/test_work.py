@@ -87,3 +87,15 @@ def test_a_trial_must_gain_half_of_what_the_best_did():
     alone, beside = (Race.bars(cast(Refit, best), cast(list[Refit], some)) for some in ([], [good]))
     assert alone[1] > 1000.0
     assert beside == pytest.approx((alone[0], alone[1] - 400.0))
+
+
+def test_nothing_is_differentiated_twice_at_one_place():
+    unknowns = [analytic.unknown(name) for name in ("p0", "p1")]
+    problem = analytic.problem(np.zeros((3, 2)), unknowns, lambda p: p, lambda p: np.eye(2), 0.01)
+    machine = cast(analytic.Formula, problem.machine)
+    first = problem.run(np.ones(2), derivatives=True)
+    assert problem.weighted({analytic.CHANNEL: 1.0}).run(np.ones(2), derivatives=True) is first
+    assert machine.runs == [2]
+    problem.run(np.zeros(2), derivatives=True)
+    problem.weighted(problem.sigma, 9).run(np.zeros(2), derivatives=True)
+    assert machine.runs == [2, 2, 2]
