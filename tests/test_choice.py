@@ -87,7 +87,9 @@ def test_who_was_stopped_on_the_way_replaces_nobody():
     assert not replaced(Tried((CURVE,), 1000.0, finished=False), best, baseline)
 
 
-@pytest.mark.parametrize(("left", "share"), [(0.9 * MISFIT, 0.5), (2.0 * MISFIT, 0.1)], ids=["faint", "clear"])
+@pytest.mark.parametrize(
+    ("left", "share"), [(0.9 * MISFIT, 0.5), (2.0 * MISFIT, 0.1)], ids=["faint", "clear"]
+)
 def test_who_could_not_remove_enough_is_not_tried(left, share):
     channel = SimpleNamespace(samples=100)
     seen = SimpleNamespace(rows=range(200))

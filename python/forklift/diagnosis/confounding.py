@@ -29,7 +29,8 @@ from forklift.plant.protocol import Hypothesis
 STEP = 1e-3
 """Of the other's amplitude, in its prior's deviations."""
 ABSORBED = 1e-4
-"""An effect of which the model's own unknowns leave less than this share is confounded with nothing but them."""
+"""An effect of which the model's own unknowns leave less than this share is confounded with nothing but
+them."""
 
 
 @dataclass(frozen=True, eq=False)

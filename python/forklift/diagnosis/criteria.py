@@ -19,8 +19,8 @@ from forklift.plant.protocol import Kind
 
 # How much is computed.
 BUDGET = 60000.0
-"""Simulated recordings (`forklift.fitting.work`) after which no further trial begins. Two cores do some thousand
-a second, so that what was not tried by then would not have come within two minutes."""
+"""Simulated recordings (`forklift.fitting.work`) after which no further trial begins. Two cores do some
+thousand a second, so that what was not tried by then would not have come within two minutes."""
 
 # When anything is asked for at all.
 ALARM_PHYSICS, ALARM_CONDITION, ALARM_SENSOR = 12.0, 30.0, 80.0
@@ -46,8 +46,8 @@ LITTLE = 0.05
 """Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
 the start machine where the evidence is."""
 LIVES_BEYOND = 2.0
-"""How many times more than its linear step promised a trial may gain: who would not help then is not tried (but
-where much is left over, and beside nothing, from the start machine)."""
+"""How many times more than its linear step promised a trial may gain: who would not help then is not tried
+(but where much is left over, and beside nothing, from the start machine)."""
 PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
@@ -58,10 +58,11 @@ NEAR_PLACES, MOST_NEAR, MOST_NEAR_MORE = 4, 4, 2
 """At how many of the most credible places names are tried from the start machine before something is said to
 have none, and how many names; and how many beside a name that was accepted."""
 SHAPES_BESIDE = 2
-"""How many free shapes are tried where a name was accepted that leaves something over: beside it, and instead."""
+"""How many free shapes are tried where a name was accepted that leaves something over: beside it, and
+instead."""
 SAME_PLACE = 0.25
-"""Share of what a name leaves over that a curve at its own place must remove: it mends that name's law, and is no
-second cause."""
+"""Share of what a name leaves over that a curve at its own place must remove: it mends that name's law, and
+is no second cause."""
 AHEAD, MOST_OF = 2.0, 0.5
 """How many times as much as the next the most promising promises, and which share of what is left over it
 removes, if no other is tried in its place."""
@@ -83,8 +84,8 @@ AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
 in likelihood, which samples of one recording, that err together, may well make up for."""
 SIMPLER = 0.05
-"""Share of what the best explanation gains that a simpler one may gain less, where a number of the best has gone
-to its bound, or it is unlikely."""
+"""Share of what the best explanation gains that a simpler one may gain less, where a number of the best has
+gone to its bound, or it is unlikely."""
 LAW = 15.0
 """Likewise, of a curve beside a name that explains everything."""
 MOST_ACCEPTED = 3
@@ -95,8 +96,8 @@ REDRAWS = 2000
 SETTLED = 2e-3
 """Share of the cost by which a step of the race must lower it: what gains less is as good there."""
 ENDED = 0.3
-"""Fall of −ln posterior by less than which the last stage ends: a likelihood ratio of 1.3, far below every bound
-here. (A fit of its own goes on to 0.02.)"""
+"""Fall of −ln posterior by less than which the last stage ends: a likelihood ratio of 1.3, far below every
+bound here. (A fit of its own goes on to 0.02.)"""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
 SLIGHT = 1.5
@@ -131,8 +132,8 @@ CURVE_NEAR = 0.7
 """A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
 linear about the same place."""
 CURVE_TIE = 0.85
-"""Of curves whose evidence is this share of the greatest, one at a place where its variable may plausibly act goes
-first: what enters between a valve's current and its flow looks much the same."""
+"""Of curves whose evidence is this share of the greatest, one at a place where its variable may plausibly
+act goes first: what enters between a valve's current and its flow looks much the same."""
 MOVES_AT_ALL = 1e-6
 """Share of its size by which a variable moves if it is one."""
 TELLING = 0.05

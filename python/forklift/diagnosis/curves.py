@@ -17,7 +17,6 @@ from forklift.fitting.interface import Problem
 from forklift.plant.protocol import Hypothesis, Machine, Place
 
 
-
 @dataclass(frozen=True)
 class FreeCurves:
     """Offers free curves for what a fitted model leaves over.

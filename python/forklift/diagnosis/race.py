@@ -1,8 +1,8 @@
 """Trials of hypotheses side by side: who falls behind is stopped, and nobody begins once the work is done.
 
-A trial is a refit's tempered stages, then the last ones if it keeps up. What a diagnosis may compute is counted
-in simulated recordings (`forklift.fitting.work`), so that an answer depends neither on how busy the machine is
-nor on how many threads it has; the most promising come first.
+A trial is a refit's tempered stages, then the last ones if it keeps up. What a diagnosis may compute is
+counted in simulated recordings (`forklift.fitting.work`), so that an answer depends neither on how busy the
+machine is nor on how many threads it has; the most promising come first.
 """
 
 from __future__ import annotations

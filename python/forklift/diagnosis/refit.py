@@ -305,9 +305,7 @@ class Refitter:
         near = [first for first in firsts if first.cost <= max(BEHIND * least, least + BEHIND)]
         return min((self._led_on(first, bars) for first in near), key=lambda one: one.rough)
 
-    def _led_on(
-        self, first: First, bars: Bars = NO_BARS, stages: tuple[Stage, ...] = ROUGH[1:]
-    ) -> Refit:
+    def _led_on(self, first: First, bars: Bars = NO_BARS, stages: tuple[Stage, ...] = ROUGH[1:]) -> Refit:
         found, cost = self._searched(first.found.problem, first.found.x, stages, bars[1:])
         return self._stopped(first.hypotheses, _after(first.found, found), (first.cost, cost))
 

@@ -82,7 +82,8 @@ class Selection:
     """Of one name that explains everything: a curve that promises to mend its law, whether or not recordings
     held out bear it out."""
     skipped: tuple[tuple[Hypothesis, ...], ...] = ()
-    """What was not tried within the work that a diagnosis may do, see `forklift.diagnosis.criteria.BUDGET`."""
+    """What was not tried within the work that a diagnosis may do, see
+    `forklift.diagnosis.criteria.BUDGET`."""
 
 
 def alarming(screening: Screening, together: float) -> Screening:
@@ -288,7 +289,9 @@ def _may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
     return LIVES_BEYOND * one.gain >= asked
 
 
-def _helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]) -> list[Refit]:
+def _helping(
+    refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]
+) -> list[Refit]:
     """Those that remove enough of what the best leaves over: at least half of what a curve does."""
     share = _share(best, refitter)
     most = max((best.squares - refit.squares for refit in shapes if refit.finished), default=0.0)
@@ -427,8 +430,9 @@ def _replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
     """Whether what has no name may stand for names: where they explain everything, only if it explains more
     by a clear margin.
 
-    Where they do not, a curve beside them must remove that share of what they leave over, at the place of one
-    of them less, as it is part of the same cause; and a curve instead of them must gain much more than they do.
+    Where they do not, a curve beside them must remove that share of what they leave over, at the place of
+    one of them less, as it is part of the same cause; and a curve instead of them must gain much more than
+    they do.
     """
     if best.complete:
         return refit.identifiable and best.squares - refit.squares > AS_NEAR

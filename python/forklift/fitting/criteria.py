@@ -9,13 +9,13 @@ from math import sqrt
 
 # When a channel of a recording is explained.
 AT_NOISE = 1.2
-"""Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n). Complete models
-left no more than this on 21 trucks of another plant, and every mismatch nine and more. Calibrate: ``forklift
-prove --seed 1 --only complete --sensitivity``."""
+"""Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n). Complete
+models left no more than this on 21 trucks of another plant, and every mismatch nine and more. Calibrate:
+``forklift prove --seed 1 --only complete --sensitivity``."""
 BY_CHANCE = 4.0
-"""How many of its deviations the mean square of slow noise may lie above one. Its independent samples are so
-few, and its size is known so badly, that the bound for white noise lies within what many a channel leaves. Four
-normal deviations are exceeded by chance in one of some 30,000 channels."""
+"""How many of its deviations the mean square of slow noise may lie above one. Its independent samples are
+so few, and its size is known so badly, that the bound for white noise lies within what many a channel
+leaves. Four normal deviations are exceeded by chance in one of some 30,000 channels."""
 ROUNDING = sqrt(3.0)
 """Half an encoder's count in units of its noise (count/√12). A lift at rest reads off by a constant of up to
 this much: that is rounding, and taken off."""
@@ -30,11 +30,11 @@ STRAIN = 25.0
 """Sum of squares of a recording's own unknowns, in their priors' deviations, that chance explains: χ² of five
 degrees exceeds this once in seven thousand recordings."""
 NUISANCE_GAIN = 0.5
-"""Fall of −ln posterior by less than which the search for what recordings have of their own ends: a likelihood
-ratio of 1.6 tells nothing."""
+"""Fall of −ln posterior by less than which the search for what recordings have of their own ends: a
+likelihood ratio of 1.6 tells nothing."""
 
 # Which descents are led on.
 HOPED = 2.0
-"""How many times faster than its last two evaluations a descent is hoped to go: who would then still miss what
-it must come down to, is given up. What explains the recordings comes down within a few evaluations, what does
-not crawls. At once the pace, what was concealed in `second/07` was given up."""
+"""How many times faster than its last two evaluations a descent is hoped to go: who would then still miss
+what it must come down to, is given up. What explains the recordings comes down within a few evaluations,
+what does not crawls. At once the pace, what was concealed in `second/07` was given up."""

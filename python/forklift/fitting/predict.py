@@ -14,8 +14,8 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
-from forklift.fitting.problem import LeastSquares
 from forklift.fitting.criteria import FAR
+from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import MOST_MOVES, settled
 
 

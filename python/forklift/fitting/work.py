@@ -1,4 +1,5 @@
-"""How much has been computed, in simulated recordings: the same on every machine and with any number of threads."""
+"""How much has been computed, in simulated recordings: the same on every machine and with any number of
+threads."""
 
 from __future__ import annotations
 

@@ -37,8 +37,8 @@ temperature and how much it rises from start to end [K], cylinder positions at t
 
 TEMPERATURE_WIDTH_K = 0.5
 """Standard deviation of a recording's mean oil temperature. A sensor that reads in steps of 0.5 K is off by
-0.15 K; and oil that warms up by `WARMING_WIDTH_K` under a sensor that does not follow is half of that warmer on the
-mean."""
+0.15 K; and oil that warms up by `WARMING_WIDTH_K` under a sensor that does not follow is half of that
+warmer on the mean."""
 
 LOAD_ACCURACY = 0.01
 """Standard deviation of a load that was weighed and entered, as a share of it: scales of trucks and of

@@ -26,9 +26,9 @@ NATURAL = {
     "time_since_command": ("current", "opening", "friction"),
     "oil_temperature": ("viscosity", "viscous_friction", "friction", "bulk_modulus"),
 }
-"""By variable: the ports at which something that depends on it may plausibly act; elsewhere it is unlikely. What
-enters between the valve's current and its flow looks much the same, and a command acts by way of the current.
-Variables that are not listed may act anywhere."""
+"""By variable: the ports at which something that depends on it may plausibly act; elsewhere it is unlikely.
+What enters between the valve's current and its flow looks much the same, and a command acts by way of the
+current. Variables that are not listed may act anywhere."""
 SUDDEN_S = 0.1
 """A change of the command within this time is a step."""
 
