@@ -42,6 +42,9 @@ FIRST, FURTHER = 3, 4
 WORTH = 0.1
 """A hypothesis enters the race if it promises this share of the best one's gain; and what is easily confused
 with a complete explanation is tried beside that from this share of its gain on."""
+RIVAL = 0.25
+"""Share of an accepted explanation's promise from which on another of the most promising is tried beside
+it."""
 LITTLE = 0.05
 """Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
 the start machine where the evidence is."""

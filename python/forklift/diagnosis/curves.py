@@ -51,8 +51,7 @@ class FreeCurves:
         at = refit.told_from
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
-        worth.sort(key=lambda one: self._yields(one, worth[0]))
-        return worth[:MOST_CURVES]
+        return sorted(worth, key=lambda one: self._yields(one, ranked[0]))[:MOST_CURVES]
 
     @staticmethod
     def _yields(one: Screened, best: Screened) -> bool:

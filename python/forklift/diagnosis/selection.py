@@ -34,6 +34,7 @@ from forklift.diagnosis.criteria import (
     NEAR_PLACES,
     PAIR,
     REDRAWS,
+    RIVAL,
     SAME_PLACE,
     SHAPES_BESIDE,
     SIMPLER,
@@ -244,8 +245,11 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     """
     gains = [found.gain for found in screening.singles]
     least = max(WORTH * gains[0], LITTLE * _excess(best, screening)) if gains else 0.0
-    ranked = screening.singles[:1] + tuple(one for one in screening.singles[1:] if one.gain >= least)
-    ranked = [one for one in ranked if _may_help(one, best, race.refitter)]
+    ranked = [
+        one
+        for place, one in enumerate(screening.singles)
+        if (place == 0 or one.gain >= least) and _may_help(one, best, race.refitter)
+    ]
     pairs = [
         pair
         for pair in screening.pairs[:1]
@@ -494,7 +498,7 @@ def _rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> l
     names = {hypothesis.id for hypothesis in accepted.hypotheses}
     words = {word for hypothesis in accepted.hypotheses for word in hypothesis.confused_with}
     gains = [found.gain for found in screening.singles if found.hypotheses[0].label in own]
-    least = WORTH * max(gains, default=0.0)
+    most = max(gains, default=0.0)
 
     def confused(one: Hypothesis) -> bool:
         return one.id in words or not names.isdisjoint(one.confused_with)
@@ -503,7 +507,8 @@ def _rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> l
         found
         for place, found in enumerate(screening.singles)
         if found.hypotheses[0].label not in known
-        and (place < FIRST or (confused(found.hypotheses[0]) and found.gain >= least))
+        and found.gain >= most * (WORTH if confused(found.hypotheses[0]) else RIVAL)
+        and (place < FIRST or confused(found.hypotheses[0]))
     ]
 
 
