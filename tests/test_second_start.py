@@ -8,8 +8,9 @@ from typing import cast
 import pytest
 
 from forklift.diagnosis.criteria import NEARLY
+from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
-from forklift.diagnosis.selection import _to_the_end
+from forklift.fitting.work import Work
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,7 @@ class Starts:
     warm: Tried
     cold: Tried
     asked: list[str] = field(default_factory=list)
+    work: Work = field(default_factory=Work)
 
     def finish(self, refit: Refit) -> Refit:
         return cast(Refit, self.warm)
@@ -40,7 +42,8 @@ class Starts:
 
 def ended(warm: Tried, cold: Tried) -> tuple[Refit, list[str]]:
     refitter, before = Starts(warm, cold), Tried(excess=1e6)
-    found = _to_the_end(cast(Refitter, refitter), cast(Refit, before), cast(Refit, warm))
+    race = Race(cast(Refitter, refitter), lambda said: None)
+    found = race.to_the_end(cast(Refit, before), cast(Refit, warm))
     return found, refitter.asked
 
 

@@ -7,6 +7,7 @@ from typing import cast
 
 import pytest
 
+from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.selection import General, _unnamed
 
@@ -18,6 +19,7 @@ class Tried:
     hypotheses: tuple[str, ...]
     complete: bool = False
     told: float = 4.0
+    slight: bool = False
 
     def deviations(self, hypothesis):
         return self.told
@@ -33,8 +35,8 @@ BOTH_BEYOND_DOUBT = Tried(("leak", "delay"), complete=True, told=100.0)
     ("accepted", "asked_beside"),
     [
         ((), [NOTHING]),
-        ((LEAK,), [NOTHING, LEAK]),
-        ((LEAK, BOTH), [NOTHING, LEAK]),
+        ((LEAK,), [LEAK, NOTHING]),
+        ((LEAK, BOTH), [LEAK, NOTHING]),
         ((LEAK_IS_ALL,), []),
         ((LEAK, BOTH_ARE_ALL), [LEAK]),
         ((BOTH_ARE_ALL,), []),
@@ -59,7 +61,6 @@ def test_who_is_asked_for_beside_whom(accepted, asked_beside):
 
     named = [cast(Refit, refit) for refit in accepted]
     best = named[-1] if named else cast(Refit, NOTHING)
-    _unnamed(
-        cast(Refitter, None), cast(Refit, NOTHING), named, best, lambda said: None, cast(General, general)
-    )
+    race = Race(cast(Refitter, None), lambda said: None)
+    _unnamed(race, cast(Refit, NOTHING), named, best, cast(General, general))
     assert asked == asked_beside

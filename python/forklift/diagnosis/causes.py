@@ -110,7 +110,7 @@ def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
     """What has no name has no form of its own: nobody knows its law."""
     final = selection.final
     others = [*selection.steps[0].refits, *selection.unnamed]
-    refits = [final, *(one for one in others if not _labels(final) <= _labels(one))]
+    refits = [final, *(one for one in others if one.finished and not _labels(final) <= _labels(one))]
     shares = credibility(refits)
     rivals = tuple(
         (_new(refit, set()), share, refit.reduced_chi2) for refit, share in zip(refits, shares, strict=True)
@@ -119,11 +119,13 @@ def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
 
 
 def _rivals(refits: Sequence[Refit], accepted: Refit) -> list[Refit]:
-    """What contains a complete explanation and more is no rival of it."""
+    """Those that were fitted to the end as it was: who was stopped on the way has lost already, and what it
+    leaves over there tells nothing. What contains a complete explanation and more is no rival of it."""
     return [
         refit
         for refit in refits
-        if refit is accepted or not (accepted.complete and _labels(accepted) < _labels(refit))
+        if refit is accepted
+        or (refit.finished and not (accepted.complete and _labels(accepted) < _labels(refit)))
     ]
 
 

@@ -20,13 +20,12 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
+from forklift.diagnosis.criteria import STANDS
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.refit import Refit
 from forklift.fitting.interface import Problem
 from forklift.plant.protocol import Hypothesis
 
-STANDS = 0.9
-"""Share from which on a hypothesis stands for another."""
 STEP = 1e-3
 """Of the other's amplitude, in its prior's deviations."""
 ABSORBED = 1e-4

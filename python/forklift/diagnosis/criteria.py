@@ -5,24 +5,67 @@ Bounds in squares or in ln probability hold against the sensors' noise; shares h
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from forklift.fitting.criteria import AT_NOISE as AT_NOISE
+from forklift.fitting.criteria import BY_CHANCE as BY_CHANCE
+from forklift.fitting.criteria import FAR as FAR
+from forklift.fitting.criteria import HOPED as HOPED
+from forklift.fitting.criteria import NUISANCE_GAIN as NUISANCE_GAIN
+from forklift.fitting.criteria import ROUNDING as ROUNDING
+from forklift.fitting.criteria import STRAIN as STRAIN
+from forklift.fitting.criteria import WHITE as WHITE
+from forklift.plant.protocol import Kind
+
+# How much is computed.
+BUDGET = 60000.0
+"""Simulated recordings (`forklift.fitting.work`) after which no further trial begins. Two cores do some
+thousand a second, so that what was not tried by then would not have come within two minutes."""
+
+# When anything is asked for at all.
+ALARM_PHYSICS, ALARM_CONDITION, ALARM_SENSOR = 12.0, 30.0, 80.0
+"""Fall of −ln posterior over all recordings that a hypothesis must promise to be asked for where no channel
+of a recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some
+sixty. Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss,
+since an encoder that starts from the same place in every recording is rounded alike in all of them."""
+ALARM: Mapping[Kind, float] = {
+    "physics": ALARM_PHYSICS,
+    "parameter": ALARM_CONDITION,
+    "sensor": ALARM_SENSOR,
+    "unknown": float("inf"),
+}
+"""By kind."""
+
 # Which names are tried, accepted and compared.
 FIRST, FURTHER = 3, 4
 """How many hypotheses the race begins with, and how many more enter if none of them explains everything."""
 WORTH = 0.1
 """A hypothesis enters the race if it promises this share of the best one's gain; and what is easily confused
 with a complete explanation is tried beside that from this share of its gain on."""
+RIVAL = 0.25
+"""Share of an accepted explanation's promise from which on another of the most promising is tried beside
+it."""
 LITTLE = 0.05
 """Likewise of what is left over above the noise: who promises less is tried only if it is the first, or from
 the start machine where the evidence is."""
+LIVES_BEYOND = 2.0
+"""How many times more than its linear step promised a trial may gain: who would not help then is not tried
+(but where much is left over, and beside nothing, from the start machine)."""
 PAIR = 1.5
 """The best pair enters if it promises this many times as much as the best alone."""
 VARIANTS = 3
 """From how many places of its further parameters the search for one hypothesis starts."""
 NEARLY = 0.01
 """Share of what was left over that may still be left by a search that only ended in the wrong place."""
-NEAR_PLACES, MOST_NEAR = 4, 4
+NEAR_PLACES, MOST_NEAR, MOST_NEAR_MORE = 4, 4, 2
 """At how many of the most credible places names are tried from the start machine before something is said to
-have none, and how many names."""
+have none, and how many names; and how many beside a name that was accepted."""
+SHAPES_BESIDE = 2
+"""How many free shapes are tried where a name was accepted that leaves something over: beside it, and
+instead."""
+SAME_PLACE = 0.25
+"""Share of what a name leaves over that a curve at its own place must remove: it mends that name's law, and
+is no second cause."""
 AHEAD, MOST_OF = 2.0, 0.5
 """How many times as much as the next the most promising promises, and which share of what is left over it
 removes, if no other is tried in its place."""
@@ -43,6 +86,9 @@ object."""
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
 in likelihood, which samples of one recording, that err together, may well make up for."""
+SIMPLER = 0.05
+"""Share of what the best explanation gains that a simpler one may gain less, where a number of the best has
+gone to its bound, or it is unlikely."""
 LAW = 15.0
 """Likewise, of a curve beside a name that explains everything."""
 MOST_ACCEPTED = 3
@@ -52,6 +98,9 @@ REDRAWS = 2000
 # How far a search is led, and when an amplitude is there.
 SETTLED = 2e-3
 """Share of the cost by which a step of the race must lower it: what gains less is as good there."""
+ENDED = 0.3
+"""Fall of −ln posterior by less than which the last stage ends: a likelihood ratio of 1.3, far below every
+bound here. (A fit of its own goes on to 0.02.)"""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
 SLIGHT = 1.5
@@ -71,8 +120,31 @@ ALIKE = 0.5
 """What gains little has more than this share left of what there was without it."""
 BEHIND = 2.0
 """A start is not led on if the first stage leaves it this many times as far off as another one."""
+BOUND = 1e-3
+"""In a prior's deviations: an unknown so near to its bound has gone to it."""
 CLEAR = 3.0
 """An amplitude is there if it lies this many of its standard deviations from its quiet value."""
+
+# Where something acts, and of what it is a function.
+MEMORY = 2.0
+"""Correlation time of an unknown input's prior, in distances of its hats: what acts for less than half of a
+period of the lift's ringing is not told from its neighbour."""
+CURVES_AT, MOST_CURVES = 4, 3
+"""At how many of the most credible places curves are screened, and how many of them are tried."""
+CURVE_NEAR = 0.7
+"""A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
+linear about the same place."""
+CURVE_TIE = 0.85
+"""Of curves whose evidence is this share of the greatest, one at a place where its variable may plausibly
+act goes first: what enters between a valve's current and its flow looks much the same."""
+MOVES_AT_ALL = 1e-6
+"""Share of its size by which a variable moves if it is one."""
+TELLING = 0.05
+"""An input of which a variable explains less than this share in recordings left out is no function of it."""
+STANDS = 0.9
+"""Share of an accepted hypothesis's effect from which on another stands for it."""
+UNTOLD = 0.5
+"""An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
 
 # What is told.
 AS_GOOD = 0.05
@@ -81,7 +153,7 @@ LIKELY = 0.5
 """Credibility below which a cause is no verdict: it is more likely to be another."""
 
 # When nothing is told.
-DOUBTFUL = 1.5
+DOUBTFUL = 2.0
 """Mean square up to which what no hypothesis explains is put down to chance, or to the simulation itself."""
 TOLD_REGION = 0.5
 """Share of an unknown input that a variable must explain, in recordings left out, to be told as what the

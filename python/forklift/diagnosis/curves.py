@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from forklift.base.arrays import Floats
+from forklift.diagnosis.criteria import CURVE_NEAR, CURVE_TIE, CURVES_AT, MOST_CURVES, MOVES_AT_ALL
 from forklift.diagnosis.dependence import Shape, shapes
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.screening import screen
+from forklift.diagnosis.screening import Screened, screen
 from forklift.fitting.interface import Problem
 from forklift.plant.protocol import Hypothesis, Machine, Place
-
-MOST_PLACES, MOST = 4, 3
-"""At how many places curves are screened, and how many of them are tried."""
-NEAR = 0.7
-"""A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
-linear about the same place."""
-STANDS = 1e-6
-"""Share of its size by which a variable moves if it is one."""
 
 
 @dataclass(frozen=True)
@@ -38,20 +31,32 @@ class FreeCurves:
 
     machine: Machine
     known: dict[Refit, Sequence[UnknownInput]]
+    offered: dict[Refit, list[Screened]] = field(default_factory=dict)
+    """What was offered already, by refit."""
 
-    def __call__(self, refit: Refit) -> list[Hypothesis]:
+    def __call__(self, refit: Refit) -> list[Screened]:
         """The curves whose evidence is greatest beside what the refit has: at the most credible places, over
         every variable. Beside nothing also what is no curve."""
+        if refit not in self.offered:
+            self.offered[refit] = self._offered(refit)
+        return self.offered[refit]
+
+    def _offered(self, refit: Refit) -> list[Screened]:
         inputs = self._inputs(refit)
-        places = self._first(refit, inputs)[:MOST_PLACES]
+        places = self._first(refit, inputs)[:CURVES_AT]
         offered = self._curves(refit, places)
         if not refit.hypotheses and inputs:
             samples = refit.early.problem.samples
             offered += self.machine.unnamed(self._place(inputs[0].port), samples)
         at = refit.told_from
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
-        worth = [one for one in ranked if one.evidence >= NEAR * ranked[0].evidence > 0.0]
-        return [one.hypotheses[0] for one in worth[:MOST]]
+        worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
+        return sorted(worth, key=lambda one: self._yields(one, ranked[0]))[:MOST_CURVES]
+
+    @staticmethod
+    def _yields(one: Screened, best: Screened) -> bool:
+        """Whether it yields to those that promise nearly as much: it is far behind, or unlikely."""
+        return one.evidence < CURVE_TIE * best.evidence or one.hypotheses[0].unlikely
 
     def located(self, refit: Refit) -> list[tuple[str, str]]:
         """The part and the equation of each place, the most credible first."""
@@ -135,5 +140,5 @@ def _ranges(refit: Refit, part: str) -> dict[str, tuple[float, float]]:
     return {
         name: (lower, upper)
         for name, (lower, upper) in ends.items()
-        if upper - lower > STANDS * max(abs(lower), abs(upper))
+        if upper - lower > MOVES_AT_ALL * max(abs(lower), abs(upper))
     }

@@ -7,12 +7,13 @@ share of its square that is explained in a recording the curve was not drawn fro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from forklift.base.arrays import Floats
+from forklift.diagnosis.criteria import TELLING as TELLING
 from forklift.diagnosis.locate import UnknownInput
 
 KNOTS = 7
@@ -20,10 +21,6 @@ STIFF = 1e-2
 """Weight of the second differences, in units of a knot's mean weight."""
 ACTS = 0.5
 """The region is where the curve lies above this share of its largest absolute value."""
-MOST_PLACES, MOST_VARIABLES, MOST = 2, 2, 3
-"""How many places are tried for a free shape, over how many variables each, and how many shapes in all."""
-TELLING = 0.05
-"""An input of which a variable explains less than this share in recordings left out is no function of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,20 +50,6 @@ def shapes(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> li
     names = list(variables[0])
     fitted = [_shape(found, name, [given[name] for given in variables]) for name in names]
     return sorted((shape for shape in fitted if shape), key=lambda shape: -shape.explained)
-
-
-def telling(
-    inputs: Sequence[UnknownInput], over: Callable[[UnknownInput], Sequence[Shape]]
-) -> list[tuple[UnknownInput, Shape]]:
-    """What is most likely a function of something, the best first.
-
-    Of the first `inputs`; `over` gives the shapes of one, the best first.
-    """
-    offered = []
-    for one in inputs[:MOST_PLACES]:
-        seen = [shape for shape in over(one) if shape.explained >= TELLING]
-        offered += [(one, shape) for shape in seen[:MOST_VARIABLES]]
-    return sorted(offered, key=lambda found: -found[1].explained)[:MOST]
 
 
 def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Shape | None:

@@ -9,9 +9,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from forklift.diagnosis.causes import Cause, causes, told
-from forklift.diagnosis.criteria import (
-    DOUBTFUL,
-)
+from forklift.diagnosis.criteria import BUDGET, DOUBTFUL
 from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
@@ -78,6 +76,7 @@ def investigate(
 
     `hopeless` recordings tell nothing: the machine is fitted, and no more.
     """
+    refitter.work.grant(BUDGET)
     with clock.stage("fitting the model"):
         baseline = refitter.baseline()
     with clock.stage("screening the hypotheses"):
@@ -85,11 +84,11 @@ def investigate(
         at = refitter.everywhere(baseline) if baseline.slight else baseline.told_from
         screening = screen(at.problem, at.x, hypotheses)
     asked = screening
-    if baseline.complete:
+    if baseline.complete or baseline.slight:
         asked = alarming(screening, refitter.together)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
-    if hopeless or (baseline.complete and not asked.singles):
+    if hopeless or (asked is not screening and not asked.singles):
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("locating the mismatch"):

@@ -32,6 +32,8 @@ class Considered:
     fitted: Refit | None
     """The smallest set of hypotheses with it that was fitted."""
     named: bool
+    skipped: bool = False
+    """Whether it would have been tried, if the work that a diagnosis may do had lasted."""
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -48,6 +50,7 @@ class Considered:
             if self.fitted
             else [],
             "named": self.named,
+            "skipped": self.skipped,
         }
 
 
@@ -76,10 +79,16 @@ def _each(
         for hypothesis in refit.hypotheses:
             by_label.setdefault(hypothesis.label, refit)
     named = {cause.hypothesis.label for cause in causes}
+    missed = {one.label for several in selection.skipped for one in several} - set(by_label)
 
     def one(hypothesis: Hypothesis, promised: float | None, unidentifiable: Untold) -> Considered:
         return Considered(
-            hypothesis, promised, unidentifiable, by_label.get(hypothesis.label), hypothesis.label in named
+            hypothesis,
+            promised,
+            unidentifiable,
+            by_label.get(hypothesis.label),
+            hypothesis.label in named,
+            hypothesis.label in missed,
         )
 
     def told(screened: Screened) -> Untold:

@@ -24,12 +24,11 @@ from scipy.linalg import cho_factor, cho_solve
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
+from forklift.diagnosis.criteria import MEMORY
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.linearised import Linearised
 
-MEMORY = 2.0
-"""Correlation time of the prior, in distances of the hats."""
 SIZES = tuple(float(size) for size in 10.0 ** np.arange(-4.0, 3.1, 0.5))
 """a, in units in which the port's whole response has unit mean square."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,9 @@ from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import (
     ALIKE,
     BEHIND,
+    BOUND,
     CLEAR,
+    ENDED,
     LESS,
     LIVES_UP,
     MISFIT,
@@ -27,18 +29,18 @@ from forklift.diagnosis.criteria import (
 )
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import log_evidence, loo_log_score
-from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
 from forklift.fitting.nuisance import sought
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Progress, Stage, search
+from forklift.fitting.work import Work
 from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
 
 ROUGH = tuple(replace(stage, share=SETTLED) for stage in STAGES[:2])
-FINE = (replace(STAGES[2], share=0.5 * SETTLED), *STAGES[3:])
+FINE = (replace(STAGES[2], share=0.5 * SETTLED), *(replace(one, gain=ENDED) for one in STAGES[3:]))
 """The race is run over the tempered stages; only who is still in it goes on to the sensors' own noise."""
 AGAIN = ROUGH[1:]
 QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)
@@ -46,8 +48,15 @@ QUICK = tuple(replace(stage, evaluations=6) for stage in ROUGH)
 SETTLING = (replace(STAGES[2], evaluations=8),)
 """A fit that clearly misses something need not go to the last: it crawls, and gains nothing."""
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
+AFTER_SEEKING = 2
+"""How often recordings held out are linearised anew, once what is their own was sought with all else held."""
 OVER_ALL = replace(STAGES[-1], evaluations=4)
 """From a fit that explains all recordings, those held out too."""
+
+
+Bars = tuple[float, float]
+"""What −ln posterior must come down to in each of the tempered stages, or the trial is given up."""
+NO_BARS: Bars = (float("inf"), float("inf"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +66,8 @@ class Refit:
     hypotheses: tuple[Hypothesis, ...]
     found: Found
     knowledge: Knowledge
-    judged: tuple[ChannelResidual, ...]
-    """On every recording if it is finished, else on those held out."""
+    told: tuple[ChannelResidual, ...]
+    """Judged on the recordings held out; where there are none, on all."""
     costs: tuple[float, float]
     """−ln posterior after each of the tempered stages, with their weights."""
     finished: bool
@@ -74,16 +83,23 @@ class Refit:
     asked where nothing shows without them."""
     cold: bool = False
     """Whether it was searched for from the start machine too."""
+    rest: Callable[[], tuple[ChannelResidual, ...]] = tuple
+    """Judges it on the recordings that were fitted, which decide nothing."""
 
     @property
     def rough(self) -> float:
         """−ln posterior after the tempered stages: refits compare by it."""
         return self.costs[-1]
 
-    @property
+    @cached_property
     def held_out(self) -> tuple[ChannelResidual, ...]:
-        held = tuple(found for found in self.judged if found.role == "validate")
-        return held or self.judged
+        held = tuple(found for found in self.told if found.role == "validate")
+        return held or self.told
+
+    @cached_property
+    def judged(self) -> tuple[ChannelResidual, ...]:
+        """On every recording: those held out, then those that were fitted."""
+        return (*self.told, *self.rest())
 
     @property
     def told_from(self) -> Found:
@@ -148,6 +164,24 @@ class Refit:
         left = self.reduced_chi2 if self.left_at_weights is None else self.left_at_weights
         return float(np.sqrt(max(1.0, left)))
 
+    @property
+    def at_bounds(self) -> tuple[str, ...]:
+        """Which unknowns of its hypotheses ended at a bound: the recordings would have them go further."""
+        own = {one.name for hypothesis in self.hypotheses for one in hypothesis.addition.free}
+        unknowns = self.found.problem.unknowns
+        return tuple(
+            one.name
+            for one, at in zip(unknowns, self.found.x.tolist(), strict=False)
+            if one.name in own and min(at - one.lower, one.upper - at) <= BOUND
+        )
+
+    @property
+    def freedoms(self) -> int:
+        """How many numbers its hypotheses bring, in all recordings that it was fitted to."""
+        conditions = sum(len(one.addition.widened) for one in self.hypotheses if one.amplitude is None)
+        numbers = sum(len(one.addition.free) for one in self.hypotheses)
+        return numbers + conditions * len(self.found.problem.samples)
+
     def by_recording(self) -> dict[str, float]:
         """Sum of squares of each recording held out, or of each of its stretches that err independently."""
         sums: dict[str, float] = {}
@@ -187,36 +221,60 @@ class Refitter:
     """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
     noise can be reached: what one law of another shape leaves over invites a second that is none."""
 
+    known: dict[Refit, Found] = field(default_factory=dict, compare=False, repr=False)
+    """What `everywhere` found."""
+
     @property
     def together(self) -> float:
         """How many times as much as white noise the slowest of the sensors' noise promises by chance."""
         return max(sensor.together for sensor in self.sensors.values())
 
-    def rough(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> Refit:
-        """The tempered stages, cold from the start machine or from where another refit left them."""
-        return self._led_on(self._first(hypotheses, after))
+    @property
+    def work(self) -> Work:
+        """What all refits together have computed."""
+        return self.start.work
+
+    def beside(self, hypotheses: Sequence[Hypothesis], after: Refit, bars: Bars = NO_BARS) -> Refit:
+        """The second tempered stage alone, from where another refit left it: a curve acts nearly linearly."""
+        problem, x = self._from(hypotheses, after)
+        found, cost = self._searched(problem, x, ROUGH[1:], bars[1:])
+        return self._stopped(hypotheses, found, (after.costs[0], cost))
+
+    def rough(
+        self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
+    ) -> Refit:
+        """The tempered stages, cold from the start machine or from where another refit left them; given up
+        where they will not come down to `bars`."""
+        return self._led_on(self._first(hypotheses, after, bars), bars)
 
     def quick(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
         """A few evaluations from where another refit left them; fewer where the first ones gain little."""
         found, first = self._searched(*self._from(hypotheses, after), QUICK[:1])
         if first > ALIKE * after.costs[0]:
             return self._stopped(hypotheses, found, (first, np.inf))
-        return self._led_on(First(hypotheses, found, first), QUICK[1:])
+        return self._led_on(First(hypotheses, found, first), stages=QUICK[1:])
 
     def ahead(
-        self, several: Sequence[tuple[Hypothesis, ...]], after: Refit, promised: float = np.inf
+        self,
+        several: Sequence[tuple[Hypothesis, ...]],
+        after: Refit,
+        promised: float = np.inf,
+        bars: Bars = NO_BARS,
+        *,
+        again: bool = True,
     ) -> Refit:
         """Who comes furthest in the tempered stages: the first of several sets of hypotheses from where
-        another refit left them; and all of them from the start machine too, unless the first gains nearly
-        the share of the cost that was promised, or leaves little over.
+        another refit left them; and `again` all of them from the start machine too, unless the first gains
+        nearly the share of the cost that was promised, or leaves little over, or no work is left.
 
         Either start can end astray where the other does not.
         """
-        warm = self._led_on(self._first(several[0], after))
+        warm = self._led_on(self._first(several[0], after, bars), bars)
         gained = 1.0 - warm.rough / after.rough
-        if gained >= LIVES_UP * promised or warm.excess <= MUCH * after.excess:
+        enough = gained >= LIVES_UP * promised or warm.excess <= MUCH * after.excess
+        if enough or not again or self.work.spent:
             return warm
-        cold = self._furthest(self._cold(several))
+        cold = self._furthest(self._cold(several, bars), bars)
         return replace(min(warm, cold, key=lambda one: one.rough), cold=True)
 
     def afresh(self, refit: Refit) -> Refit:
@@ -238,20 +296,22 @@ class Refitter:
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
         return replace(refit, loo_log_score=loo_log_score(everywhere.problem, everywhere.x, new))
 
-    def _cold(self, several: Sequence[tuple[Hypothesis, ...]]) -> list[First]:
-        return [self._first(hypotheses) for hypotheses in several]
+    def _cold(self, several: Sequence[tuple[Hypothesis, ...]], bars: Bars) -> list[First]:
+        return [self._first(hypotheses, bars=bars) for hypotheses in several]
 
-    def _first(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> First:
-        return First(hypotheses, *self._searched(*self._from(hypotheses, after), ROUGH[:1]))
+    def _first(
+        self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
+    ) -> First:
+        return First(hypotheses, *self._searched(*self._from(hypotheses, after), ROUGH[:1], bars[:1]))
 
-    def _furthest(self, firsts: Sequence[First]) -> Refit:
+    def _furthest(self, firsts: Sequence[First], bars: Bars) -> Refit:
         """Led on by the second stage, without those that are clearly behind after the first."""
         least = min(first.cost for first in firsts)
         near = [first for first in firsts if first.cost <= max(BEHIND * least, least + BEHIND)]
-        return min((self._led_on(first) for first in near), key=lambda one: one.rough)
+        return min((self._led_on(first, bars) for first in near), key=lambda one: one.rough)
 
-    def _led_on(self, first: First, stages: tuple[Stage, ...] = ROUGH[1:]) -> Refit:
-        found, cost = self._searched(first.found.problem, first.found.x, stages)
+    def _led_on(self, first: First, bars: Bars = NO_BARS, stages: tuple[Stage, ...] = ROUGH[1:]) -> Refit:
+        found, cost = self._searched(first.found.problem, first.found.x, stages, bars[1:])
         return self._stopped(first.hypotheses, _after(first.found, found), (first.cost, cost))
 
     def _from(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> tuple[Problem, Floats]:
@@ -259,10 +319,12 @@ class Refitter:
         x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
         return problem, x
 
-    def _searched(self, problem: Problem, x: Floats, stages: tuple[Stage, ...]) -> tuple[Found, float]:
+    def _searched(
+        self, problem: Problem, x: Floats, stages: tuple[Stage, ...], bars: Sequence[float] = ()
+    ) -> tuple[Found, float]:
         """Where these stages end, and at which cost."""
-        found = search(problem, x, self.sensors, stages, self.progress)
-        return found, _cost(found.problem, found.x)
+        found = search(problem, x, self.sensors, stages, self.progress, bars)
+        return found, found.cost
 
     def baseline(self) -> Refit:
         """The machine without any hypothesis."""
@@ -271,6 +333,11 @@ class Refitter:
     def everywhere(self, refit: Refit) -> Found:
         """The same machine fitted to all recordings, those held out too, with substeps no longer than it had:
         else the simulation's own error would show."""
+        if refit not in self.known:
+            self.known[refit] = self._everywhere(refit)
+        return self.known[refit]
+
+    def _everywhere(self, refit: Refit) -> Found:
         told = refit.found
         problem = with_hypotheses(self.everyone, refit.hypotheses).weighted(
             told.problem.sigma, told.problem.substeps
@@ -370,19 +437,29 @@ class Refitter:
         everyone = with_hypotheses(self.everyone, hypotheses).weighted(
             found.problem.sigma, found.problem.substeps
         )
-        if not finished:  # where it stands, only those held out tell
-            held = tuple(one for one in everyone.samples if one.recording.role == "validate")
-            everyone = everyone.over(held or everyone.samples)
+        held = [one for one in everyone.samples if one.recording.role == "validate"]
+        fitted = [one for one in everyone.samples if one.recording.role != "validate"]
         with one_thread():
             known = knowledge(found.problem, found.x)
-            theta = found.x[: len(found.problem.unknowns)]
+            granted = known.covariance
             if self.strict:
                 granted = covariance_at_noise(found.problem, found.x, self.sensors)
-                judged = tuple(judge(everyone, theta, granted, self.sensors, far=NEAR, moves=MOVES))
-            else:
-                judged = tuple(judge(everyone, theta, known.covariance, self.sensors, seek=sought))
-        left = _left_at(found.problem.sigma, judged, self.sensors) if self.strict else None
-        return Refit(tuple(hypotheses), found, known, judged, costs, finished, early, left)
+        theta = found.x[: len(found.problem.unknowns)]
+
+        def judged(samples: Sequence[Any]) -> tuple[ChannelResidual, ...]:
+            asked = everyone.over(samples)
+            with one_thread():
+                if self.strict:
+                    return tuple(judge(asked, theta, granted, self.sensors, far=NEAR, moves=MOVES))
+                return tuple(judge(asked, theta, granted, self.sensors, moves=AFTER_SEEKING, seek=sought))
+
+        told = judged(held or fitted)
+        left = _left_at(found.problem.sigma, told, self.sensors) if self.strict else None
+
+        def rest() -> tuple[ChannelResidual, ...]:
+            return judged(fitted) if held else ()
+
+        return Refit(tuple(hypotheses), found, known, told, costs, finished, early, left, rest=rest)
 
 
 def _left_at(
@@ -393,11 +470,6 @@ def _left_at(
     scale = {name: sensors[name].noise / weight for name, weight in weights.items()}
     square = sum(found.samples * found.mean_square * scale[found.channel] ** 2 for found in held)
     return square / sum(found.samples for found in held)
-
-
-def _cost(problem: Problem, x: Floats) -> float:
-    with one_thread():
-        return geodesic.cost(problem, x)
 
 
 def _after(before: Found, found: Found) -> Found:

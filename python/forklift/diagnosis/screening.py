@@ -16,6 +16,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.diagnosis.criteria import UNTOLD
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem
@@ -23,8 +24,6 @@ from forklift.plant.protocol import Hypothesis
 
 SOFT = 0.3
 """Softness of an encoder's edges, in counts."""
-UNTOLD = 0.5
-"""An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
 TOGETHER = 16
 """Amplitudes that share a run: as many as the core carries at once."""
 

@@ -6,7 +6,7 @@ complete only if nothing above the sensors' noise is left in any channel of any 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from forklift.diagnosis.criteria import (
     AHEAD,
+    ALARM,
     ALIKE,
     AS_NEAR,
     BEYOND_DOUBT,
@@ -23,37 +24,33 @@ from forklift.diagnosis.criteria import (
     FURTHER,
     LAW,
     LEAST_GAIN,
-    LEAST_ROUGH,
     LITTLE,
+    LIVES_BEYOND,
+    MISFIT,
     MOST_ACCEPTED,
     MOST_NEAR,
+    MOST_NEAR_MORE,
     MOST_OF,
-    MUCH,
     NEAR_PLACES,
-    NEARLY,
     PAIR,
     REDRAWS,
-    VARIANTS,
+    RIVAL,
+    SAME_PLACE,
+    SHAPES_BESIDE,
+    SIMPLER,
     WORTH,
 )
+from forklift.diagnosis.race import Race, Say, rank
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening, screen
-from forklift.plant.protocol import Hypothesis, Kind
-
-ALARM: Mapping[Kind, float] = {"physics": 12.0, "parameter": 30.0, "sensor": 80.0, "unknown": np.inf}
-"""Fall of −ln posterior over all recordings that a hypothesis must promise to be asked for where no channel
-of a recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some
-sixty. Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss,
-since an encoder that starts from the same place in every recording is rounded alike in all of them."""
-
-Say = Callable[[str], None]
+from forklift.plant.protocol import Hypothesis
 
 
 class General(Protocol):
     """Hypotheses without a name."""
 
-    def __call__(self, refit: Refit) -> Sequence[Hypothesis]:
-        """For what a refit leaves over."""
+    def __call__(self, refit: Refit) -> Sequence[Screened]:
+        """For what a refit leaves over, those of the greatest evidence first."""
 
     def beside(self, refit: Refit) -> Sequence[Hypothesis]:
         """That would mend the law of what the refit has, where it acts."""
@@ -85,6 +82,9 @@ class Selection:
     curve: Screened | None = None
     """Of one name that explains everything: a curve that promises to mend its law, whether or not recordings
     held out bear it out."""
+    skipped: tuple[tuple[Hypothesis, ...], ...] = ()
+    """What was not tried within the work that a diagnosis may do, see
+    `forklift.diagnosis.criteria.BUDGET`."""
 
 
 def alarming(screening: Screening, together: float) -> Screening:
@@ -108,50 +108,81 @@ def select(
 
     `screening` is the baseline's: of a baseline that explains everything only what is `alarming`.
     """
-    best, steps = _named(refitter, baseline, screening, hypotheses, say)
-    if not best.complete:
-        step = _near(refitter, best, steps, hypotheses, say, general)
+    race = Race(refitter, say)
+    best, steps, shapes = _named(race, baseline, screening, hypotheses, general)
+    if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
+        step = _near(race, best, steps, shapes, hypotheses, general)
         if step is not None:
             steps.append(step)
             best = step.accepted or best
-    best = _needed(refitter, best, say)
+    best = _needed(race, best)
     law = _law_instead(refitter, baseline, best, steps, say, general) if best.complete else None
     if law is not None:
         steps.append(law)
-        return Selection(baseline, tuple(steps), law.accepted or best)
+        return Selection(baseline, tuple(steps), law.accepted or best, skipped=tuple(race.skipped))
     named = [step.accepted for step in steps if step.accepted]
     curve = None
-    if best.complete and len(best.hypotheses) == 1:
+    if (best.complete or best.slight) and len(best.hypotheses) == 1 and not refitter.work.spent:
         say("checking the law")
         curve = _curve(refitter, best, general)
     unnamed = (
         _with_curve(refitter, best, curve, say)
         if curve
-        else _unnamed(refitter, baseline, named, best, say, general)
+        else _unnamed(race, baseline, named, best, general, shapes)
     )
     chosen = _mended(unnamed, best) or _choice(
-        [refit for refit in unnamed if _replaces(refit, best, refitter.later)]
+        [refit for refit in unnamed if _replaces(refit, best, baseline, refitter.later)]
     )
     final = chosen or best
-    if not final.finished:
-        say("fitting the final model")
-        final = refitter.finish(final)
-    return Selection(baseline, tuple(steps), final, unnamed, curve)
+    if final is not best:
+        final = _needed(race, final)
+    return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
 
 
 def _named(
-    refitter: Refitter, baseline: Refit, screening: Screening, hypotheses: Sequence[Hypothesis], say: Say
-) -> tuple[Refit, list[Step]]:
-    """Rounds of names, as long as each leaves enough less over."""
-    best, steps = baseline, [_round(refitter, baseline, screening, say)]
-    while (accepted := steps[-1].accepted) is not None:
+    race: Race,
+    baseline: Refit,
+    screening: Screening,
+    hypotheses: Sequence[Hypothesis],
+    general: General,
+) -> tuple[Refit, list[Step], list[Refit]]:
+    """Rounds of names, as long as each leaves enough less over; and the curves that were tried before them,
+    as no name promised nearly as much."""
+    best, steps = baseline, []
+    shapes: list[Refit] = []
+    while True:
+        ahead = _shape_ahead(race, best, screening, general)
+        steps.append(_round(race, best, screening, ahead))
+        shapes += ahead
+        accepted = steps[-1].accepted
+        if accepted is None:
+            return best, steps, shapes
         best = accepted
         if best.complete or len(best.hypotheses) >= MOST_ACCEPTED:
-            break
-        say("screening the hypotheses")
-        left = _beside(best, hypotheses)
-        steps.append(_round(refitter, best, screen(best.told_from.problem, best.told_from.x, left), say))
-    return best, steps
+            return best, steps, shapes
+        race.say("screening the hypotheses")
+        left, at = _beside(best, hypotheses), best.told_from
+        if best.slight:
+            at = race.refitter.everywhere(best)
+        screening = screen(at.problem, at.x, left)
+        if best.slight:
+            screening = alarming(screening, race.refitter.together)
+            if not screening.singles:
+                return best, steps, shapes
+
+
+def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
+    """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
+    much: what repeats along the stroke, say."""
+    promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
+    if best.slight or best.complete or not promised:
+        return []
+    if max(promised) >= MOST_OF * _excess(best, screening):
+        return []
+    shapes = general(best)
+    if not shapes or shapes[0].evidence < AHEAD * max(promised):
+        return []
+    return race.beside(best, shapes[0].hypotheses[0], [])
 
 
 def _beside(best: Refit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -161,11 +192,11 @@ def _beside(best: Refit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 
 def _near(
-    refitter: Refitter,
+    race: Race,
     best: Refit,
     steps: Sequence[Step],
+    shapes: Sequence[Refit],
     hypotheses: Sequence[Hypothesis],
-    say: Say,
     general: General,
 ) -> Step | None:
     """Where something is left over, physics at the most credible places, from the start machine.
@@ -173,8 +204,8 @@ def _near(
     The parameters may have bent so far to make up for what is missing that no linear step from there promises
     anything of it. Those that were searched for from the start machine are not tried again.
     """
-    if len(best.hypotheses) >= MOST_ACCEPTED:
-        return None
+    if len(best.hypotheses) >= MOST_ACCEPTED or best.worst.mean_square <= MISFIT:
+        return None  # nothing has bent far to make up for what hardly shows
     places = list(dict.fromkeys(general.located(best)))[:NEAR_PLACES]
     own = {one.label for one in best.hypotheses}
     tried = {
@@ -195,36 +226,84 @@ def _near(
     if not left:
         return None
     screening = screen(best.told_from.problem, best.told_from.x, left)
-    refits: list[Refit] = []
-    for screened in screening.singles[:MOST_NEAR]:
-        hypothesis = screened.hypotheses[0]
-        say(f"trying {hypothesis.label} from the start")
-        refit = replace(refitter.rough((*best.hypotheses, hypothesis)), cold=True)
-        refits += _finished(refitter, best, [refit], refits, say)[len(refits) :]
-        if refits[-1].complete and refits[-1].identifiable:
+    beside = [refit for refit in shapes if refit.finished and own <= _labels(refit)]
+    refits = list(beside)
+    for screened in screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]:
+        refits = race.cold(best, screened.hypotheses[0], refits)
+        if refits and refits[-1].complete and refits[-1].identifiable:
             break
-    share = refitter.later if best.hypotheses else LEAST_GAIN
-    accepted = _choice([refit for refit in refits if _helps(refit, best, share)])
-    return Step(screening, tuple(sorted(refits, key=_rank)), accepted)
+    refits = refits[len(beside) :]
+    accepted = _choice(_helping(refits, best, race.refitter, beside))
+    return Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
 
-def _round(refitter: Refitter, best: Refit, screening: Screening, say: Say) -> Step:
-    """The most promising; further ones while none explains everything; what the winner is confused with."""
-    share = refitter.later if best.hypotheses else LEAST_GAIN
+def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit] = ()) -> Step:
+    """The most promising; further ones while none explains everything; what the winner is confused with.
+
+    Beside a curve that promised far more than any name, fewer names are tried, and one counts only if it
+    removes nearly as much.
+    """
     gains = [found.gain for found in screening.singles]
     least = max(WORTH * gains[0], LITTLE * _excess(best, screening)) if gains else 0.0
-    ranked = screening.singles[:1] + tuple(one for one in screening.singles[1:] if one.gain >= least)
-    pairs = [pair for pair in screening.pairs[:1] if pair.gain > PAIR * screening.singles[0].gain]
-    refits: list[Refit] = []
-    for entered in (ranked[:1], [*ranked[1:FIRST], *pairs], ranked[FIRST : FIRST + FURTHER]):
-        refits = _race(refitter, best, entered, screening, refits, say)
-        accepted = _choice([refit for refit in refits if _helps(refit, best, share)])
+    ranked = [
+        one
+        for place, one in enumerate(screening.singles)
+        if (place == 0 or one.gain >= least) and _may_help(one, best, race.refitter)
+    ]
+    pairs = [
+        pair
+        for pair in screening.pairs[:1]
+        if pair.gain > PAIR * screening.singles[0].gain and _may_help(pair, best, race.refitter)
+    ]
+    led = any(_helps(refit, best, _share(best, race.refitter)) for refit in shapes)
+    waves = [ranked[:1], [*ranked[1:FIRST], *pairs]]
+    if not led:
+        waves.append(ranked[FIRST : FIRST + FURTHER])
+    refits: list[Refit] = list(shapes)
+    for place, entered in enumerate(waves):
+        refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
+        accepted = _choice(_helping(refits[len(shapes) :], best, race.refitter, shapes))
         if accepted is not None and (accepted.complete or _leads(accepted, best, screening)):
             rivals = _rivals(accepted, refits, screening)
-            refits = _race(refitter, best, rivals, screening, refits, say, quick=True)
+            refits = race.run(best, rivals, screening, refits, quick=True)
             break
-    accepted = _choice([refit for refit in refits if _helps(refit, best, share)])
-    return Step(screening, tuple(sorted(refits, key=_rank)), accepted)
+    refits = refits[len(shapes) :]
+    accepted = _choice(_helping(refits, best, race.refitter, shapes))
+    return Step(screening, tuple(sorted(refits, key=rank)), accepted)
+
+
+def _share(best: Refit, refitter: Refitter) -> float:
+    """Which share of what the best leaves over an explanation must remove: of a clear mismatch the first one
+    less, as several may act at once; what is faint, one thing explains or chance does."""
+    clear = best.worst.mean_square > MISFIT
+    return LEAST_GAIN if clear and not best.hypotheses else refitter.later
+
+
+def _may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
+    """Whether it may remove enough of what the best leaves over: `LIVES_BEYOND` times what it promises does.
+
+    What it promises is of the recordings that are fitted; of what is left over there those held out tell,
+    sample for sample.
+    """
+    if best.complete or best.slight:
+        return True
+    fitted = sum(len(seen.rows) for sample in best.found.problem.samples for seen in sample.observed)
+    held = sum(found.samples for found in best.held_out)
+    asked = 0.5 * _share(best, refitter) * best.excess * fitted / held
+    return LIVES_BEYOND * one.gain >= asked
+
+
+def _helping(
+    refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]
+) -> list[Refit]:
+    """Those that remove enough of what the best leaves over: at least half of what a curve does."""
+    share = _share(best, refitter)
+    most = max((best.squares - refit.squares for refit in shapes if refit.finished), default=0.0)
+    return [
+        refit
+        for refit in refits
+        if _helps(refit, best, share) and (refit.complete or best.squares - refit.squares >= ALIKE * most)
+    ]
 
 
 def _excess(best: Refit, screening: Screening) -> float:
@@ -266,7 +345,7 @@ def _law_instead(
     mended = refitter.finish(refitter.rough((*law.hypotheses, curve), law))
     if not mended.complete or mended.squares > best.squares + AS_NEAR:
         return None
-    return Step(step.screening, tuple(sorted([mended, law, best], key=_rank)), mended)
+    return Step(step.screening, tuple(sorted([mended, law, best], key=rank)), mended)
 
 
 def _leads(accepted: Refit, best: Refit, screening: Screening) -> bool:
@@ -280,32 +359,46 @@ def _leads(accepted: Refit, best: Refit, screening: Screening) -> bool:
 
 
 def _unnamed(
-    refitter: Refitter, baseline: Refit, named: Sequence[Refit], best: Refit, say: Say, general: General
+    race: Race,
+    baseline: Refit,
+    named: Sequence[Refit],
+    best: Refit,
+    general: General,
+    shapes: Sequence[Refit] = (),
 ) -> tuple[Refit, ...]:
     """Hypotheses without a name, alone and beside the first name; where more names explain everything, too.
 
     They may be needed only because the first has another law than the catalogue's. Beside all of them nothing
-    is asked for any more.
+    is asked for any more. `shapes` were tried before.
     """
     first = named[:1]
-    if best.complete:
+    if best.slight and best.hypotheses:
+        beside = []
+    elif best.complete:
         doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
         beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
     else:
-        beside = [baseline, *first]
-    refits = []
+        beside = [*first, baseline]
+    refits = list(shapes)
     for refit in beside:
-        tried: list[Refit] = []
-        for hypothesis in general(refit):
-            say(f"trying {hypothesis.label} at the {hypothesis.equation}")
-            rough = refitter.rough((*refit.hypotheses, hypothesis), refit)
-            tried = _finished(refitter, refit, [rough], tried, say)
-            if tried[-1].complete:
-                break
-        refits += tried
-        if any(one.complete for one in tried):
+        if any(one.complete for one in refits):
             break
-    return tuple(sorted(refits, key=_rank))
+        tried = [one for one in refits if set(refit.hypotheses) < set(one.hypotheses)]
+        known = {one.hypotheses[-1] for one in tried}
+        for screened in general(refit)[: SHAPES_BESIDE if first else None]:
+            if any(_explains(one, refit) for one in tried):
+                break
+            faint = refit.slight and screened.gain < race.refitter.together * LAW
+            faint = faint or not _may_help(screened, refit, race.refitter)
+            if screened.hypotheses[0] not in known and not faint:
+                tried = race.beside(refit, screened.hypotheses[0], tried)
+        refits += [one for one in tried if one not in refits]
+    return tuple(sorted(refits, key=rank))
+
+
+def _explains(one: Refit, best: Refit) -> bool:
+    """Whether it removes most of what the best leaves over, so that no other is tried in its place."""
+    return one.complete or (one.finished and best.squares - one.squares >= MOST_OF * best.excess)
 
 
 def _curve(refitter: Refitter, best: Refit, general: General) -> Screened | None:
@@ -318,7 +411,7 @@ def _curve(refitter: Refitter, best: Refit, general: General) -> Screened | None
 
 def _with_curve(refitter: Refitter, best: Refit, curve: Screened, say: Say) -> tuple[Refit, ...]:
     say(f"fitting {curve.hypotheses[0].name}")
-    return (refitter.finish(refitter.rough((*best.hypotheses, *curve.hypotheses), best)),)
+    return (refitter.slightly((*best.hypotheses, *curve.hypotheses), best),)
 
 
 def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
@@ -328,7 +421,8 @@ def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
         (
             refit
             for refit in unnamed
-            if best.complete
+            if (best.complete or best.slight)
+            and refit.finished
             and set(best.hypotheses) < set(refit.hypotheses)
             and best.squares - refit.squares >= CLEARLY
         ),
@@ -336,41 +430,65 @@ def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
     )
 
 
-def _replaces(refit: Refit, best: Refit, share: float) -> bool:
+def _replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
     """Whether what has no name may stand for names: where they explain everything, only if it explains more
-    by a clear margin."""
-    if not best.complete:
-        return _helps(refit, best, share)
-    return refit.identifiable and best.squares - refit.squares > AS_NEAR
+    by a clear margin.
+
+    Where they do not, a curve beside them must remove that share of what they leave over, at the place of
+    one of them less, as it is part of the same cause; and a curve instead of them must gain much more than
+    they do.
+    """
+    if best.complete:
+        return refit.identifiable and best.squares - refit.squares > AS_NEAR
+    if not best.hypotheses:
+        clear = best.worst.mean_square > MISFIT
+        return _helps(refit, best, LEAST_GAIN if clear else share)
+    if set(best.hypotheses) < set(refit.hypotheses):
+        places = {(one.where, one.equation) for one in best.hypotheses}
+        new = [one for one in refit.hypotheses if one not in best.hypotheses]
+        mends = all((one.where, one.equation) in places for one in new)
+        return _helps(refit, best, SAME_PLACE if mends else share)
+    named = baseline.squares - best.squares
+    return _helps(refit, best, 0.0) and baseline.squares - refit.squares >= (1.0 + MOST_OF) * named
 
 
 def _helps(refit: Refit, best: Refit, share: float) -> bool:
     """Whether the refit is told from none, and removes this share of what `best` leaves over; if that is
     nothing, whether recordings foretell each other better with it."""
     gained = best.squares - refit.squares
+    if not refit.finished:
+        return False
     if best.complete:
         return refit.identifiable and gained >= -AS_NEAR and (refit.loo_log_score or 0.0) >= CONFIRMED
     return refit.identifiable and gained >= max(CLEARLY, share * best.excess)
 
 
-def _rank(refit: Refit) -> tuple[bool, float, float]:
-    """What explains everything first, and of that what says least."""
-    return not refit.complete, len(refit.hypotheses) if refit.complete else 0, refit.squares
-
-
 def _choice(enough: Sequence[Refit]) -> Refit | None:
-    """The best of those that help; of those as good as it, one that is not unlikely."""
+    """The best of those that help; of those nearly as good the simplest: that is not unlikely, none of whose
+    numbers has gone to a bound, and that has the fewest."""
     if not enough:
         return None
-    first = min(enough, key=_rank)
-    likely = [
+    first = min(enough, key=rank)
+    gained = SIMPLER * max(max(refit.squares for refit in enough) - first.squares, 0.0)
+    margin = AS_NEAR if first.complete else max(AS_NEAR, gained)
+    near = [
         refit
         for refit in enough
-        if _rank(refit)[:2] == _rank(first)[:2]
-        and refit.squares - first.squares < AS_NEAR
-        and not any(hypothesis.unlikely for hypothesis in refit.hypotheses)
+        if rank(refit)[:2] == rank(first)[:2] and refit.squares - first.squares < margin
     ]
-    return first if first in likely or not likely else min(likely, key=_rank)
+    if not (first.at_bounds or any(hypothesis.unlikely for hypothesis in first.hypotheses)):
+        return first
+    return min(near, key=_plain)
+
+
+def _plain(refit: Refit) -> tuple[bool, bool, int, float]:
+    """The least of what is asked for beside a good explanation: likely, within its bounds, and short."""
+    unlikely = any(hypothesis.unlikely for hypothesis in refit.hypotheses)
+    return unlikely, bool(refit.at_bounds), refit.freedoms, refit.squares
+
+
+def _labels(refit: Refit) -> set[str]:
+    return {hypothesis.label for hypothesis in refit.hypotheses}
 
 
 def _rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> list[Screened]:
@@ -380,7 +498,7 @@ def _rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> l
     names = {hypothesis.id for hypothesis in accepted.hypotheses}
     words = {word for hypothesis in accepted.hypotheses for word in hypothesis.confused_with}
     gains = [found.gain for found in screening.singles if found.hypotheses[0].label in own]
-    least = WORTH * max(gains, default=0.0)
+    most = max(gains, default=0.0)
 
     def confused(one: Hypothesis) -> bool:
         return one.id in words or not names.isdisjoint(one.confused_with)
@@ -389,91 +507,25 @@ def _rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> l
         found
         for place, found in enumerate(screening.singles)
         if found.hypotheses[0].label not in known
-        and (place < FIRST or (confused(found.hypotheses[0]) and found.gain >= least))
+        and found.gain >= most * (WORTH if confused(found.hypotheses[0]) else RIVAL)
+        and (place < FIRST or confused(found.hypotheses[0]))
     ]
 
 
-def _needed(refitter: Refitter, best: Refit, say: Say) -> Refit:
-    """Without the hypotheses that the others make superfluous, now that the search knows where to end.
+def _needed(race: Race, best: Refit) -> Refit:
+    """Without the names that the others make superfluous, now that the search knows where to end.
 
-    A search that went astray in an early round leaves something over, and invites a hypothesis that is none.
+    A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
+    and what a curve takes over needs no name beside it.
     """
     for hypothesis in best.hypotheses:
-        if len(best.hypotheses) > 1 and best.deviations(hypothesis) < BEYOND_DOUBT:
-            say(f"checking whether {hypothesis.label} is needed")
-            refit = refitter.without(hypothesis, best)
+        named = hypothesis.kind != "unknown"
+        if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
+            race.say(f"checking whether {hypothesis.label} is needed")
+            refit = race.refitter.without(hypothesis, best)
             if refit.complete or refit.squares <= best.squares + CLEARLY:
                 best = refit
     return best
-
-
-def _race(
-    refitter: Refitter,
-    best: Refit,
-    entered: Sequence[Screened],
-    screening: Screening,
-    ended: Sequence[Refit],
-    say: Say,
-    *,
-    quick: bool = False,
-) -> list[Refit]:
-    """Those entered, fitted; who falls behind, also behind those that ended before, is stopped.
-
-    Who soon leaves little over is fitted to the end at once, and if that explains everything, nobody enters
-    any more. Beside what explains everything already, one start is enough: `quick`.
-    """
-    if best.slight:
-        refits = list(ended)
-        for screened in entered:
-            say(f"fitting {' and '.join(hypothesis.label for hypothesis in screened.hypotheses)}")
-            refits.append(refitter.slightly((*best.hypotheses, *screened.hypotheses), best))
-        return refits
-    rough: list[Refit] = []
-    refits = list(ended)
-    for screened in entered:
-        say(f"trying {' and '.join(hypothesis.label for hypothesis in screened.hypotheses)}")
-        rough.append(_roughly(refitter, best, screened, screening, quick=quick))
-        if not quick and rough[-1].rough <= MUCH * best.rough:
-            refits = _finished(refitter, best, rough[-1:], refits, say)
-            rough.pop()
-            if refits[-1].complete and refits[-1].identifiable:
-                break
-    return _finished(refitter, best, rough, refits, say)
-
-
-def _finished(
-    refitter: Refitter, best: Refit, rough: Sequence[Refit], ended: Sequence[Refit], say: Say
-) -> list[Refit]:
-    """Those who keep up with the best, fitted to the end; the others as they stand."""
-    least = min((refit.rough for refit in (*rough, *ended)), default=0.0)
-    refits = list(ended)
-    for refit in rough:
-        keeps_up = best.rough - refit.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
-        if keeps_up:
-            say(f"fitting {' and '.join(hypothesis.label for hypothesis in refit.hypotheses)}")
-        refits.append(_to_the_end(refitter, best, refit) if keeps_up else refit)
-    return refits
-
-
-def _to_the_end(refitter: Refitter, best: Refit, refit: Refit) -> Refit:
-    """What explains nearly everything, but not all, may have ended beside the place where it explains all."""
-    done = refitter.finish(refit)
-    if done.complete or done.excess > NEARLY * best.excess:
-        return done
-    return min(done, refitter.afresh(done), key=_rank)
-
-
-def _roughly(
-    refitter: Refitter, best: Refit, screened: Screened, screening: Screening, *, quick: bool
-) -> Refit:
-    """The tempered stages with what entered, from where the best stands; if that leaves much over, from the
-    start machine too, and of what may start from several places, from some."""
-    several: list[tuple[Hypothesis, ...]] = [screened.hypotheses]
-    if len(screened.hypotheses) == 1:
-        several = [(one,) for one in screening.variants(screened.hypotheses[0])[:VARIANTS]]
-    every = [(*best.hypotheses, *more) for more in several]
-    promised = screened.gain / screening.cost
-    return refitter.quick(every[0], best) if quick else refitter.ahead(every, best, promised)
 
 
 def credibility(refits: Sequence[Refit], draws: int = REDRAWS, seed: int = 1) -> list[float]:

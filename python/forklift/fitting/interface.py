@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from forklift.fitting.limits import Limits
     from forklift.fitting.linearised import Linearised, Products
     from forklift.fitting.observed import Observed
+    from forklift.fitting.work import Work
     from forklift.plant.parameter import Unknown
     from forklift.plant.protocol import Addition, Machine, Run
 
@@ -114,6 +115,10 @@ class Problem(Protocol):
     @property
     def lags(self) -> int:
         """Over how many samples residuals may be correlated."""
+
+    @property
+    def work(self) -> Work:
+        """What this problem and those made of it have computed."""
 
     @property
     def starts(self) -> list[int]:

@@ -8,7 +8,7 @@ second derivative of the residuals along δ₁ from one further simulation (Tran
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -69,9 +69,11 @@ def descend(
     gain: float,
     progress: Callable[[float, Floats], None],
     share: float = 0.0,
+    hopeless: Callable[[Sequence[float], int], bool] = lambda costs, left: False,
 ) -> Floats:
     """From x down to where a step lowers the cost, as predicted or twice in a row, by less than `gain`, or by
-    less than this share of the cost.
+    less than this share of the cost; or until it is `hopeless`, given all costs so far and how many
+    evaluations are left.
 
     Raises
     ------
@@ -81,15 +83,19 @@ def descend(
     here = _point(problem, x)
     progress(here.cost, x)
     limits, damping, small = problem.limits(), DAMPING, 0
-    for _ in range(1, evaluations):
+    costs = [here.cost]
+    for done in range(1, evaluations):
         enough = max(gain, share * here.cost)
         if here.lost or small > 1 or here.gain(here.step(limits)) < enough:
+            break
+        if hopeless(costs, evaluations - done):
             break
         then, damping = _downhill(problem, here, limits, damping, enough)
         if then is None:
             break
         before, here = here.cost, then
         progress(here.cost, here.x)
+        costs.append(here.cost)
         damping /= RELAX
         small = small + 1 if before - here.cost < enough else 0
     return here.x

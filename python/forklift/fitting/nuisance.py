@@ -10,12 +10,13 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.fitting import levenberg_marquardt
+from forklift.fitting.criteria import NUISANCE_GAIN
 
 TEMPERS = (30.0, 3.0, 1.0)
 """The noise is so many times too large, stage by stage: from a temperature that is ten kelvin off the way to
 the right one leads over worse ones."""
-EVALUATIONS, GAIN = 20, 0.5
-"""Of each stage: most evaluations, and the fall of −ln posterior by less than which it ends."""
+EVALUATIONS = 20
+"""Of each stage, at most."""
 
 
 def sought(problem: Any, x: Floats) -> Floats:
@@ -32,5 +33,5 @@ def sought(problem: Any, x: Floats) -> Floats:
     shared = len(held.unknowns)
     for temper in TEMPERS:
         weighted = pinned.weighted({name: temper * sigma for name, sigma in problem.sigma.items()})
-        at = levenberg_marquardt.descend(weighted, at, EVALUATIONS, GAIN, lambda cost, x: None)
+        at = levenberg_marquardt.descend(weighted, at, EVALUATIONS, NUISANCE_GAIN, lambda cost, x: None)
     return np.concatenate([x[: len(problem.unknowns)], at[shared:]])

@@ -14,8 +14,9 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
+from forklift.fitting.criteria import FAR
 from forklift.fitting.problem import LeastSquares
-from forklift.fitting.residuals import FAR, MOST_MOVES, settled
+from forklift.fitting.residuals import MOST_MOVES, settled
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from forklift.base.arrays import Floats
+from forklift.fitting.criteria import AT_NOISE, BY_CHANCE, FAR, ROUNDING, STRAIN, WHITE
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem, Sample
@@ -27,28 +28,12 @@ if TYPE_CHECKING:
     from forklift.recordings.noise import Sensor
 
 
-AT_NOISE = 1.2
-"""Mean square up to which a channel counts as explained, but for its chance scatter of √(2/n)."""
-BY_CHANCE = 4.0
-"""How many of its deviations the mean square of slow noise may lie above one. Its independent samples are so
-few, and its size is known so badly, that the bound for white noise lies within what many a channel leaves."""
 LAGS = 25
 """Of the Ljung–Box test."""
-ROUNDING = sqrt(3.0)
-"""Half an encoder's count in units of its noise. A lift at rest reads off by a constant of up to this much:
-that is rounding, and taken off."""
-FAR = 0.3
-"""What moves one of a recording's own unknowns by more of its prior's deviations is linearised anew: a load
-that was entered wrongly, say."""
-STRAIN = 25.0
-"""Sum of squares of a recording's own unknowns, in their priors' deviations, that chance explains: of five of
-them it exceeds this once in seven thousand recordings."""
 MOST_MOVES = 4
 HALVINGS = 5
 SHARES = (1.0, 0.5, 0.25, 0.0)
 """Of a straight step, of which the one that leaves least over is taken."""
-WHITE = 0.01
-"""Its level: a complete model fails one test in a hundred."""
 
 Seek = Callable[[Any, Floats], Floats]
 """Given a problem and a place: the same with each recording's own unknowns where they explain it best."""

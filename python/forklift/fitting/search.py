@@ -10,8 +10,10 @@ stalled.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +23,7 @@ from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting import likelihood
+from forklift.fitting.criteria import HOPED
 from forklift.fitting.interface import Problem
 from forklift.fitting.linearised import Linearised
 
@@ -44,6 +47,9 @@ class Stage:
     share: float = 0.0
     """It ends as well where a further step lowers the cost by less than this share of it."""
 
+
+SEEN = 4
+"""Evaluations after which a descent may be given up."""
 
 STAGES = (
     Stage(30.0, 4, 20, 0.2),
@@ -79,8 +85,12 @@ def search(
     sensors: Mapping[str, Sensor],
     stages: tuple[Stage, ...] = STAGES,
     progress: Progress | None = None,
+    bars: Sequence[float] = (),
 ) -> Found:
     """From x through all stages.
+
+    `bars` are costs that the first stages must come down to: a stage that goes so slowly that it will not is
+    given up (`too_slow`).
 
     Raises
     ------
@@ -89,12 +99,21 @@ def search(
     """
     evaluations = 0
     with one_thread():
-        for stage in stages:
+        for stage, bar in zip_longest(stages, bars[: len(stages)], fillvalue=np.inf):
             problem = _weighted(problem, x, sensors, stage)
-            counter = Counter(stage, progress)
-            x = geodesic.descend(problem, x, stage.evaluations, stage.gain, counter, stage.share)
+            counter, late = Counter(stage, progress), partial(too_slow, bar)
+            x = geodesic.descend(problem, x, stage.evaluations, stage.gain, counter, stage.share, late)
             evaluations += counter.count
         return _found(problem, x, evaluations)
+
+
+def too_slow(bar: float, costs: Sequence[float], left: int) -> bool:
+    """Whether a descent is still above the bar, and will be after so many further evaluations, `HOPED` times
+    as fast as the last two."""
+    if len(costs) <= SEEN or costs[-1] <= bar:
+        return False
+    pace = 0.5 * (costs[-3] - costs[-1])
+    return costs[-1] - HOPED * left * pace > bar
 
 
 def settle(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Found:

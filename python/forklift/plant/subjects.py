@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.model import LOAD_ACCURACY
 from forklift.plant.forklift.simulate import check_temperature
 from forklift.plant.forklift.subject import ForkliftSubject
 from forklift.plant.forklift.truck import Truck
@@ -59,7 +60,9 @@ def subject(
     """
     if isinstance(machine, Truck):
         check_temperature(oil_temperature_degc)
-        return ForkliftSubject(machine, oil_temperature_degc=oil_temperature_degc)
+        return ForkliftSubject(
+            machine, oil_temperature_degc=oil_temperature_degc, load_accuracy=LOAD_ACCURACY
+        )
     if isinstance(machine, Plant):
         return PlantSubject(machine, tuple(candidates), origin)
     if is_machine(machine):

@@ -6,6 +6,8 @@ from importlib import import_module
 
 CRITERIA = "forklift.diagnosis.criteria"
 """The module whose upper-case numbers are the bounds."""
+FITTING = "forklift.fitting.criteria"
+"""Where some of them stand: fitting knows nothing of the diagnosis, which tells them as its own."""
 VARIABLE = "FORKLIFT_CRITERIA"
 """In the environment of a diagnosis: bounds under another value, as a JSON object."""
 

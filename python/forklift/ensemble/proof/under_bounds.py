@@ -10,12 +10,13 @@ import json
 import os
 from importlib import import_module
 
-from forklift.ensemble.proof.bounds import CRITERIA, VARIABLE
+from forklift.ensemble.proof.bounds import CRITERIA, FITTING, VARIABLE
 
 if __name__ == "__main__":
-    criteria = import_module(CRITERIA)
-    for name, value in json.loads(os.environ[VARIABLE]).items():
-        setattr(criteria, name, value)
+    for module in (import_module(FITTING), import_module(CRITERIA)):
+        for name, value in json.loads(os.environ[VARIABLE]).items():
+            if hasattr(module, name):
+                setattr(module, name, value)
     from forklift.__main__ import main
 
     main()

@@ -35,8 +35,15 @@ OWN = ("load", "oil_temperature", "oil_warming", "free.start", "main.start")
 """The conditions of a recording, in the core's order and by its names: load [kg], offset of the oil
 temperature and how much it rises from start to end [K], cylinder positions at the start [m]."""
 
-TEMPERATURE_WIDTH_K = 0.15
-"""Standard deviation of a recording's mean oil temperature: a sensor that reads in steps of 0.5 K."""
+TEMPERATURE_WIDTH_K = 0.5
+"""Standard deviation of a recording's mean oil temperature. A sensor that reads in steps of 0.5 K is off by
+0.15 K; and oil that warms up by `WARMING_WIDTH_K` under a sensor that does not follow is half of that
+warmer on the mean."""
+
+LOAD_ACCURACY = 0.01
+"""Standard deviation of a load that was weighed and entered, as a share of it: scales of trucks and of
+workshops are good to about one per cent. A load moves the pressure at rest by as much as its own share, many
+times what the mean over a recording is uncertain by, so that it must not be taken as exact."""
 
 WARMING_WIDTH_K = 1.0
 """Standard deviation of how much the oil warms up during a recording: lowering heats it, and a sensor in the
@@ -83,6 +90,8 @@ class Forklift:
         Of recordings without one [°C].
     load_width_kg
         Standard deviation of each recording's entered load [kg]; 0: the loads are right.
+    load_accuracy
+        The same as a share of the load; the wider counts.
     warming_width_k
         Standard deviation of how much the oil warms up during a recording [K].
     """
@@ -91,6 +100,7 @@ class Forklift:
     lifts: tuple[Lift, ...] = LIFTS
     oil_temperature_degc: float | None = None
     load_width_kg: float = 0.0
+    load_accuracy: float = 0.0
     warming_width_k: float = WARMING_WIDTH_K
 
     @property
@@ -148,7 +158,8 @@ class Forklift:
             oil_temperature_degc=float(temperature[0]),
         )
         starts = [_start(recording, lift, at_rest, sensors) for lift in LIFTS]
-        widths = [self.load_width_kg, TEMPERATURE_WIDTH_K, self.warming_width_k]
+        load_width_kg = max(self.load_width_kg, self.load_accuracy * recording.load_kg)
+        widths = [load_width_kg, TEMPERATURE_WIDTH_K, self.warming_width_k]
         return Case(
             recording,
             OWN,

@@ -20,6 +20,15 @@ from forklift.recordings.channels import Lift
 RINGS, ANSWERS = "hidden_resonance", "free_response"
 STROKE = "position"
 """The variable along which something may repeat."""
+NATURAL = {
+    "command": ("current",),
+    "other_command": ("current",),
+    "time_since_command": ("current", "opening", "friction"),
+    "oil_temperature": ("viscosity", "viscous_friction", "friction", "bulk_modulus"),
+}
+"""By variable: the ports at which something that depends on it may plausibly act; elsewhere it is unlikely.
+What enters between the valve's current and its flow looks much the same, and a command acts by way of the
+current. Variables that are not listed may act anywhere."""
 SUDDEN_S = 0.1
 """A change of the command within this time is a step."""
 
@@ -44,6 +53,7 @@ def curves(
                 [f"{shape.head}shape_{k}" for k in range(count)],
                 shape.parameters(),
                 f"the {meaning}",
+                unlikely=port not in NATURAL.get(variable, (port,)),
             )
         )
     return tuple(found)
@@ -93,6 +103,8 @@ def _unnamed(
     names: Sequence[str],
     values: Mapping[str, float],
     over: str,
+    *,
+    unlikely: bool = False,
 ) -> Hypothesis:
     """A curve of these coefficients, where the truck has these values."""
     return Hypothesis(
@@ -103,6 +115,7 @@ def _unnamed(
         equation,
         names[0],
         added(truck, values, names),
+        unlikely=unlikely,
         further=tuple(names[1:]),
         over=over,
     )

@@ -1,0 +1,162 @@
+"""Trials of hypotheses side by side: who falls behind is stopped, and nobody begins once the work is done.
+
+A trial is a refit's tempered stages, then the last ones if it keeps up. What a diagnosis may compute is
+counted in simulated recordings (`forklift.fitting.work`), so that an answer depends neither on how busy the
+machine is nor on how many threads it has; the most promising come first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+from forklift.diagnosis.criteria import ALIKE, LEAST_ROUGH, MUCH, NEARLY, VARIANTS
+from forklift.diagnosis.refit import Bars, Refit, Refitter
+from forklift.diagnosis.screening import Screened, Screening
+from forklift.plant.protocol import Hypothesis
+
+Say = Callable[[str], None]
+
+
+@dataclass
+class Race:
+    """Trials, as long as any work is left.
+
+    Attributes
+    ----------
+    skipped
+        What was not tried within the work that a diagnosis may do.
+    """
+
+    refitter: Refitter
+    say: Say
+    skipped: list[tuple[Hypothesis, ...]] = field(default_factory=list)
+
+    def run(
+        self,
+        best: Refit,
+        entered: Sequence[Screened],
+        screening: Screening,
+        ended: Sequence[Refit],
+        *,
+        quick: bool = False,
+        again: bool = True,
+    ) -> list[Refit]:
+        """Those entered, fitted; who falls behind, also behind those that ended before, is stopped.
+
+        Who soon leaves little over is fitted to the end at once, and if that explains everything, nobody
+        enters any more. Beside what explains everything already, one start is enough: `quick`. `again`: from
+        the start machine too.
+        """
+        if best.slight:
+            return [*ended, *self._slightly(best, entered)]
+        rough: list[Refit] = []
+        refits = list(ended)
+        for screened in entered:
+            if not self.begins("trying", screened.hypotheses):
+                continue
+            bars = self.bars(best, [*refits, *rough])
+            one = self._roughly(best, screened, screening, bars, quick=quick, again=again)
+            if quick or one.excess > MUCH * best.excess:
+                rough.append(one)
+                continue
+            refits = self.finished(best, [one], refits)
+            if refits[-1].complete and refits[-1].identifiable:
+                break
+        return self.finished(best, rough, refits)
+
+    def cold(self, best: Refit, hypothesis: Hypothesis, ended: Sequence[Refit]) -> list[Refit]:
+        """`ended`, and one more beside the best, from the start machine."""
+        several = (*best.hypotheses, hypothesis)
+        if not self.begins("trying from the start", (hypothesis,)):
+            return list(ended)
+        rough = self.refitter.rough(several, bars=self.bars(best, ended))
+        return self.finished(best, [replace(rough, cold=True)], ended)
+
+    def beside(self, best: Refit, hypothesis: Hypothesis, ended: Sequence[Refit]) -> list[Refit]:
+        """`ended`, and one more beside the best, from where that stands."""
+        if not self.begins("trying", (hypothesis,)):
+            return list(ended)
+        rough = self.refitter.beside((*best.hypotheses, hypothesis), best, self.bars(best, ended))
+        return self.finished(best, [rough], ended)
+
+    def begins(self, what: str, hypotheses: tuple[Hypothesis, ...]) -> bool:
+        """Whether there is work left for a trial of these; what there is not is kept."""
+        if self.refitter.work.spent:
+            self.skipped.append(hypotheses)
+            return False
+        self.say(f"{what} {_words(hypotheses)}")
+        return True
+
+    @staticmethod
+    def bars(best: Refit, ended: Sequence[Refit]) -> Bars:
+        """What a trial must come down to, to be fitted to the end: half of what the best of those that ended
+        gained in each of the tempered stages, or what there was without it."""
+
+        def bar(stage: int) -> float:
+            least = min((refit.costs[stage] for refit in ended), default=best.costs[stage])
+            gained = max(best.costs[stage] - least, 0.0)
+            return best.costs[stage] + LEAST_ROUGH - ALIKE * gained
+
+        return bar(0), bar(1)
+
+    def finished(self, best: Refit, rough: Sequence[Refit], ended: Sequence[Refit]) -> list[Refit]:
+        """Those who keep up with the best, fitted to the end; the others as they stand."""
+        least = min((refit.rough for refit in (*rough, *ended)), default=0.0)
+        refits = list(ended)
+        for refit in rough:
+            keeps_up = best.rough - refit.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
+            if keeps_up:
+                self.say(f"fitting {_words(refit.hypotheses)}")
+            refits.append(self.to_the_end(best, refit) if keeps_up else refit)
+        return refits
+
+    def to_the_end(self, best: Refit, refit: Refit) -> Refit:
+        """What explains nearly everything, but not all, may have ended beside the place where it explains
+        all."""
+        done = self.refitter.finish(refit)
+        if done.complete or done.excess > NEARLY * best.excess or self.refitter.work.spent:
+            return done
+        return min(done, self.refitter.afresh(done), key=rank)
+
+    def _slightly(self, best: Refit, entered: Sequence[Screened]) -> list[Refit]:
+        """Beside what leaves little over, at the sensors' own noise; until one explains what is left."""
+        refits: list[Refit] = []
+        for screened in entered:
+            if self.begins("fitting", screened.hypotheses):
+                refits.append(self.refitter.slightly((*best.hypotheses, *screened.hypotheses), best))
+        return refits
+
+    def _roughly(
+        self,
+        best: Refit,
+        screened: Screened,
+        screening: Screening,
+        bars: Bars,
+        *,
+        quick: bool,
+        again: bool,
+    ) -> Refit:
+        """The tempered stages with what entered, from where the best stands; if that leaves much over, from
+        the start machine too, and of what may start from several places, from some."""
+        several: list[tuple[Hypothesis, ...]] = [screened.hypotheses]
+        if len(screened.hypotheses) == 1:
+            several = [(one,) for one in screening.variants(screened.hypotheses[0])[:VARIANTS]]
+        every = [(*best.hypotheses, *more) for more in several]
+        if quick:
+            return self.refitter.quick(every[0], best)
+        promised = screened.gain / screening.cost
+        return self.refitter.ahead(every, best, promised, bars, again=again)
+
+
+def rank(refit: Refit) -> tuple[bool, float, float]:
+    """What explains everything first, and of that what says least."""
+    return not refit.complete, len(refit.hypotheses) if refit.complete else 0, refit.squares
+
+
+def _words(hypotheses: Sequence[Hypothesis]) -> str:
+    """Their labels; of what has no name where it acts."""
+    said = [
+        f"{one.label} at the {one.equation}" if one.kind == "unknown" else one.label for one in hypotheses
+    ]
+    return " and ".join(said)

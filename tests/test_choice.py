@@ -1,0 +1,113 @@
+"""Which of several explanations is accepted, and which are not worth a trial."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from forklift.diagnosis.criteria import AS_NEAR, LIVES_BEYOND, MISFIT, SAME_PLACE
+from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.screening import Screened
+from forklift.diagnosis.selection import _choice, _may_help, _replaces
+
+
+@dataclass(frozen=True, eq=False)
+class Name:
+    """A hypothesis as far as these decisions need it."""
+
+    label: str
+    kind: str = "physics"
+    where: str = "main"
+    equation: str = "friction"
+    unlikely: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A refit likewise; what is left over is its excess."""
+
+    hypotheses: tuple[Name, ...] = ()
+    squares: float = 0.0
+    excess: float = 0.0
+    complete: bool = False
+    slight: bool = False
+    finished: bool = True
+    identifiable: bool = True
+    at_bounds: tuple[str, ...] = ()
+    freedoms: int = 1
+    worst: Any = field(default_factory=lambda: SimpleNamespace(mean_square=10.0))
+    loo_log_score: float | None = None
+
+
+LEAK, DRY, STRIBECK = Name("leak"), Name("dry friction"), Name("Stribeck")
+CURVE = Name("curve", "unknown")
+
+
+def chosen(*refits: Tried) -> Tried:
+    return cast(Tried, _choice([cast(Refit, refit) for refit in refits]))
+
+
+def test_the_best_is_chosen_and_of_those_that_explain_everything_the_shortest():
+    assert chosen(best := Tried((LEAK,), 100.0), Tried((DRY,), 500.0)) is best
+    both = Tried((LEAK, DRY), 90.0, complete=True)
+    assert chosen(both, one := Tried((LEAK,), 100.0, complete=True)) is one
+
+
+def test_a_number_at_its_bound_yields_to_a_simpler_twin_within_the_margin():
+    bound = Tried((STRIBECK,), 1000.0, at_bounds=("width",), freedoms=3)
+    assert chosen(bound, twin := Tried((DRY,), 1000.0 + 0.5 * AS_NEAR)) is twin
+    assert chosen(bound, Tried((DRY,), 1000.0 + 2.0 * AS_NEAR)) is bound
+    free = Tried((STRIBECK,), 1000.0, freedoms=3)
+    assert chosen(free, Tried((DRY,), 1000.0 + 0.5 * AS_NEAR)) is free
+
+
+def replaced(refit: Tried, best: Tried, baseline: Tried) -> bool:
+    return _replaces(cast(Refit, refit), cast(Refit, best), cast(Refit, baseline), 0.5)
+
+
+def test_a_curve_at_the_place_of_a_name_mends_it_with_less_than_a_second_cause_needs():
+    baseline, best = Tried((), 9000.0, 8000.0), Tried((LEAK,), 5000.0, 4000.0)
+    less = 5000.0 - 1.1 * SAME_PLACE * 4000.0
+    assert replaced(Tried((LEAK, CURVE), less), best, baseline)
+    elsewhere = Name("curve", "unknown", equation="tank")
+    assert not replaced(Tried((LEAK, elsewhere), less), best, baseline)
+
+
+def test_a_curve_instead_of_a_name_must_gain_much_more():
+    baseline, best = Tried((), 9000.0, 8000.0), Tried((LEAK,), 8000.0, 7000.0)
+    assert replaced(Tried((CURVE,), 7000.0), best, baseline)
+    assert not replaced(Tried((CURVE,), 7800.0), best, baseline)
+
+
+def test_who_was_stopped_on_the_way_replaces_nobody():
+    baseline, best = Tried((), 9000.0, 8000.0), Tried((LEAK,), 8000.0, 7000.0)
+    assert not replaced(Tried((CURVE,), 1000.0, finished=False), best, baseline)
+
+
+@pytest.mark.parametrize(
+    ("left", "share"), [(0.9 * MISFIT, 0.5), (2.0 * MISFIT, 0.1)], ids=["faint", "clear"]
+)
+def test_who_could_not_remove_enough_is_not_tried(left, share):
+    channel = SimpleNamespace(samples=100)
+    seen = SimpleNamespace(rows=range(200))
+    found = SimpleNamespace(problem=SimpleNamespace(samples=[SimpleNamespace(observed=[seen])]))
+    best: Any = SimpleNamespace(
+        complete=False,
+        slight=False,
+        hypotheses=(),
+        excess=1000.0,
+        worst=SimpleNamespace(mean_square=left),
+        held_out=[channel],
+        found=found,
+    )
+    needed = 0.5 * share * 1000.0 * 2.0 / LIVES_BEYOND
+    refitter = cast(Refitter, SimpleNamespace(later=0.5))
+
+    def helps(gain: float) -> bool:
+        return _may_help(Screened((), gain, (), ()), best, refitter)
+
+    assert helps(1.01 * needed)
+    assert not helps(0.99 * needed)
