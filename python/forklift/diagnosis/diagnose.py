@@ -91,8 +91,8 @@ def diagnose(
     if not hasattr(recordings, "recordings") and not isinstance(recordings, Sequence):
         raise ForkliftError(
             "argument-invalid",
-            f"recordings is {type(recordings).__name__}, where a campaign, its folder or a list of recordings "
-            "is wanted",
+            f"recordings is {type(recordings).__name__}, where a campaign, its folder or a list of recordings"
+            " is wanted",
             name="recordings",
         )
     clock = Clock(progress)
