@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, NoReturn
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.free_curve import IDS, ports, variables
+from forklift.plant.forklift.curve_tables import IDS, ports, variables
 from forklift.plant.forklift.tables import parameters
 
 Value = float | tuple[float, ...]
