@@ -37,7 +37,18 @@ def test(*arguments):
     install("test")
     return max(
         run("cargo", "test", "--profile", "testing", "--workspace", "--no-fail-fast"),
-        run(PYTHON, "-m", "pytest", "--numprocesses", "auto", "--dist", "loadfile", *arguments),
+        run(
+            PYTHON,
+            "-m",
+            "pytest",
+            "--numprocesses",
+            "auto",
+            "--dist",
+            "loadfile",
+            "--durations",
+            "25",
+            *arguments,
+        ),
     )
 
 
