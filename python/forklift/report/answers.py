@@ -244,8 +244,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             question,
             "It cannot be said: no recording was held out",
             [
-                f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted. "
-                "On the recordings that it was fitted to this explains most; on those, any model can be made "
+                f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted."
+                " On the recordings that it was fitted to this explains most; on those, any model can be made "
                 "to look good. Give some recordings the role validate.",
             ],
         )
