@@ -20,6 +20,8 @@ VENV = Path(os.environ.get("FORKLIFT_VENV") or ROOT / ".venv").absolute()
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "forklift.json"
+SPREAD = ("--numprocesses", "auto", "--dist", "loadfile")
+"""Tests on all cores, those of one file on one."""
 
 
 def demo():
@@ -37,7 +39,7 @@ def test(*arguments):
     install("test")
     return max(
         run("cargo", "test", "--profile", "testing", "--workspace", "--no-fail-fast"),
-        run(PYTHON, "-m", "pytest", "--numprocesses", "auto", "--dist", "loadfile", *arguments),
+        run(PYTHON, "-m", "pytest", *SPREAD, "--durations", "25", *arguments),
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from forklift import Campaign, Truck
 from forklift.diagnosis.conditions import offsets
+from forklift.diagnosis.files import files as diagnosis_files
 from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.refit import Refitter
 from forklift.fitting.posing import pose
@@ -18,6 +19,7 @@ from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.unknowns import unknowns
+from forklift.plant.subjects import subject
 
 NULL = Path(__file__).parent / "campaigns" / "null"
 
@@ -58,3 +60,21 @@ def test_what_is_predicted_has_the_load_that_was_found(found):
         assert one.conditions["load"] == pytest.approx(entered + (wrong_by if entered else 0.0), abs=10.0)
         off = one.outputs["pressure_free_pa"] - one.recording["pressure_free_pa"]
         assert float(np.sqrt(np.mean(off**2))) < 0.5e5
+
+
+def test_a_corrected_campaign_has_the_loads_and_temperatures_that_were_found(tmp_path):
+    campaign = Campaign.read(NULL)
+    machine = subject(Truck.read("thesis"))
+    entered = [machine.conditions(one, {}) for one in campaign.recordings]
+    found = [
+        {"load_kg": one["load_kg"] + 70.0, "oil_temperature_degc": one["oil_temperature_degc"] - 3.0}
+        for one in entered
+    ]
+    machine.corrected("null", campaign.recordings, found).write(tmp_path / "corrected")
+    read = Campaign.read(tmp_path / "corrected")
+    for one, was in zip(read.recordings, entered, strict=True):
+        now = machine.conditions(one, {})
+        assert now["load_kg"] == pytest.approx(was["load_kg"] + 70.0)
+        assert now["oil_temperature_degc"] == pytest.approx(was["oil_temperature_degc"] - 3.0, abs=1e-6)
+    files = diagnosis_files([one.file for one in campaign.recordings])
+    assert {f"corrected/{one.file}" for one in read.recordings} <= files

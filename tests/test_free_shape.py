@@ -123,3 +123,19 @@ def test_what_is_no_shape_is_refused(changes, message):
     with pytest.raises(ForkliftError, match=message) as caught:
         FreeCurve(**given)
     assert caught.value.code == "argument-invalid"
+
+
+def test_a_saved_curve_names_its_port_and_its_variable(tmp_path):
+    shape = FreeCurve("main", "force", "position", 0.1, 1.2, coefficients=(0.1,) * 7)
+    truck = Truck.read("thesis").with_values(shape.parameters(), source="a test")
+    truck.write(tmp_path / "truck.toml")
+    text = (tmp_path / "truck.toml").read_text(encoding="utf-8")
+    assert 'port = { value = "force"' in text
+    assert 'variable = { value = "position"' in text
+    assert Truck.read(tmp_path / "truck.toml").values == truck.values
+    old = text.replace('"force"', repr(float(list(ports()).index("force"))))  # as files once had it
+    (tmp_path / "old.toml").write_text(old, encoding="utf-8")
+    assert Truck.read(tmp_path / "old.toml").values == truck.values
+    (tmp_path / "wrong.toml").write_text(text.replace('"force"', '"forse"'), encoding="utf-8")
+    with pytest.raises(ForkliftError, match="did you mean force"):
+        Truck.read(tmp_path / "wrong.toml")

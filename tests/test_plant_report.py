@@ -239,6 +239,8 @@ def test_without_a_recording_held_out_that_is_said_aloud():
     text = whole(found)
     assert "it was fitted on" in found.sentence
     assert any("No recording was held out" in item for item in text.of("li"))
+    assert "It cannot be said: no recording was held out" in text.of("strong")
+    assert "credibility" not in str(found).partition("rival")[0]
 
 
 def test_restarts_are_joined_to_whole_recordings():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from forklift.base import arguments
+from forklift.base.errors import ForkliftError
 from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import confounded
@@ -88,8 +88,13 @@ def diagnose(
     if isinstance(machine, Campaign) or (is_machine(recordings) and not is_machine(machine)):
         machine, recordings = recordings, machine
     start = subject(machine, candidates=candidates, **conditions)
-    if not hasattr(recordings, "recordings"):
-        arguments.of_kind(Sequence, recordings=recordings)
+    if not hasattr(recordings, "recordings") and not isinstance(recordings, Sequence):
+        raise ForkliftError(
+            "argument-invalid",
+            f"recordings is {type(recordings).__name__}, where a campaign, its folder or a list of recordings"
+            " is wanted",
+            name="recordings",
+        )
     clock = Clock(progress)
     origin = _origin(start, recordings)
     given = recordings.recordings if hasattr(recordings, "recordings") else recordings

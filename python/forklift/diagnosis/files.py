@@ -12,11 +12,16 @@ from forklift.base.result_files import PAGE, earlier_files
 from forklift.diagnosis import to_json
 from forklift.diagnosis.outcome import COMMAND
 from forklift.fitting.agreement import prediction_files
+from forklift.recordings.campaign import FILE as CAMPAIGN
+from forklift.recordings.campaign import csv_name
 
 if TYPE_CHECKING:
     from forklift.diagnosis.outcome import Outcome
+    from forklift.plant.subject import Written
 
 MARK = "diagnosis.json"
+CORRECTED = "corrected"
+"""The folder of the campaign with the conditions that were found."""
 MODELS = ("truck.toml", "parameters.json")
 """What the machine that was found may be called."""
 
@@ -29,12 +34,24 @@ def write(found: Outcome, out: str | Path) -> Path:
         found.machine.write(temporary, found.values, found.origin.source, name)
         found.before.write(temporary, "baseline")
         found.after.write(temporary, "final")
+        if (corrected := _corrected(found)) is not None:
+            corrected.write(temporary / CORRECTED)
         if found.next_recording:
             found.next_recording.write(temporary / COMMAND)
         text = json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
         (temporary / MARK).write_text(text + "\n", encoding="utf-8", newline="\n")
         (temporary / PAGE).write_text(present.page(found, told), encoding="utf-8", newline="\n")
     return Path(out)
+
+
+def _corrected(found: Outcome) -> Written | None:
+    """The recordings with the conditions that were found, where entered ones are a cause."""
+    if not any(
+        cause.hypothesis.addition.widened and not cause.hypothesis.amplitude for cause in found.causes
+    ):
+        return None
+    conditions = [one.conditions for one in found.after.predictions]
+    return found.machine.corrected(found.origin.name, found.recordings, conditions)
 
 
 def earlier(out: str | Path) -> frozenset[str]:
@@ -45,4 +62,5 @@ def earlier(out: str | Path) -> frozenset[str]:
 def files(recordings: Sequence[str]) -> frozenset[str]:
     """What a diagnosis of these recordings may hold."""
     before, after = prediction_files(recordings), prediction_files(recordings, "final")
-    return frozenset({MARK, PAGE, *MODELS, COMMAND, *before, *after})
+    corrected = [f"{CORRECTED}/{name}" for name in (CAMPAIGN, *map(csv_name, recordings))]
+    return frozenset({MARK, PAGE, *MODELS, COMMAND, *before, *after, *corrected})

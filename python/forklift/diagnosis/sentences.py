@@ -187,7 +187,12 @@ def _lines(found: Outcome) -> Iterator[str]:
         for one in found.inputs[:4]:
             yield f"  unknown input at {one.port}: ln evidence {one.evidence:.0f}, leaves {one.noise**2:.2f}"
     for cause in (*found.causes, *found.doubted):
-        yield f"Cause: {named(found, cause)}; credibility {cause.credibility:.3f}, form {cause.form}"
+        sure = (
+            f"credibility {cause.credibility:.3f}"
+            if found.judged_on == "validate"
+            else "no recording was held out to say how sure that is"
+        )
+        yield f"Cause: {named(found, cause)}; {sure}, form {cause.form}"
         for row in [
             row for one in (cause.hypothesis, cause.curve) if one for row in of_hypothesis(found.final, one)
         ]:

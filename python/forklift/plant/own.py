@@ -379,6 +379,11 @@ class PlantSubject(NumpyMachine):
             f"It leaves out what is no effect of the model's own: {', '.join(others)}." if others else "",
         )
 
+    def corrected(
+        self, name: str, recordings: Sequence[Recording], conditions: Sequence[Mapping[str, float]]
+    ) -> None:
+        """Its conditions are what was given."""
+
     def command(self, verb: str, folder: Path) -> str | None:
         """With the file that the plant came from."""
         if not self.origin:

@@ -129,6 +129,13 @@ class Wanted(Protocol):
         """(times,) and what drives it."""
 
 
+class Written(Protocol):
+    """What can be written into a folder of its own."""
+
+    def write(self, folder: str | Path) -> Path:
+        """Whole or not at all."""
+
+
 class Shown(NamedTuple):
     """A quantity as text and figures have it: its name, its unit there, and how many of that one of its own
     is."""
@@ -307,6 +314,11 @@ class Subject(Machine, Protocol):
         self, values: Mapping[str, float], recordings: Sequence[Any], causes: Sequence[Hypothesis]
     ) -> Use:
         """How to simulate with what was found."""
+
+    def corrected(
+        self, name: str, recordings: Sequence[Any], conditions: Sequence[Mapping[str, float]]
+    ) -> Written | None:
+        """The recordings with the conditions that were found, as a campaign; None if it has none."""
 
     def command(self, verb: str, folder: Path) -> str | None:
         """The command that does the same with the recordings of a folder; None if there is none."""

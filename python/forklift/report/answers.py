@@ -238,8 +238,18 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
                 "samples were left out of everything below."
             ],
         )
-    law = _law(found, cause, row)
     count = counts(told)
+    if found.judged_on != "validate":
+        return Fact(
+            question,
+            "It cannot be said: no recording was held out",
+            [
+                f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted."
+                " On the recordings that it was fitted to this explains most; on those, any model can be made "
+                "to look good. Give some recordings the role validate.",
+            ],
+        )
+    law = _law(found, cause, row)
     tried = f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted"
     if cause.rivals:
         share = 100.0 * row["credibility"]

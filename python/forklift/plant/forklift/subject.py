@@ -34,11 +34,13 @@ from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.plant.subject import Drive, Labels, Possible, Residual, Signal, Split, Term, Use
+from forklift.recordings.campaign import Campaign
 from forklift.recordings.channels import LIFTS, Lift, channels, commanded
 from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
 
 FILE = "truck.toml"
+TEMPERATURE = "oil_temperature_degc"
 PREDICTED = (
     "position_free_m",
     "position_main_m",
@@ -217,6 +219,20 @@ class ForkliftSubject(Forklift):
             "Simulate with the truck that was found",
             shlex.join(command),
         )
+
+    def corrected(
+        self, name: str, recordings: Sequence[Recording], conditions: Sequence[Mapping[str, float]]
+    ) -> Campaign:
+        """Loads to 0.1 kg, and oil temperatures moved by what was found."""
+        kept = []
+        for one, found in zip(recordings, conditions, strict=True):
+            channels = dict(one.channels)
+            if TEMPERATURE in channels:
+                off = found[TEMPERATURE] - self.conditions(one, {})[TEMPERATURE]
+                channels[TEMPERATURE] = channels[TEMPERATURE] + off
+            load = max(0.0, round(found["load_kg"], 1))
+            kept.append(replace(one, load_kg=load, channels=channels, sha256="", format="memory"))
+        return Campaign(f"{name}, corrected", kept[0].sample_rate_hz, tuple(kept))
 
     def command(self, verb: str, folder: Path) -> str | None:
         """With the truck's file, or its name if it is shipped."""

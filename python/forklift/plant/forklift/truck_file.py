@@ -2,7 +2,8 @@
 
 Layout: ``[free.viscosity]`` then ``nu_0 = { value = 4.45e-5, source = "Table 5.1" }``. Names, units and
 bounds are the core's (`forklift.plant.forklift.tables`); an optional ``unit`` beside a value must be the
-core's.
+core's. Where a free curve acts, and over which variable, stands by name: ``port = { value = "force", ... }``.
+Files that have a number there, as they once had, are read by the order that the core's tables have.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple, NoReturn
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from forklift.base.errors import ForkliftError
+from forklift.plant.forklift.curve_tables import IDS, ports, variables
 from forklift.plant.forklift.tables import parameters
 
 Value = float | tuple[float, ...]
@@ -28,7 +30,7 @@ class Entry(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    value: float | list[float]
+    value: float | list[float] | str
     source: str
     unit: str | None = None
 
@@ -71,7 +73,7 @@ def read(path: Path) -> TruckFile:
     sources: dict[str, str] = {}
     for key, raw in _leaves(tables):
         entry = _entry(path, text, key, raw)
-        values[key] = tuple(entry.value) if isinstance(entry.value, list) else entry.value
+        values[key] = _number(path, text, key, entry.value)
         sources[key] = entry.source
     return TruckFile(name, values, sources, text)
 
@@ -85,7 +87,11 @@ def write(path: Path, name: str, values: Mapping[str, Value], sources: Mapping[s
         if head != section:
             section = head
             lines += ["", f"[{section}]"]
-        number = f"[{', '.join(map(repr, value))}]" if isinstance(value, tuple) else repr(value)
+        names = _names(full)
+        if isinstance(value, tuple):
+            number = f"[{', '.join(map(repr, value))}]"
+        else:
+            number = _quoted(names[int(value + 0.5)]) if names else repr(value)
         unit = _quoted(parameters()[full]["unit"])
         lines.append(f"{key} = {{ value = {number}, unit = {unit}, source = {_quoted(sources[full])} }}")
     path.write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
@@ -108,6 +114,36 @@ def line_of(text: str, name: str) -> int | None:
 def where(path: Path | str, line: int | None) -> str:
     """How a message says where: ``"truck.toml, line 12"``."""
     return f"{path}, line {line}" if line else str(path)
+
+
+def _names(full: str) -> list[str]:
+    """What the parameter counts, where it stands for a name: a free curve's port or variable."""
+    head, _, key = full.rpartition(".")
+    if head.rpartition(".")[2] not in IDS.values():
+        return []
+    return {"port": list(ports()), "variable": list(variables())}.get(key, [])
+
+
+def _number(path: Path, text: str, key: str, value: float | list[float] | str) -> Value:
+    """A value as the core has it."""
+    if isinstance(value, list):
+        return tuple(value)
+    if not isinstance(value, str):
+        return value
+    names = _names(key)
+    if value not in names:
+        near = get_close_matches(value, names, n=1, cutoff=0.0)
+        what = (
+            f"none that it may have; did you mean {near[0]}?"
+            if near
+            else f"not a finite number; give it in {parameters()[key]['unit']}"
+        )
+        _refuse(
+            path, text, key, "parameter-not-a-number",
+            f"parameter {key} has the value {_short(value)}, which is {what}",
+            value=value,
+        )  # fmt: skip
+    return float(names.index(value))
 
 
 def _leaves(tables: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any]]:
