@@ -101,17 +101,17 @@ def tune(
     seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 1,
     name: Annotated[str, typer.Option(help="Its name.")] = "damped",
 ) -> None:
-    """Set up the feedback of the pressure's swing for a truck, load by load, and write the controller with
-    its sources."""
+    """Tune a controller's gains and its feedback of the pressure's swing on a truck, and write it with its
+    sources."""
     from dataclasses import replace
 
+    from forklift.control.closed_loop import DELAY_TICKS
     from forklift.control.controller import Controller
-    from forklift.control.tune import tune_swing
+    from forklift.control.tune import tune as tuned
     from forklift.plant.forklift.truck import Truck
 
     output.check_suffix(out, (".toml",))
-    found, wanted = Controller.read(controller), Truck.read(truck)
-    for lift in ("free", "main"):
-        found = tune_swing(found, wanted, lift, delay_ticks=delay, seed=seed)
+    delays = None if delay is None else dict.fromkeys(DELAY_TICKS, delay)
+    found = tuned(Controller.read(controller), Truck.read(truck), delays_ticks=delays, seed=seed)
     replace(found, name=name).write(out)
     typer.echo(f"wrote {out}")
