@@ -60,15 +60,20 @@ def compare(
     controllers: Annotated[list[str], typer.Argument(help="Controllers to set side by side.")],
     truck: _Truck = "thesis",
     later: Annotated[int, typer.Option(help="By how many ticks the delay is longer.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html, compare.json, compare.txt.")] = None,
 ) -> None:
     """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two
-    signals."""
-    from forklift.control.compare import compare_controllers, table
+    signals; and the transition between the lifts."""
+    from forklift.control.compare import control_comparison
     from forklift.control.controller import Controller
     from forklift.plant.forklift.truck import Truck
 
     found = [Controller.read(name) for name in controllers]
-    typer.echo(table(compare_controllers(found, Truck.read(truck), later_ticks=later)))
+    told = control_comparison(found, Truck.read(truck), later_ticks=later)
+    typer.echo(str(told))
+    if out is not None:
+        told.write(out)
+        typer.echo(f"wrote {out / 'report.html'}")
 
 
 @control.command("export-c", epilog="Example: forklift control export-c thesis --out ecu")
