@@ -37,6 +37,18 @@ def test_the_c_gives_the_bits_of_the_core_from_random_states(exported: tuple[Con
     assert not control_c.run_test(folder, seed=5, ticks=20_000, digest=1)
 
 
+@pytest.mark.parametrize("helper", ["times", "rounded", "truncated", "saturated", "table"])
+def test_the_helpers_of_the_c_give_the_bits_of_the_core(helper: str, tmp_path: Path) -> None:
+    """Some upper arguments, the ends and zero among them, with every lower one; the proof takes all."""
+    needs("cc")
+    controller = Controller.read("damped")
+    folder = export_c(controller, tmp_path / "ecu")
+    numbers = [number for name, number in control_c.helpers(controller) if name == helper]
+    assert numbers
+    for first, last in ((-32768, -32766), (-2, 2), (32766, 32768)):
+        assert control_c.helper_equal(controller, folder, helper, numbers[0], first, last)
+
+
 def test_the_files_name_the_configuration_they_hold(exported: tuple[Controller, Path]) -> None:
     controller, folder = exported
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
@@ -60,6 +72,13 @@ def test_eva_finds_no_alarm_and_finds_one_without_the_clamp_of_the_integrator(tm
     assert control_c.alarms(control_c.without_clamp(folder)) > 0
 
 
+def test_the_ranges_that_eva_prints_lie_within_those_of_the_crate(
+    exported: tuple[Controller, Path],
+) -> None:
+    needs("frama-c")
+    assert control_c.outside_the_crates_ranges(*exported) == []
+
+
 def test_cppcheck_finds_nothing_against_misra(exported: tuple[Controller, Path]) -> None:
     needs("cppcheck")
     assert control_c.misra(exported[1]) == []
@@ -71,6 +90,20 @@ def test_an_emulated_cortex_gives_the_same_bits(processor: str, tmp_path: Path) 
     controller = Controller.read("damped")
     folder = export_c(controller, tmp_path / "ecu")
     assert control_c.on_cortex(controller, folder, processor, ticks=2_000)
+
+
+def test_a_tick_takes_a_counted_number_of_instructions_and_bytes(tmp_path: Path) -> None:
+    """Work is pinned by counts; what a tick costs in microseconds depends on the processor's clock."""
+    needs("arm-none-eabi-gcc", "qemu-system-arm")
+    controller = Controller.read("damped")
+    folder = export_c(controller, tmp_path / "ecu")
+    counted = control_c.instructions(controller, folder, "cortex-m4", ticks=8)
+    assert 500 < counted["mean"] <= counted["most"] < 4_000
+    size = control_c.size(folder, "cortex-m4")
+    assert size["static"] == 0
+    assert size["state"] == 240
+    assert size["flash"] < 5_000
+    assert size["stack"] < 400
 
 
 def test_a_folder_with_something_else_in_it_is_left_alone(tmp_path: Path) -> None:

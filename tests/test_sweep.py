@@ -284,3 +284,77 @@ def test_a_folder_knows_its_controller_again(tmp_path):
     assert again.controller.hash == controller.hash
     with pytest.raises(ForkliftError, match="another sweep"):
         sweep(spec, truck=truck, controller=controller.with_word(32), out=folder)
+
+
+CORRELATED = {
+    "vary": {
+        "free.viscosity.nu_0": {"log_normal": [1.0, 0.1], "relative": True},
+        "free.friction.c_v": {"normal": [1.0, 0.1], "relative": True},
+        "load_kg": {"uniform": [0.0, 1500.0]},
+    },
+    "correlate": [{"names": ["free.viscosity.nu_0", "free.friction.c_v"], "matrix": [[1.0, -0.8], [-0.8, 1.0]]}],
+}
+
+
+def test_what_is_drawn_together_has_its_correlation_and_each_its_own_distribution():
+    members = Members(specification.check(document(members=20_000, **CORRELATED)), THESIS)
+    values, _ = members.draw(0, 20_000)
+    logarithm = np.log(values[:, 0] / THESIS.values["free.viscosity.nu_0"])
+    other = values[:, 1] / THESIS.values["free.friction.c_v"] - 1.0
+    found = np.corrcoef(logarithm, other)[0, 1]
+    assert found == pytest.approx(-0.8, abs=0.02)
+    assert logarithm.std() == pytest.approx(0.1, rel=0.03)
+    assert other.std() == pytest.approx(0.1, rel=0.03)
+    assert abs(np.corrcoef(values[:, 2], other)[0, 1]) < 0.03
+    # A member's values do not depend on who is drawn beside it.
+    pieces = [members.draw(first, first + 7)[0] for first in range(0, 70, 7)]
+    assert np.array_equal(np.concatenate(pieces), values[:70])
+
+
+@pytest.mark.parametrize(
+    ("names", "matrix", "said"),
+    [
+        (["load_kg", "typo"], [[1.0, 0.0], [0.0, 1.0]], "not varied"),
+        (["load_kg", "load_kg"], [[1.0, 0.0], [0.0, 1.0]], "twice"),
+        (["load_kg"], [[1.0, 0.0], [0.0, 1.0]], "rows and columns"),
+        (["load_kg", "free.friction.c_v"], [[1.0, 0.5], [0.4, 1.0]], "symmetric"),
+        (["load_kg", "free.friction.c_v"], [[2.0, 0.5], [0.5, 1.0]], "symmetric"),
+        (
+            ["load_kg", "free.friction.c_v", "free.viscosity.nu_0"],
+            [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]],
+            "positive semidefinite",
+        ),
+    ],
+)
+def test_correlations_that_nothing_can_have_are_refused(names, matrix, said):
+    with pytest.raises(ForkliftError, match=said) as caught:
+        specification.check(
+            document(vary=CORRELATED["vary"], correlate=[{"names": names, "matrix": matrix}])
+        )
+    assert caught.value.code == "value-invalid"
+
+
+def test_two_that_are_the_same_are_drawn_the_same():
+    same = [{"names": ["free.viscosity.nu_0", "load_kg"], "matrix": [[1.0, 1.0], [1.0, 1.0]]}]
+    members = Members(specification.check(document(vary=CORRELATED["vary"], correlate=same)), THESIS)
+    values, _ = members.draw(0, 200)
+    assert np.array_equal(np.argsort(values[:, 0]), np.argsort(values[:, 2]))
+
+
+def test_a_fits_covariance_is_drawn(null_fit):
+    from forklift.ensemble.uncertainty import of_knowledge
+
+    given = of_knowledge(null_fit.unknowns, null_fit.knowledge, null_fit.truck.values)
+    spec = specification.check(document(members=4000) | given)
+    values, _ = Members(spec, null_fit.truck).draw(0, 4000)
+    names = list(spec.vary)
+    unknown = null_fit.unknowns[0]
+    place = names.index(unknown.name)
+    column = np.log(values[:, place]) if unknown.scale == "log" else values[:, place]
+    wanted = unknown.width * np.sqrt(null_fit.knowledge.covariance[0, 0])
+    if unknown.scale == "log":
+        assert column.std() == pytest.approx(wanted, rel=0.1)
+    found = np.corrcoef(values, rowvar=False)
+    told = np.array(given["correlate"][0]["matrix"])
+    strong = np.abs(told) > 0.5
+    assert np.abs(found - told)[strong].max() < 0.25

@@ -4,6 +4,10 @@
 //! (Linköping University, LiTH-ISY-EX--17/5050--SE, 2017). Equation numbers in brackets are the
 //! thesis's. SI units; positions and velocities upward positive.
 
+// Unit tests share the integration tests' truck, which names this crate as they do.
+#[cfg(test)]
+extern crate self as hydro_core;
+
 pub mod commands;
 pub mod control;
 pub mod dual;

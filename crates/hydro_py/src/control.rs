@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use hydro_core::control::c_export::c_sources;
 use hydro_core::control::config::Config;
 use hydro_core::control::controller::FixedPoint;
-use hydro_core::control::fixed::Word;
+use hydro_core::control::fixed::{Word, MOST_SHIFT};
 use hydro_core::control::ranges::{ranges, widest};
 use hydro_core::control::settings::{
     Curve, Lift, LiftSettings, SettingSpec, Settings, SharedSettings, SwingSettings, LIFT_SETTINGS, SHARED_SETTINGS,
     TICK_S,
 };
 use hydro_core::control::twin::FloatingPoint;
-use hydro_core::control::vectors::digest;
+use hydro_core::control::vectors::{digest, helper_digest, Helper};
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::{Controller, Reading, Seat, Sensors};
 use hydro_core::run::lowering::{lower, Member};
@@ -111,10 +111,29 @@ impl PyController {
         format!("{:016x}", self.0.hash())
     }
 
-    /// The header, the source, its test and what Frama-C's Eva analyses it with.
-    fn c_sources(&self, name: &str) -> (String, String, String, String) {
+    /// The header, the source, its test, what Frama-C's Eva analyses it with, and the test of its helpers.
+    fn c_sources(&self, name: &str) -> (String, String, String, String, String) {
         let sources = c_sources(&self.0, name);
-        (sources.header, sources.source, sources.test, sources.eva)
+        (sources.header, sources.source, sources.test, sources.eva, sources.helpers)
+    }
+
+    /// Of a helper's answers to the upper 16-bit arguments from `first` to before `last` with every lower one.
+    ///
+    /// `number` is the shift of times, rounded and truncated, the lift of table.
+    fn helper_digest(&self, py: Python<'_>, helper: &str, number: u32, first: i64, last: i64) -> PyResult<u64> {
+        let known = match (helper, number) {
+            ("times", shift @ 0..=MOST_SHIFT) => Helper::Times(shift),
+            ("rounded", shift @ 0..=MOST_SHIFT) => Helper::Rounded(shift),
+            ("truncated", shift @ 0..=MOST_SHIFT) => Helper::Truncated(shift),
+            ("saturated", _) => Helper::Saturated,
+            ("table", lift @ 0..=1) => Helper::Table(lift as usize),
+            _ => {
+                let wanted = "times, rounded or truncated with a shift, saturated, table with a lift";
+                return Err(raise(py, &argument("helper", &format!("{helper} {number}"), wanted)));
+            }
+        };
+        let (first, last) = (first.max(i64::from(i16::MIN)), last.min(i64::from(i16::MAX) + 1));
+        Ok(py.detach(|| helper_digest(&self.0, known, first..last)))
     }
 
     /// Of so many ticks from random states.

@@ -60,15 +60,20 @@ def compare(
     controllers: Annotated[list[str], typer.Argument(help="Controllers to set side by side.")],
     truck: _Truck = "thesis",
     later: Annotated[int, typer.Option(help="By how many ticks the delay is longer.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html, compare.json, compare.txt.")] = None,
 ) -> None:
     """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two
-    signals."""
-    from forklift.control.compare import compare_controllers, table
+    signals; and the transition between the lifts."""
+    from forklift.control.compare import control_comparison
     from forklift.control.controller import Controller
     from forklift.plant.forklift.truck import Truck
 
     found = [Controller.read(name) for name in controllers]
-    typer.echo(table(compare_controllers(found, Truck.read(truck), later_ticks=later)))
+    told = control_comparison(found, Truck.read(truck), later_ticks=later)
+    typer.echo(str(told))
+    if out is not None:
+        told.write(out)
+        typer.echo(f"wrote {out / 'report.html'}")
 
 
 @control.command("export-c", epilog="Example: forklift control export-c thesis --out ecu")
@@ -101,17 +106,17 @@ def tune(
     seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 1,
     name: Annotated[str, typer.Option(help="Its name.")] = "damped",
 ) -> None:
-    """Set up the feedback of the pressure's swing for a truck, load by load, and write the controller with
-    its sources."""
+    """Tune a controller's gains and its feedback of the pressure's swing on a truck, and write it with its
+    sources."""
     from dataclasses import replace
 
+    from forklift.control.closed_loop import DELAY_TICKS
     from forklift.control.controller import Controller
-    from forklift.control.tune import tune_swing
+    from forklift.control.tune import tune as tuned
     from forklift.plant.forklift.truck import Truck
 
     output.check_suffix(out, (".toml",))
-    found, wanted = Controller.read(controller), Truck.read(truck)
-    for lift in ("free", "main"):
-        found = tune_swing(found, wanted, lift, delay_ticks=delay, seed=seed)
+    delays = None if delay is None else dict.fromkeys(DELAY_TICKS, delay)
+    found = tuned(Controller.read(controller), Truck.read(truck), delays_ticks=delays, seed=seed)
     replace(found, name=name).write(out)
     typer.echo(f"wrote {out}")

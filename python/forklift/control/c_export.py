@@ -14,10 +14,11 @@ FILES = (
     "forklift_control.c",
     "forklift_control_test.c",
     "forklift_control_eva.c",
+    "forklift_control_helpers.c",
     "controller.toml",
 )
-"""Header, source, a self-checking test from random states, what Frama-C's Eva analyses it with, the
-settings."""
+"""Header, source, a self-checking test from random states, what Frama-C's Eva analyses it with, a test of its
+helpers over all their arguments, the settings."""
 
 
 def sources(controller: Controller) -> dict[str, str]:

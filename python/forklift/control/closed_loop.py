@@ -149,17 +149,20 @@ def lower(
 
 
 def requests(lift: Lift, signal: int) -> Integers:
-    """The test signals of a lift [mm/s], 1 to 3, each within the lift's stroke.
+    """The test signals of a lift [mm/s], 1 to 4, each within the lift's stroke.
 
-    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not
-    survive in the
-    text; 1 and 2 are chosen: one through three levels, one
-    from the highest speed down. 3 is one plateau that the integral part has time to settle on.
+    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not survive in
+    the text; 1 and 2 are chosen: one through three levels, one from the highest speed down. 3 is one plateau
+    that the integral part has time to settle on, 4 one at the highest speed, nearly as long as the stroke
+    allows.
     """
     longer = {"free": 1.0, "main": 1.9}[lift]
-    plateaus = {1: ((200, 2.2), (450, 2.0), (100, 2.0)), 2: ((590, 2.1), (300, 1.3)), 3: ((250, 6.0),)}[
-        signal
-    ]
+    plateaus = {
+        1: ((200, 2.2), (450, 2.0), (100, 2.0)),
+        2: ((590, 2.6), (300, 1.3)),
+        3: ((250, 6.0),),
+        4: ((590, 3.0),),
+    }[signal]
     parts = [np.zeros(50, np.int32)]
     parts += [np.full(round(longer * seconds / TICK_S), level, np.int32) for level, seconds in plateaus]
     return np.concatenate([*parts, np.zeros(75, np.int32)])

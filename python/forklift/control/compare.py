@@ -1,16 +1,21 @@
-"""Controllers side by side on the thesis's grid: Tables 5.6 and 5.7, oscillation, steady error, breaches.
+"""Controllers side by side on the thesis's grid: Tables 5.6 and 5.7, oscillation, steady error, breaches, transition.
 
-Source: Fri & Fahlén (2017), section 5.6; Tables 5.6 and 5.7.
+Source: Fri & Fahlén (2017), section 5.6; Tables 5.6 and 5.7; Figures 5.10 to 5.18, Appendices B to D.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base import output, present
+from forklift.control import transition
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
 from forklift.control.controller import Controller
 from forklift.control.metrics import (
@@ -30,8 +35,9 @@ LOADS_KG = (0.0, 800.0, 1500.0)
 TEMPERATURES_DEGC = (20.0, 40.0, 60.0)
 SIGNALS = (1, 2)
 """Those of the NRMSE and of the swing."""
-STEADY = 3
-"""That of the steady error."""
+STEADY, TOP = 3, 4
+"""Those of the steady error and of the highest speed."""
+FILES = ("report.html", "compare.json", "compare.txt")
 
 MEASURED = {
     ("free", 20, 0): ((71.29, 77.84), (70.15, 72.80)),
@@ -67,7 +73,7 @@ class Row:
     error_percent
         Of the steady speed, where the integral part has had six seconds and more.
     fastest_m_s
-        The greatest mean speed of a plateau.
+        The greatest mean speed of a plateau, that at the highest speed included.
     breaches
         Plateaus above the limit of section 1.1.
     """
@@ -109,12 +115,151 @@ def compare_controllers(
     ForkliftError
         As `lower`.
     """
+    rows, _ = _compared(
+        controllers, truck, lifts, loads_kg, oil_temperatures_degc, later_ticks, seed, floating
+    )
+    return rows
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """One lift under one reference signal, all controllers at one operating point.
+
+    Attributes
+    ----------
+    speed_m_s, reference_m_s, pressure_pa, current_ma
+        By controller, (ticks,).
+    """
+
+    lift: Lift
+    signal: int
+    oil_temperature_degc: float
+    load_kg: float
+    time_s: Floats
+    speed_m_s: dict[str, Floats]
+    reference_m_s: dict[str, Floats]
+    pressure_pa: dict[str, Floats]
+    current_ma: dict[str, NDArray[np.int32]]
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """One controller's transition between the lifts, tick by tick; speeds and references by lift."""
+
+    controller: str
+    level_m_s: float
+    oil_temperature_degc: float
+    load_kg: float
+    time_s: Floats
+    speed_m_s: dict[str, Floats]
+    reference_m_s: dict[str, Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class ControlComparison:
+    """Controllers side by side, with what a page of them draws."""
+
+    truck: Truck
+    controllers: tuple[Controller, ...]
+    later_ticks: int
+    seed: int
+    rows: tuple[Row, ...]
+    curves: tuple[Curves, ...]
+    transitions: tuple[transition.Transition, ...]
+    passages: tuple[Passage, ...]
+
+    def __str__(self) -> str:
+        return f"{table(self.rows)}\n\n{transition.transition_table(self.transitions)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Every number of the tables, and what they were made from."""
+        return {
+            "truck": {"name": self.truck.name, "sha256": self.truck.sha256},
+            "controllers": {one.name: one.hash for one in self.controllers},
+            "later_ticks": self.later_ticks,
+            "seed": self.seed,
+            "rows": [asdict(row) for row in self.rows],
+            "transitions": [asdict(row) for row in self.transitions],
+        }
+
+    def write(self, folder: str | Path) -> Path:
+        """Write the page, the numbers as JSON and the tables as text into a folder; whole or not at all.
+
+        Raises
+        ------
+        ForkliftError
+            ``"not-writable"``, or ``"output-exists"`` for a folder that holds anything else.
+        """
+        texts = (present.page(self), json.dumps(self.to_dict(), indent=1) + "\n", f"{self}\n")
+        with output.folder(folder, FILES, FILES[0]) as new:
+            for name, text in zip(FILES, texts, strict=True):
+                (new / name).write_text(text, encoding="utf-8")
+        return Path(folder)
+
+
+def control_comparison(
+    controllers: Sequence[Controller], truck: Truck, *, later_ticks: int = 0, seed: int = 0
+) -> ControlComparison:
+    """The whole comparison: Tables 5.6 and 5.7, the transition, and their curves.
+
+    Raises
+    ------
+    ForkliftError
+        As `lower`.
+    """
+    rows, curves = _compared(
+        controllers, truck, LIFTS, LOADS_KG, TEMPERATURES_DEGC, later_ticks, seed, floating=False
+    )
+    found, passages = [], []
+    points = [(t, load) for t in transition.TEMPERATURES_DEGC for load in transition.LOADS_KG]
+    for level in transition.LEVELS_MM_S:
+        lowerings, run = transition.run_transitions(
+            controllers, truck, level, points, later_ticks=later_ticks, seed=seed
+        )
+        for place, one in enumerate(lowerings):
+            found.append(transition.measured(one, run, place, level))
+            first, last = transition.span(run, place, level)
+            seen = slice(max(0, first - round(1.0 / TICK_S)), last + round(2.0 / TICK_S))
+            passages.append(
+                Passage(
+                    one.controller.name,
+                    1e-3 * level,
+                    one.oil_temperature_degc,
+                    one.load_kg,
+                    run.time_s[seen],
+                    {lift: run.speed_m_s[lift][place, seen] for lift in LIFTS},
+                    {lift: run.reference_m_s[lift][place, seen] for lift in LIFTS},
+                )
+            )
+    return ControlComparison(
+        truck,
+        tuple(controllers),
+        later_ticks,
+        seed,
+        tuple(rows),
+        tuple(curves),
+        tuple(found),
+        tuple(passages),
+    )
+
+
+def _compared(
+    controllers: Sequence[Controller],
+    truck: Truck,
+    lifts: Sequence[Lift],
+    loads_kg: Sequence[float],
+    oil_temperatures_degc: Sequence[float],
+    later_ticks: int,
+    seed: int,
+    floating: bool,
+) -> tuple[list[Row], list[Curves]]:
     points = [(t, load) for t in oil_temperatures_degc for load in loads_kg]
-    rows = []
+    names = [controller.name for controller in controllers]
+    rows, curves = [], []
     for lift in lifts:
         alone = [controller.only(lift) for controller in controllers]
-        runs: dict[int, tuple[NDArray[np.int32], Floats, Floats]] = {}
-        for signal in (*SIGNALS, STEADY):
+        runs: dict[int, tuple[NDArray[np.int32], Lowered]] = {}
+        for signal in (*SIGNALS, STEADY, TOP):
             request = requests(lift, signal)
             base = [
                 Lowering(
@@ -123,16 +268,18 @@ def compare_controllers(
                 for controller in alone
                 for k, (t, load) in enumerate(points)
             ]
-            found = lower(base, lifts=lift, seed=seed + signal, floating=floating)
-            runs[signal] = (request, found.reference_m_s[lift], found.speed_m_s[lift])
-        for k, controller in enumerate(controllers):
+            runs[signal] = (request, lower(base, lifts=lift, seed=seed + signal, floating=floating))
+        for k, name in enumerate(names):
             for j, (t, load) in enumerate(points):
                 at = k * len(points) + j
-                *measured, settled = [_row(request, r[at], v[at]) for request, r, v in runs.values()]
+                *measured, settled, top = [
+                    _row(request, run.reference_m_s[lift][at], run.speed_m_s[lift][at])
+                    for request, run in runs.values()
+                ]
                 every = [p for m in measured for p in m[2]]
                 rows.append(
                     Row(
-                        controller.name,
+                        name,
                         lift,
                         t,
                         load,
@@ -140,11 +287,28 @@ def compare_controllers(
                         tuple(m[1] for m in measured),
                         max(p.oscillation_m_s for p in every),
                         settled[2][0].error_percent,
-                        max(p.mean_m_s for p in every),
-                        tuple(b for m in measured for b in breaches(m[2], TICK_S)),
+                        max(p.mean_m_s for p in [*every, *top[2]]),
+                        tuple(b for m in [*measured, top] for b in breaches(m[2], TICK_S)),
                     )
                 )
-    return rows
+        for signal in SIGNALS:
+            run = runs[signal][1]
+            for j, (t, load) in enumerate(points):
+                places = {name: k * len(points) + j for k, name in enumerate(names)}
+                curves.append(
+                    Curves(
+                        lift,
+                        signal,
+                        t,
+                        load,
+                        run.time_s,
+                        {name: run.speed_m_s[lift][at] for name, at in places.items()},
+                        {name: run.reference_m_s[lift][at] for name, at in places.items()},
+                        {name: run.pressure_pa[lift][at] for name, at in places.items()},
+                        {name: run.current_ma[lift][at] for name, at in places.items()},
+                    )
+                )
+    return rows, curves
 
 
 def _row(request: NDArray[np.int32], reference: Floats, speed: Floats) -> tuple[float, float, list[Plateau]]:

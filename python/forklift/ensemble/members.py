@@ -132,7 +132,29 @@ class Members:
             uniform = np.stack(columns, axis=1) if columns else np.empty((last - first, 0))
         else:
             uniform = self._sobol(first, last)
+        uniform = self._together(uniform)
         return self.core.values(np.ascontiguousarray(uniform)), np.arange(first, last, dtype=np.uint64)
+
+    def _together(self, uniform: Floats) -> Floats:
+        """The same numbers, those of `Correlate` correlated: u' = Φ(L Φ⁻¹(u)), a Gaussian copula.
+
+        Sums run in a fixed order and member by member, so that no bit depends on the chunk.
+        """
+        from scipy.special import ndtr, ndtri
+
+        moved = uniform.copy()
+        place = {name: k for k, name in enumerate(self.specification.vary)}
+        for one in self.specification.correlate:
+            factor = one.factor
+            assert factor is not None  # `specification.check` saw to it
+            normal = [ndtri(uniform[:, place[name]]) for name in one.names]
+            for name, row in zip(one.names, factor, strict=True):
+                total = np.zeros(len(uniform))
+                for weight, z in zip(row, normal, strict=True):
+                    if weight:
+                        total = total + weight * z
+                moved[:, place[name]] = np.clip(ndtr(total), 2.0**-54, 1.0 - 2.0**-53)
+        return moved
 
     def _sobol(self, first: int, last: int) -> Floats:
         """Points of scrambled Sobol sequences, each scramble of its own seed (Owen 1997)."""

@@ -58,6 +58,58 @@ class Vary(BaseModel):
         return given[0]
 
 
+class Correlate(BaseModel):
+    """``[[correlate]]``: what is drawn together, with the correlations of a Gaussian copula (Nelsen 2006).
+
+    Each keeps its own distribution; between normal ones the matrix is their correlation.
+    """
+
+    model_config = _STRICT
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
+
+    def wrong(self, varied: Mapping[str, Vary]) -> str | None:
+        """What is amiss with it, if anything is."""
+        unknown = [name for name in self.names if name not in varied]
+        if unknown:
+            return f"names {unknown[0]}, which is not varied"
+        if len(set(self.names)) < len(self.names):
+            return "names something twice"
+        n = len(self.names)
+        if len(self.matrix) != n or any(len(row) != n for row in self.matrix):
+            return f"has {n} names; give a matrix of {n} rows and columns"
+        for i in range(n):
+            for j in range(n):
+                if abs(self.matrix[i][j] - self.matrix[j][i]) > 1e-9 or abs(self.matrix[i][j]) > 1.0 + 1e-9:
+                    return "has a matrix that is not one of correlations: symmetric, from -1 to 1"
+            if abs(self.matrix[i][i] - 1.0) > 1e-9:
+                return "has a matrix without ones on its diagonal"
+        if self.factor is None:
+            return "has a matrix that no variables can have: it is not positive semidefinite"
+        return None
+
+    @property
+    def factor(self) -> tuple[tuple[float, ...], ...] | None:
+        """L with L Lᵀ the matrix, by Cholesky; of variables that are the same but for rounding too."""
+        n = len(self.names)
+        rows = [[0.0] * n for _ in range(n)]
+        for j in range(n):
+            left = self.matrix[j][j] - sum(x * x for x in rows[j][:j])
+            if left < -1e-6:
+                return None
+            # What is nothing but rounding is nothing: a variable that follows from those before it.
+            pivot = left**0.5 if left > 1e-9 else 0.0
+            rows[j][j] = pivot
+            for i in range(j + 1, n):
+                rest = self.matrix[i][j] - sum(a * b for a, b in zip(rows[i][:j], rows[j][:j], strict=True))
+                if pivot == 0.0:
+                    if abs(rest) > 1e-4:
+                        return None
+                    continue
+                rows[i][j] = rest / pivot
+        return tuple(tuple(row) for row in rows)
+
+
 class Stretch(BaseModel):
     """``[[profile]]``: from a time on, the lowering speed asked for [m/s]; without a controller a current
     [A]."""
@@ -152,12 +204,15 @@ class Specification(BaseModel):
     conditions: Mapping[str, float] = {}
     profile: tuple[Stretch, ...]
     vary: Mapping[str, Vary] = {}
+    correlate: tuple[Correlate, ...] = ()
     require: tuple[Require, ...]
 
     @property
     def sha256(self) -> str:
         """A hash of everything that a member's numbers depend on, and of nothing else."""
-        kept = self.model_dump(mode="json", exclude={"worst"})
+        # What is drawn alone has the hash that it had before there was a choice.
+        unused = {"worst"} if self.correlate else {"worst", "correlate"}
+        kept = self.model_dump(mode="json", exclude=unused)
         return hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()
 
 
@@ -210,6 +265,17 @@ def check(document: Mapping[str, Any], where: str = "sweep") -> Specification:
         ) from None
     for name, vary in found.vary.items():
         vary.kind(name)
+    for one in found.correlate:
+        problem = one.wrong(found.vary)
+        if problem is None and found.sampling == "grid":
+            problem = "has no meaning on a grid"
+        if problem:
+            raise ForkliftError(
+                "value-invalid",
+                f"{where}: correlate of {', '.join(one.names)} {problem}",
+                name="correlate",
+                file=where,
+            )
     for name in found.conditions:
         if name not in conditions():
             raise ForkliftError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from forklift.base.present import draw_page, draw_summary, draw_tables
+from forklift.control.compare import ControlComparison
 from forklift.diagnosis.result import Diagnosis
 from forklift.ensemble.sweep import Sweep
 from forklift.fitting.compare import Comparison
@@ -13,6 +14,7 @@ from forklift.plant.forklift.simulate import Simulation
 from forklift.plant.forklift.truck import Truck
 from forklift.report import notebook
 from forklift.report.of_comparison import comparison_page
+from forklift.report.of_control import control_page
 from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.of_fit import fit_page
 from forklift.report.of_simulation import simulation_page
@@ -20,6 +22,7 @@ from forklift.report.of_sweep import sweep_page
 from forklift.report.tables import comparison_tables, fit_tables, plain, truck_table
 
 draw_page.register(Comparison, comparison_page)
+draw_page.register(ControlComparison, control_page)
 draw_page.register(Diagnosis, diagnosis_page)
 draw_page.register(Fit, fit_page)
 draw_page.register(Simulation, simulation_page)

@@ -13,17 +13,19 @@ const HEADER: &str = include_str!("c/forklift_control.h");
 const SOURCE: &str = include_str!("c/forklift_control.c");
 const TEST: &str = include_str!("c/forklift_control_test.c");
 const EVA: &str = include_str!("c/forklift_control_eva.c");
+const HELPERS: &str = include_str!("c/forklift_control_helpers.c");
 /// What the exported test runs unless it is told otherwise.
 const TEST_TICKS: u64 = 100_000;
 const TEST_SEED: u64 = 2017;
 
-/// The text of `forklift_control.h` and of the files `forklift_control.c`, `…_test.c` and `…_eva.c`.
+/// The text of `forklift_control.h` and of the files `forklift_control.c`, `…_test.c`, `…_eva.c` and `…_helpers.c`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sources {
     pub header: String,
     pub source: String,
     pub test: String,
     pub eva: String,
+    pub helpers: String,
 }
 
 const LIFTS: [&str; 2] = ["free", "main"];
@@ -82,7 +84,13 @@ pub fn c_sources(config: &Config, name: &str) -> Sources {
         ];
         marks.iter().fold(template.to_string(), |text, (mark, value)| text.replace(mark, value))
     };
-    Sources { header: filled(HEADER), source: filled(SOURCE), test: filled(TEST), eva: filled(EVA) }
+    Sources {
+        header: filled(HEADER),
+        source: filled(SOURCE),
+        test: filled(TEST),
+        eva: filled(EVA),
+        helpers: filled(HELPERS),
+    }
 }
 
 fn line(text: &mut String, depth: usize, field: &str, value: &str) {

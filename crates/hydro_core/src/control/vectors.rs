@@ -5,6 +5,7 @@
 
 use super::config::{Config, INTEGRAL_SHIFT, MOST_DELAY, MOST_PRESSURE, MOST_RESONANCE, MOST_TRIM, PRESSURE_GUARD};
 use super::controller::State;
+use super::fixed::{rounded, saturated, truncated, Gain};
 use super::lift::LiftState;
 use super::reference::ReferenceState;
 use crate::run::closed_loop::Reading;
@@ -124,6 +125,43 @@ pub fn digest(config: &Config, seed: u64, ticks: u64) -> u64 {
         let (request, reading) = draws.reading(&state);
         let current = state.tick(config, request, &reading);
         digest = folded(digest, &state, current);
+    }
+    digest
+}
+
+/// What the controller's arithmetic is made of, each a function of two 16-bit arguments, or of one of 32 bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Helper {
+    /// A gain's mantissa times x, at a shift.
+    Times(u32),
+    /// x of 32 bits at a shift.
+    Rounded(u32),
+    Truncated(u32),
+    /// x within ±most.
+    Saturated,
+    /// A lift's speed table at x of 32 bits.
+    Table(usize),
+}
+
+impl Helper {
+    fn answer(self, config: &Config, upper: i64, lower: i64) -> i64 {
+        match self {
+            Helper::Times(shift) => Gain { mantissa: upper as i32, shift }.times(lower),
+            Helper::Rounded(shift) => rounded(upper * 65536 + lower, shift),
+            Helper::Truncated(shift) => truncated(upper * 65536 + lower, shift),
+            Helper::Saturated => saturated(upper, lower.abs()),
+            Helper::Table(lift) => config.lifts[lift].table.at(upper * 65536 + lower),
+        }
+    }
+}
+
+/// The digest of a helper's answers to every lower argument of 16 bits with the upper ones of a range, in order.
+pub fn helper_digest(config: &Config, helper: Helper, upper: std::ops::Range<i64>) -> u64 {
+    let mut digest = 0xcbf2_9ce4_8422_2325;
+    for upper in upper {
+        for lower in i64::from(i16::MIN)..=i64::from(i16::MAX) {
+            digest = fold(digest, helper.answer(config, upper, lower));
+        }
     }
     digest
 }

@@ -478,3 +478,61 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ensemble::member::DEFAULTS;
+    use crate::lanes::Lanes;
+    use crate::mast::VELOCITY;
+    use crate::truck::Truck;
+
+    #[path = "../../../../tests/common/mod.rs"]
+    mod common;
+
+    const TICKS: usize = 20;
+
+    /// Four lanes that stand still; of one the velocity is what is given, from a tick on.
+    fn watched(bad: Option<(usize, usize, f64)>) -> Vec<Outcome> {
+        let lifts = Lifts::One(LiftName::Free);
+        let truck = Truck::from_values(common::thesis_values()).unwrap();
+        let makeup = Makeup::new(truck, lifts, DEFAULTS, vec![(0.0, 0.0)], vec![], vec![], 1).unwrap();
+        let settling = Settling { after_s: 0.1, band_m_s: 0.05 };
+        let trial = Trial { makeup, requirements: vec![], settling, tick_s: 0.02, ticks: TICKS, substeps: 1 };
+        let which = [LiftName::Free];
+        let readings = Readings::new(&which, trial.makeup.truck.effects());
+        let seats = std::array::from_fn(|_| Seat::idle());
+        let inner = ClosedLoop::<Lanes<4>, 4, 1>::new(which, &trial.makeup.truck, seats);
+        let still = vec![0; TICKS];
+        let landed = [Lanes::constant(-1.0)];
+        let mut drive = Watched::new(&trial, which, inner, &readings, vec![&still[..]; 4], landed);
+        for k in 0..TICKS {
+            let mut x = vec![Lanes::<4>::zero(); STATES];
+            if let Some((lane, from, velocity)) = bad.filter(|(_, from, _)| k >= *from) {
+                assert!(from > 0);
+                x[VELOCITY].0[lane] = velocity;
+            }
+            drive.tick(k, &x, Lanes::constant(40.0));
+        }
+        drive.outcomes(4)
+    }
+
+    #[test]
+    fn a_member_that_ceases_to_be_finite_has_that_verdict_and_disturbs_no_other() {
+        let bits = |outcome: &Outcome| outcome.numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let good = watched(None);
+        assert!(good.iter().all(|outcome| outcome.verdict == Verdict::Stable));
+        for velocity in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let found = watched(Some((2, 5, velocity)));
+            for (lane, (one, other)) in found.iter().zip(&good).enumerate() {
+                if lane == 2 {
+                    assert_eq!(one.verdict, Verdict::NotFinite);
+                    // What was measured before counts; nothing after does.
+                    assert!(one.numbers.iter().all(|x| !x.is_infinite()));
+                } else {
+                    assert_eq!((one.verdict, bits(one)), (Verdict::Stable, bits(other)));
+                }
+            }
+        }
+    }
+}

@@ -24,32 +24,37 @@
 const uint64_t fc_configuration = @HASH@ULL;
 const fc_config fc_controller = @CONFIG@;
 
-static uint64_t fc_size(int64_t x)
+/* (size + more) / 2^shift without its fraction, of a size that is not negative. */
+static int64_t fc_shifted(int64_t size, uint64_t more, uint32_t shift)
 {
-    const int64_t size = (x < 0) ? -x : x;
-    return (uint64_t)size;
-}
-
-/* The number of this size, with the sign of x. */
-static int64_t fc_signed(uint64_t size, int64_t x)
-{
-    const int64_t positive = (int64_t)size;
-    return (x < 0) ? -positive : positive;
+    const uint64_t whole = (uint64_t)size;
+    const uint64_t shifted = (whole + more) >> shift;
+    return (int64_t)shifted;
 }
 
 /* x / 2^shift to the nearest, halves away from zero. */
 static int64_t fc_rounded(int64_t x, uint32_t shift)
 {
     const uint64_t half = ((uint64_t)1U << shift) >> 1U;
-    const uint64_t size = (fc_size(x) + half) >> shift;
-    return fc_signed(size, x);
+    int64_t nearest;
+    if (x < 0) {
+        nearest = -fc_shifted(-x, half, shift);
+    } else {
+        nearest = fc_shifted(x, half, shift);
+    }
+    return nearest;
 }
 
 /* x / 2^shift towards zero. */
 static int64_t fc_truncated(int64_t x, uint32_t shift)
 {
-    const uint64_t size = fc_size(x) >> shift;
-    return fc_signed(size, x);
+    int64_t nearest;
+    if (x < 0) {
+        nearest = -fc_shifted(-x, 0U, shift);
+    } else {
+        nearest = fc_shifted(x, 0U, shift);
+    }
+    return nearest;
 }
 
 static int64_t fc_clamped(int64_t x, int64_t lower, int64_t upper)
@@ -84,7 +89,8 @@ static int64_t fc_table_at(const fc_table *table, int64_t x)
     const int64_t segment = fc_clamped(fc_truncated(from, table->spacing), 0, segments - 1);
     const int64_t low = (int64_t)table->knots[segment];
     const int64_t high = (int64_t)table->knots[segment + 1];
-    const int64_t into = from - (segment * distance);
+    /* Within these limits by the clamps above: said once more for whoever works out ranges. */
+    const int64_t into = fc_clamped(from - (segment * distance), 0, distance);
     return low + fc_rounded((high - low) * into, table->spacing);
 }
 

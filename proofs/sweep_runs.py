@@ -1,0 +1,161 @@
+"""What a sweep bears: kill -9, a dead worker, a million members.
+
+    python3 proofs/sweep_runs.py killed    killed at ten random moments: the same bytes
+    python3 proofs/sweep_runs.py cluster   two Dask workers, one killed: the same bytes
+    python3 proofs/sweep_runs.py scale     time and memory from 10^3 members on, and one thread against two
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+SETTINGS = {
+    "name": "runs",
+    "controller": "thesis",
+    "lifts": "free",
+    "duration_s": 10.0,
+    "substeps": 2,
+    "seed": 3,
+    "worst": 5,
+    "profile": [{"from_s": 2.0 * k, "level": level} for k, level in enumerate((0.0, 0.2, 0.05, 0.3, 0.1))],
+    "vary": {"load_kg": {"uniform": [0.0, 1500.0]}, "oil_temperature_degc": {"uniform": [10.0, 60.0]}},
+    "require": [
+        {"name": "slow", "template": "always", "signal": "speed", "upper": 0.6, "scale": 0.6},
+        {
+            "name": "calm", "template": "never_after_settling", "signal": "speed", "peak_to_peak_s": 1.0,
+            "after_s": 1.5, "upper": 0.05, "scale": 0.05,
+        },
+    ],
+}  # fmt: skip
+"""The closed loop of 10 s that `benches/sweeps.py` times."""
+
+
+def settings(members: int, chunk: int) -> dict:
+    return SETTINGS | {"members": members, "chunk": chunk}
+
+
+def digest(folder: Path) -> str:
+    """Of every member's file, names included."""
+    found = hashlib.sha256()
+    for file in sorted((folder / "members").glob("*.parquet")):
+        found.update(file.name.encode() + file.read_bytes())
+    return found.hexdigest()
+
+
+def started(document: dict, out: Path, *more: str) -> subprocess.Popen:
+    """A sweep in a process of its own."""
+    script = (
+        "import json, sys; from forklift.ensemble.sweep import sweep; "
+        "given = json.loads(sys.argv[1]); sweep(given, out=sys.argv[2], **json.loads(sys.argv[3]))"
+    )
+    given = more[0] if more else "{}"
+    return subprocess.Popen([sys.executable, "-c", script, json.dumps(document), str(out), given], env=os.environ)
+
+
+def killed(times: int = 10, members: int = 12_000, chunk: int = 100, seed: int = 5) -> bool:
+    """Kill -9 at random moments, again and again, until it ends by itself."""
+    document, draws = settings(members, chunk), random.Random(seed)
+    with tempfile.TemporaryDirectory() as home:
+        whole, folder = Path(home) / "whole", Path(home) / "killed"
+        started(document, whole).wait()
+        total, kills, done = -(-members // chunk), 0, 0
+        for _ in range(times):
+            process = started(document, folder)
+            # After a few chunks more, and then at any moment of the next.
+            least = done + draws.randint(0, total // times)
+            while process.poll() is None and done < least:
+                done = len(list((folder / "members").glob("*.parquet")))
+                time.sleep(0.002)
+            time.sleep(draws.uniform(0.0, 0.05) if done else draws.uniform(0.5, 2.0))
+            if process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+                kills += 1
+            process.wait()
+            done = len(list((folder / "members").glob("*.parquet"))) if folder.exists() else 0
+            print(f"killed {kills} times, {done} of {total} chunks", flush=True)
+        started(document, folder).wait()
+        same = digest(folder) == digest(whole)
+    print(f"{'holds' if same else 'FAILS'}  killed at {kills} random moments and resumed: the same bytes")
+    return same and kills > 0
+
+
+def cluster(members: int = 12_000, chunk: int = 200) -> bool:
+    """Two local Dask workers, each a process, one of which is killed on the way."""
+    from distributed import LocalCluster
+
+    document = settings(members, chunk)
+    with tempfile.TemporaryDirectory() as home:
+        here, there = Path(home) / "here", Path(home) / "there"
+        started(document, here).wait()
+        with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as workers:
+            process = started(document, there, json.dumps({"scheduler": workers.scheduler_address}))
+            while process.poll() is None:
+                done = len(list((there / "members").glob("*.parquet"))) if there.exists() else 0
+                if done >= 3:
+                    victim = next(iter(workers.workers.values()))
+                    os.kill(victim.process.process.pid, signal.SIGKILL)
+                    print(f"killed a worker after {done} of {-(-members // chunk)} chunks", flush=True)
+                    break
+                time.sleep(0.02)
+            process.wait()
+        same = process.returncode == 0 and digest(here) == digest(there)
+    print(f"{'holds' if same else 'FAILS'}  two Dask workers, one killed: the bytes of the local run")
+    return same
+
+
+MEASURED = """
+import json, resource, sys, time
+from forklift.ensemble.sweep import sweep
+given, threads = json.loads(sys.argv[1]), int(sys.argv[3])
+sweep(given | {"members": 512, "chunk": 512}, threads=threads)
+clock = time.perf_counter()
+found = sweep(given, out=sys.argv[2], threads=threads)
+spent = time.perf_counter() - clock
+print(json.dumps({"s": spent, "mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}))
+"""
+
+
+def scale(largest: int = 100_000, chunk: int = 4096) -> bool:
+    """Time a member and memory over the number of members; one thread against two; again, bit-equal."""
+    rows, digests = [], {}
+    sizes = [n for n in (1_000, 10_000, 100_000, 1_000_000) if n <= largest]
+    with tempfile.TemporaryDirectory() as home:
+        for members in sizes:
+            for threads in (2, 1) if members == sizes[-1] or members == 10_000 else (2,):
+                out = Path(home) / f"{members}-{threads}"
+                command = [sys.executable, "-c", MEASURED, json.dumps(settings(members, chunk)), str(out), str(threads)]
+                told = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+                digests[members, threads] = digest(out)
+                rows.append((members, threads, told["s"], told["mib"]))
+                print(
+                    f"{members:>9d} members, {threads} threads: {told['s']:>8.1f} s, "
+                    f"{1e6 * told['s'] / members:>7.1f} us a member, {members / told['s']:>8.0f} a second, "
+                    f"{told['mib']:>6.0f} MiB",
+                    flush=True,
+                )
+    same = all(digests[n, 1] == digests[n, 2] for n, threads in digests if threads == 1)
+    print(f"{'holds' if same else 'FAILS'}  one thread and two: the same bytes")
+    return same
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=["killed", "cluster", "scale"])
+    parser.add_argument("--members", type=int, help="how many members, of scale the largest number")
+    arguments = parser.parse_args()
+    given = [] if arguments.members is None else [arguments.members]
+    if arguments.what == "killed":
+        return 0 if killed(10, *given) else 1
+    return 0 if {"cluster": cluster, "scale": scale}[arguments.what](*given) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,165 @@
+"""From the main lift to the free lift: how the total speed dips and jumps while one takes over from the other.
+
+Source: Fri & Fahlén (2017), sections 4.6.1 and 5.6.3, (4.10), (4.11); Figure 5.18 and Appendix D.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from forklift.base.arrays import Floats
+from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Integers, Lowered, Lowering, lower
+from forklift.control.controller import Controller
+from forklift.plant.forklift.truck import Truck
+
+LOADS_KG = (0.0, 800.0, 1500.0)
+TEMPERATURES_DEGC = (20.0, 60.0)
+LEVELS_MM_S = (300, 500)
+"""Speeds asked for."""
+START_M = (0.98, 1.0)
+"""Cylinder positions at the start, free and main [m]: the free lift up, the main lift half way."""
+BEFORE_S, AFTER_S = 1.0, 1.0
+"""How long the speeds before and after are averaged."""
+REST_M_S = 2e-3
+"""A lift slower than this stands."""
+SETTLED_S = 1.0
+"""From the main lift's standstill until the speed after counts."""
+
+
+@dataclass(frozen=True)
+class Transition:
+    """One controller's transition at an operating point.
+
+    Attributes
+    ----------
+    level_m_s
+        Asked for.
+    before_m_s, after_m_s
+        Mean total speed in the second before the references change, and after the main lift stands.
+    dip_m_s, spike_m_s
+        How far the total speed falls below the lesser of the two in between, and how far it rises above the
+        greater. So a controller that is slow throughout is not blamed for that.
+    duration_s
+        From the references' change to the main lift's standstill.
+    """
+
+    controller: str
+    oil_temperature_degc: float
+    load_kg: float
+    level_m_s: float
+    before_m_s: float
+    after_m_s: float
+    dip_m_s: float
+    spike_m_s: float
+    duration_s: float
+
+
+def request(level_mm_s: int) -> Integers:
+    """Half a second of rest, then one speed until both lifts are down by some 2.5 m."""
+    ticks = round((2.2e3 / level_mm_s + 4.0) / TICK_S)
+    return np.concatenate([np.zeros(25, np.int32), np.full(ticks, level_mm_s, np.int32)])
+
+
+def transitions(
+    controllers: Sequence[Controller],
+    truck: Truck,
+    *,
+    loads_kg: Sequence[float] = LOADS_KG,
+    oil_temperatures_degc: Sequence[float] = TEMPERATURES_DEGC,
+    levels_mm_s: Sequence[int] = LEVELS_MM_S,
+    later_ticks: int = 0,
+    seed: int = 0,
+) -> list[Transition]:
+    """Each controller at each speed, temperature and load, both lifts simulated.
+
+    Parameters
+    ----------
+    later_ticks
+        By how much the delay is longer than the free lift's.
+
+    Raises
+    ------
+    ForkliftError
+        As `forklift.control.closed_loop.lower`.
+    """
+    rows = []
+    for level in levels_mm_s:
+        lowerings, run = run_transitions(
+            controllers,
+            truck,
+            level,
+            [(t, load) for t in oil_temperatures_degc for load in loads_kg],
+            later_ticks=later_ticks,
+            seed=seed,
+        )
+        rows += [measured(one, run, place, level) for place, one in enumerate(lowerings)]
+    return rows
+
+
+def run_transitions(
+    controllers: Sequence[Controller],
+    truck: Truck,
+    level_mm_s: int,
+    points: Sequence[tuple[float, float]],
+    *,
+    later_ticks: int = 0,
+    seed: int = 0,
+) -> tuple[list[Lowering], Lowered]:
+    """The lowerings themselves, controller by controller, at points of oil temperature and load."""
+    asked = request(level_mm_s)
+    delay = DELAY_TICKS["free"] + later_ticks
+    lowerings = [
+        Lowering(truck, one, load, t, asked, start_m=START_M, delay_ticks=delay, stream=k)
+        for one in controllers
+        for k, (t, load) in enumerate(points)
+    ]
+    return lowerings, lower(lowerings, seed=seed)
+
+
+def span(run: Lowered, place: int, level_mm_s: int) -> tuple[int, int]:
+    """The ticks at which the references begin to change, and at which the main lift stands."""
+    level = 1e-3 * level_mm_s
+    main, free = run.reference_m_s["main"][place], run.reference_m_s["free"][place]
+    reached = int(np.argmax(main >= level - 1.5e-3))
+    first = reached + int(np.argmax((free[reached:] > 0.0) | (main[reached:] < level - 3e-3)))
+    standing = run.speed_m_s["main"][place][first:] < REST_M_S
+    return first, first + int(np.argmax(standing))
+
+
+def measured(one: Lowering, run: Lowered, place: int, level_mm_s: int) -> Transition:
+    """Dip and spike of one of the lowerings."""
+    total: Floats = run.speed_m_s["free"][place] + run.speed_m_s["main"][place]
+    first, last = span(run, place, level_mm_s)
+    before = float(total[first - round(BEFORE_S / TICK_S) : first].mean())
+    settled = last + round(SETTLED_S / TICK_S)
+    after = float(total[settled : settled + round(AFTER_S / TICK_S)].mean())
+    between = total[first : settled + round(AFTER_S / TICK_S) // 2]
+    return Transition(
+        one.controller.name,
+        one.oil_temperature_degc,
+        one.load_kg,
+        1e-3 * level_mm_s,
+        before,
+        after,
+        max(0.0, min(before, after) - float(between.min())),
+        max(0.0, float(between.max()) - max(before, after)),
+        (last - first) * TICK_S,
+    )
+
+
+def transition_table(rows: Sequence[Transition]) -> str:
+    """Dip and spike, the controllers of an operating point one under the other."""
+    lines = [
+        f"{'m/s':<5}{'degC':>5}{'kg':>6}  {'controller':<12}{'before':>8}{'after':>8}{'dip':>8}{'spike':>8}"
+        f"  [m/s]{'lasts [s]':>11}"
+    ]
+    for row in sorted(rows, key=lambda r: (r.level_m_s, r.oil_temperature_degc, r.load_kg)):
+        lines.append(
+            f"{row.level_m_s:<5.1f}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}  {row.controller:<12}"
+            f"{row.before_m_s:>8.3f}{row.after_m_s:>8.3f}{row.dip_m_s:>8.3f}{row.spike_m_s:>8.3f}"
+            f"       {row.duration_s:>11.2f}"
+        )
+    return "\n".join(lines)

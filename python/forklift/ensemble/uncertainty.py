@@ -1,0 +1,69 @@
+"""A fit's covariance as what a sweep draws: trucks within the uncertainty of an estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from forklift.base.arrays import Floats
+from forklift.fitting.intervals import Knowledge
+from forklift.plant.forklift.tables import parameters
+from forklift.plant.parameter import Unknown
+
+
+def of_knowledge(
+    unknowns: Sequence[Unknown], knowledge: Knowledge, values: dict[str, Any]
+) -> dict[str, Any]:
+    """``vary`` and ``correlate`` of a sweep for a fit: ``of_knowledge(fit.unknowns, fit.knowledge,
+    fit.truck.values)``.
+
+    Each parameter is normal, or normal in its logarithm where it was fitted so, with its posterior standard
+    deviation, cut off at its bounds; together they have the fit's correlations. Of a scale that is neither the
+    tangent at the estimate counts. Parameters that move together in the fit move together here.
+    """
+    vary: dict[str, Any] = {}
+    columns: list[int] = []
+    for k, unknown in enumerate(unknowns):
+        deviation = float(np.sqrt(knowledge.covariance[k, k]))
+        for name in unknown.names:
+            value = float(values[name]) if name in values else _entry(values, name)
+            spec = _bounds(name)
+            if unknown.scale == "log":
+                vary[name] = {"log_normal": [value, unknown.width * deviation, *spec]}
+            else:
+                slope = float(np.abs(unknown.slopes(_theta(unknown, value))[unknown.names.index(name)]))
+                vary[name] = {"normal": [value, slope * deviation, *spec]}
+            columns.append(k)
+    correlation: Floats = knowledge.correlation[np.ix_(columns, columns)]
+    correlation = np.clip(0.5 * (correlation + correlation.T), -1.0, 1.0)
+    np.fill_diagonal(correlation, 1.0)
+    return {"vary": vary, "correlate": [{"names": list(vary), "matrix": correlation.tolist()}]}
+
+
+def _theta(unknown: Unknown, value: float) -> float:
+    """θ at which the first parameter has a value: its slope is asked for there."""
+    from scipy.optimize import brentq
+
+    def apart(theta: float) -> float:
+        return float(unknown.values(theta)[0]) - value
+
+    low, high = max(unknown.lower, -50.0), min(unknown.upper, 50.0)
+    if apart(low) * apart(high) > 0.0:
+        return 0.0
+    return float(brentq(apart, low, high))
+
+
+def _entry(values: dict[str, Any], name: str) -> float:
+    """A table's entry: its name ends with its place."""
+    table, _, place = name.rpartition(".")
+    return float(values[table][int(place)])
+
+
+def _bounds(name: str) -> list[float]:
+    known = parameters()
+    spec = known[name] if name in known else known[name.rpartition(".")[0]]
+    return [float(spec["lower"]), float(spec["upper"])]
+
+

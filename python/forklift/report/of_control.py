@@ -1,0 +1,326 @@
+"""The page of controllers side by side: how well they follow, how much they swing, how one lift takes over."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from forklift.report import page
+from forklift.report.blocks import Code, Fact, Figure, Page, Panel, Section, Table
+from forklift.report.traces import numbers
+
+if TYPE_CHECKING:
+    from forklift.control.compare import ControlComparison, Curves, Passage, Row
+    from forklift.control.transition import Transition
+
+COLOURS = ("@before", "@measured", "@after")
+"""Of the controllers in their order; further ones begin anew."""
+DASHES = ("solid", "dash", "longdash")
+"""Of those that share a colour."""
+ASKED_M_S = 0.01
+"""Where a controller swings by more, there is something to damp."""
+
+
+def control_page(told: ControlComparison) -> str:
+    """The page of a comparison of controllers."""
+    names = [one.name for one in told.controllers]
+    late = f", {told.later_ticks:+d} ticks" if told.later_ticks else ""
+    about = (
+        f"Closed loop on truck {told.truck.name}: {', '.join(names)}; both lifts, loads of 0, 800 and 1500 kg, oil of 20, "
+        f"40 and 60 °C, two reference signals; 160 ms from sensors to speed{late}"
+    )
+    verdict, *more = _verdict(told)
+    sections = [_following(told), _curves(told), _transition(told), _provenance(told)]
+    return page.html(
+        Page(
+            " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names) + " lowering",
+            about,
+            verdict,
+            more,
+            [_fact_following(told), _fact_swing(told), _fact_limit(told), _fact_transition(told)],
+            sections,
+            {
+                "NRMSE": "100 % for a speed that is the reference at every moment, 0 % for one no better than the "
+                "reference's mean: (3.40) of Fri & Fahlén (2017).",
+                "of perfect": "The NRMSE of an answer that is the reference 160 ms later, and otherwise without fault: "
+                "what is left to a controller that does not know the reference ahead.",
+                "swing": "Half of what lies between the least and the greatest speed in the last 0.8 s of a plateau. "
+                "Drift counts as well.",
+                "steady error": "Mean speed less the speed asked for, after six seconds at 0.25 m/s.",
+                "dip, spike": "How far the sum of both lifts' speeds falls below the lesser of the mean speeds before and "
+                "after a transition, and how far it rises above the greater.",
+            },
+        )
+    )
+
+
+def _by_point(rows: tuple[Row, ...]) -> dict[tuple[str, float, float], dict[str, Row]]:
+    found: dict[tuple[str, float, float], dict[str, Row]] = {}
+    for row in rows:
+        found.setdefault((row.lift, row.oil_temperature_degc, row.load_kg), {})[row.controller] = row
+    return found
+
+
+def _mean(row: Row) -> float:
+    return sum(row.nrmse_percent) / len(row.nrmse_percent)
+
+
+def _verdict(told: ControlComparison) -> list[str]:
+    """The last controller against each of the others, one sentence each."""
+    *others, last = [one.name for one in told.controllers]
+    points = _by_point(told.rows)
+    if not others:
+        least, most = (f(_mean(rows[last]) for rows in points.values()) for f in (min, max))
+        return [f"{last} follows its reference with an NRMSE of {least:.0f} to {most:.0f} %."]
+    said = []
+    for other in others:
+        better = sum(_mean(rows[last]) > _mean(rows[other]) for rows in points.values())
+        gains = [_mean(rows[last]) - _mean(rows[other]) for rows in points.values()]
+        said.append(
+            f"{last} follows better than {other} at {better} of {len(points)} operating points, by {min(gains):+.1f} to "
+            f"{max(gains):+.1f} points of NRMSE."
+        )
+    return said
+
+
+def _fact_following(told: ControlComparison) -> Fact:
+    ranges = {}
+    for one in told.controllers:
+        values = [x for row in told.rows if row.controller == one.name for x in row.nrmse_percent]
+        ranges[one.name] = (min(values), max(values))
+    best = max(ranges, key=lambda name: sum(ranges[name]))
+    perfect = [x for row in told.rows for x in row.perfect_percent]
+    return Fact(
+        "How well do they follow?",
+        f"{best} best, {ranges[best][0]:.0f} to {ranges[best][1]:.0f} %",
+        [
+            "NRMSE, over operating points and signals. "
+            f"A perfect answer that is 160 ms late has {min(perfect):.0f} to {max(perfect):.0f} %.",
+            *(f"{name}: {low:.0f} to {high:.0f} %." for name, (low, high) in ranges.items()),
+        ],
+    )
+
+
+def _fact_swing(told: ControlComparison) -> Fact:
+    lines = []
+    for one in told.controllers:
+        loaded = [row for row in told.rows if row.controller == one.name and row.load_kg > 0.0]
+        worst = max(loaded, key=lambda row: row.oscillation_m_s)
+        lines.append(
+            f"{one.name}: up to {worst.oscillation_m_s:.3f} m/s ({worst.lift} lift, {worst.load_kg:.0f} kg, "
+            f"{worst.oil_temperature_degc:.0f} °C)."
+        )
+    least = min(
+        (
+            max(row.oscillation_m_s for row in told.rows if row.controller == one.name and row.load_kg > 0.0),
+            one.name,
+        )
+        for one in told.controllers
+    )
+    return Fact("How much does the load swing?", f"{least[0]:.3f} m/s with {least[1]}", lines)
+
+
+def _fact_limit(told: ControlComparison) -> Fact:
+    lines = []
+    for one in told.controllers:
+        rows = [row for row in told.rows if row.controller == one.name and row.breaches]
+        fastest = max(row.fastest_m_s for row in told.rows if row.controller == one.name)
+        where = ", ".join(
+            f"{row.lift} {row.load_kg:.0f} kg {row.oil_temperature_degc:.0f} °C" for row in rows
+        )
+        said = f" at {where}" if rows else ""
+        lines.append(f"{one.name}: up to {fastest:.3f} m/s; {'above' if rows else 'never above'}{said}.")
+    faulty = sorted({row.controller for row in told.rows if row.breaches})
+    return Fact(
+        "Is it ever faster than 0.6 m/s?", f"{', '.join(faulty)} is" if faulty else "no, none is", lines
+    )
+
+
+def _fact_transition(told: ControlComparison) -> Fact:
+    lines = []
+    for one in told.controllers:
+        rows = [row for row in told.transitions if row.controller == one.name]
+        lines.append(
+            f"{one.name}: dips by up to {max(row.dip_m_s for row in rows):.3f}, jumps by up to "
+            f"{max(row.spike_m_s for row in rows):.3f} m/s."
+        )
+    smooth = min(
+        told.controllers,
+        key=lambda one: max(
+            max(row.dip_m_s, row.spike_m_s) for row in told.transitions if row.controller == one.name
+        ),
+    )
+    return Fact("How does the free lift take over?", f"most smoothly with {smooth.name}", lines)
+
+
+def _following(told: ControlComparison) -> Section:
+    from forklift.control.compare import MEASURED
+
+    blocks = []
+    for lift, number in (("free", "5.6"), ("main", "5.7")):
+        rows = []
+        for (of, t, load), found in _by_point(told.rows).items():
+            if of != lift:
+                continue
+            for name, row in found.items():
+                known = MEASURED.get((lift, round(t), round(load)))
+                place = {"thesis": 0, "today": 1}.get(name)
+                rows.append(
+                    [
+                        f"{t:.0f}",
+                        f"{load:.0f}",
+                        name,
+                        " – ".join(f"{x:.1f}" for x in sorted(row.nrmse_percent)),
+                        " – ".join(f"{x:.1f}" for x in sorted(row.perfect_percent)),
+                        f"{row.oscillation_m_s:.4f}",
+                        f"{row.error_percent:+.2f}",
+                        f"{row.fastest_m_s:.3f}" + (" above" if row.breaches else ""),
+                        " – ".join(f"{x:.0f}" for x in known[place]) if known and place is not None else "",
+                    ]
+                )
+        head = [
+            "Oil [°C]",
+            "Load [kg]",
+            "Controller",
+            "NRMSE [%]",
+            "of perfect [%]",
+            "Swing [m/s]",
+            "Steady error [%]",
+            "Fastest [m/s]",
+            "Measured by the thesis [%]",
+        ]
+        numeric = [True, True, False, True, True, True, True, True, True]
+        blocks.append(Table(f"{lift.capitalize()} lift, as Table {number}", head, rows, numeric))
+    lead = "Each lift by itself; the two ends are those of two reference signals."
+    return Section("tables", "How well each follows", lead, blocks)
+
+
+def _look(k: int) -> tuple[str, str]:
+    return COLOURS[k % len(COLOURS)], DASHES[(k // len(COLOURS)) % len(DASHES)]
+
+
+def _line(name: str, x: Any, y: Any, axis: str, colour: str, dash: str, unit: str) -> dict[str, Any]:
+    return {
+        "type": "scatter", "mode": "lines", "name": name, "x": x, "y": y, "yaxis": axis,
+        "line": {"color": colour, "width": 1.8, "dash": dash}, "hovertemplate": f"%{{y:.4g}} {unit}",
+        "showlegend": axis == "y",
+    }  # fmt: skip
+
+
+def _curves(told: ControlComparison) -> Section:
+    figures = []
+    for lift, numbered in (("free", "5.10, 5.12 to 5.14 and Appendix B"), ("main", "5.11, 5.15 to 5.17 and Appendix C")):
+        own = [one for one in told.curves if one.lift == lift]
+        # As the thesis does: 800 kg first.
+        panels = [_panel(told, one) for one in sorted(own, key=lambda one: one.load_kg != 800.0)]
+        note = (
+            f"As Figures {numbered}. True speed of the forks, what the cylinder's pressure does, what the valve is "
+            "ordered. Dotted: the reference."
+        )
+        figures.append(
+            Figure(f"{lift.capitalize()} lift", note, panels, height=560, choose="Operating point")
+        )
+    return Section("curves", "Lowerings", "", figures)
+
+
+def _panel(told: ControlComparison, one: Curves) -> Panel:
+    x = numbers(one.time_s)
+    data = []
+    first = next(iter(one.reference_m_s.values()))
+    data.append(_line("reference", x, numbers(first), "y", "@soft", "dot", "m/s"))
+    for k, controller in enumerate(told.controllers):
+        name, (colour, dash) = controller.name, _look(k)
+        data.append(_line(name, x, numbers(one.speed_m_s[name]), "y", colour, dash, "m/s"))
+        data.append(_line(name, x, numbers(1e-5 * one.pressure_pa[name]), "y2", colour, dash, "bar"))
+        data.append(_line(name, x, numbers(1e-3 * one.current_ma[name]), "y3", colour, dash, "A"))
+    layout = {
+        "xaxis": {"title": {"text": "Time [s]"}, "anchor": "y3"},
+        "yaxis": {"title": {"text": "Speed [m/s]"}, "domain": [0.5, 1.0]},
+        "yaxis2": {"title": {"text": "Pressure [bar]"}, "domain": [0.25, 0.45], "nticks": 4},
+        "yaxis3": {"title": {"text": "Current [A]"}, "domain": [0.0, 0.2], "nticks": 4},
+        "showlegend": True,
+    }
+    label = f"{one.load_kg:.0f} kg, {one.oil_temperature_degc:.0f} °C, signal {one.signal}"
+    return Panel(label, data, layout)
+
+
+def _transition(told: ControlComparison) -> Section:
+    panels = [
+        _passage(told, one)
+        for one in sorted(
+            told.passages,
+            key=lambda one: (one.load_kg != 800.0, one.load_kg, one.oil_temperature_degc, one.level_m_s),
+        )
+    ]
+    note = (
+        "As Figure 5.18 and Appendix D. The main lift comes down first, then the free lift takes over; both speeds "
+        "together are what the driver sees."
+    )
+    rows = [
+        _transition_row(row)
+        for row in sorted(told.transitions, key=lambda r: (r.level_m_s, r.oil_temperature_degc, r.load_kg))
+    ]
+    head = [
+        "Asked [m/s]",
+        "Oil [°C]",
+        "Load [kg]",
+        "Controller",
+        "Before [m/s]",
+        "After [m/s]",
+        "Dip [m/s]",
+        "Spike [m/s]",
+        "Lasts [s]",
+    ]
+    numeric = [True, True, True, False, True, True, True, True, True]
+    blocks = [
+        Figure("Transition", note, panels, height=380, choose="Transition"),
+        Table("Dip and spike of the total speed", head, rows, numeric),
+    ]
+    return Section("transition", "From the main lift to the free lift", "", blocks)
+
+
+def _transition_row(row: Transition) -> list[str]:
+    values = (row.before_m_s, row.after_m_s, row.dip_m_s, row.spike_m_s)
+    return [
+        f"{row.level_m_s:.1f}",
+        f"{row.oil_temperature_degc:.0f}",
+        f"{row.load_kg:.0f}",
+        row.controller,
+        *(f"{value:.3f}" for value in values),
+        f"{row.duration_s:.2f}",
+    ]
+
+
+def _passage(told: ControlComparison, one: Passage) -> Panel:
+    x = numbers(one.time_s)
+    free, main = one.speed_m_s["free"], one.speed_m_s["main"]
+    data = [
+        _line("both together", x, numbers(free + main), "y", "@after", "solid", "m/s"),
+        _line("free lift", x, numbers(free), "y", "@before", "solid", "m/s"),
+        _line("main lift", x, numbers(main), "y", "@measured", "solid", "m/s"),
+        _line("reference, free", x, numbers(one.reference_m_s["free"]), "y", "@before", "dot", "m/s"),
+        _line("reference, main", x, numbers(one.reference_m_s["main"]), "y", "@measured", "dot", "m/s"),
+    ]
+    layout = {
+        "xaxis": {"title": {"text": "Time [s]"}},
+        "yaxis": {"title": {"text": "Speed [m/s]"}, "rangemode": "tozero"},
+        "showlegend": True,
+    }
+    label = (
+        f"{one.load_kg:.0f} kg, {one.oil_temperature_degc:.0f} °C, {one.level_m_s:.1f} m/s, {one.controller}"
+    )
+    return Panel(label, data, layout)
+
+
+def _provenance(told: ControlComparison) -> Section:
+    rows = [
+        [f"Truck {told.truck.name}", told.truck.sha256],
+        *([f"Controller {one.name}, {one.word}-bit words", one.hash] for one in told.controllers),
+        ["Seed of the sensors' noise", str(told.seed)],
+        ["Delay beside the usual [ticks]", str(told.later_ticks)],
+    ]
+    names = " ".join(one.name for one in told.controllers)
+    blocks: list[Any] = [
+        Table("Made from", ["What", "Value, hash or SHA-256"], rows, [False, False]),
+        Code("Once more", f"forklift control compare {names} --out compared"),
+    ]
+    return Section("provenance", "Provenance", "", blocks)
