@@ -245,8 +245,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             "It cannot be said: no recording was held out",
             [
                 f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted."
-                " On the recordings that it was fitted to this explains most; on those, any model can be made "
-                "to look good. Give some recordings the role validate.",
+                " On the recordings that it was fitted to this explains most; on those, any model can be "
+                "made to look good. Give some recordings the role validate.",
             ],
         )
     law = _law(found, cause, row)
