@@ -19,7 +19,7 @@ from forklift.plant.forklift.commands import Command
 ANALOGUE = ("pressure_free_pa", "pressure_main_pa", "fork_height_m")
 COUNT_M = np.pi * 0.08 / 128.0
 """Of their encoders."""
-TEMPERATURE_WIDTH_K = 0.5
+TEMPERATURE_WIDTH_K = 0.15
 
 MOST_EVALUATIONS = 35
 """Of recordings with their derivatives, on null from the thesis's values."""

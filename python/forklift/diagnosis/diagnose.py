@@ -30,7 +30,8 @@ from forklift.diagnosis.selection import Selection
 from forklift.fitting.agreement import Agreement, agreement
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all
-from forklift.fitting.residuals import FAR, MOST_MOVES
+from forklift.fitting.criteria import FAR
+from forklift.fitting.residuals import MOST_MOVES
 from forklift.plant.hypotheses import invalid_hypothesis
 from forklift.plant.subject import Subject
 from forklift.plant.subjects import is_machine, named, subject

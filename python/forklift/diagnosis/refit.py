@@ -348,6 +348,8 @@ class Refitter:
             for j, fitted in enumerate(told.problem.samples):
                 if fitted.recording is sample.recording:
                     x[problem.columns(k)] = told.x[told.problem.columns(j)]
+        if any(len(sample.free) for sample in problem.samples):
+            x = sought(problem, x)  # those held out begin at what was entered
         stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
         return search(problem, x, self.sensors, (stage,), self.progress)
 

@@ -390,7 +390,10 @@ def _unnamed(
                 break
             faint = refit.slight and screened.gain < race.refitter.together * LAW
             faint = faint or not _may_help(screened, refit, race.refitter)
-            if screened.hypotheses[0] not in known and not faint:
+            alike = any(
+                one.finished and one.hypotheses[-1].over == screened.hypotheses[0].over != "" for one in tried
+            )  # over the same variable at another place: what gained little here gains little there
+            if screened.hypotheses[0] not in known and not faint and not alike:
                 tried = race.beside(refit, screened.hypotheses[0], tried)
         refits += [one for one in tried if one not in refits]
     return tuple(sorted(refits, key=rank))

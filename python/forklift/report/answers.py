@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
-from forklift.fitting.residuals import AT_NOISE
+from forklift.fitting.criteria import AT_NOISE
 from forklift.report.blocks import Fact
 from forklift.report.ledger import counts
 from forklift.report.words import NOISE

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.fitting.residuals import AT_NOISE
+from forklift.fitting.criteria import AT_NOISE
 from forklift.report.blocks import Figure, Panel
 
 if TYPE_CHECKING:

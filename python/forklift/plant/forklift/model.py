@@ -35,10 +35,9 @@ OWN = ("load", "oil_temperature", "oil_warming", "free.start", "main.start")
 """The conditions of a recording, in the core's order and by its names: load [kg], offset of the oil
 temperature and how much it rises from start to end [K], cylinder positions at the start [m]."""
 
-TEMPERATURE_WIDTH_K = 0.5
-"""Standard deviation of a recording's mean oil temperature. A sensor that reads in steps of 0.5 K is off by
-0.15 K; and oil that warms up by `WARMING_WIDTH_K` under a sensor that does not follow is half of that
-warmer on the mean."""
+TEMPERATURE_WIDTH_K = 0.15
+"""Standard deviation of a recording's mean oil temperature: a sensor that reads in steps of 0.5 K. Known to
+0.5 K only, oil of another law in the cold would be taken for oil that is four kelvin warmer."""
 
 LOAD_ACCURACY = 0.01
 """Standard deviation of a load that was weighed and entered, as a share of it: scales of trucks and of
