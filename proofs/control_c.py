@@ -196,7 +196,8 @@ RANGED = {
 def eva_ranges(folder: Path, hints: Iterable[int]) -> dict[tuple[str, str], tuple[int, int]]:
     """What Eva says each variable of `RANGED` can be, by function and name, with the controller's own gains.
 
-    In a copy with two annotations: by one Eva goes through the tables a segment at a time, by the other it tries
+    In a copy with two annotations: by one Eva goes through the tables a segment at a time, by the other it
+    tries
     the hints as bounds of the endless loop before it takes the whole word. It proves what it then prints.
     """
     copy = folder.parent / "ranged"
@@ -327,7 +328,8 @@ def _deepest(graph: str, start: str) -> int:
 
 
 def instructions(controller, folder: Path, processor: str, *, ticks: int, seed: int = 3) -> dict[str, float]:  # type: ignore[no-untyped-def]
-    """Instructions of a tick, helpers of the compiler's library included: the mean and the most over random states.
+    """Instructions of a tick, helpers of the compiler's library included: the mean and the most over random
+    states.
 
     QEMU translates one instruction at a time and writes each that it runs to a log. These are instructions,
     not cycles: what one costs depends on the processor and its memory.

@@ -1,6 +1,6 @@
 """The long checks of the exported C: ten million ticks, every argument of its helpers, both word lengths.
 
-    python3 dev.py control [--ticks N] [--controller NAME] [--seed N] [--skip-helpers]
+python3 dev.py control [--ticks N] [--controller NAME] [--seed N] [--skip-helpers]
 """
 
 import argparse

@@ -28,9 +28,9 @@ from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.selection import Selection
 from forklift.fitting.agreement import Agreement, agreement
+from forklift.fitting.criteria import FAR
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all
-from forklift.fitting.criteria import FAR
 from forklift.fitting.residuals import MOST_MOVES
 from forklift.plant.hypotheses import invalid_hypothesis
 from forklift.plant.subject import Subject
