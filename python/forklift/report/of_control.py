@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from forklift.report import page
 from forklift.report.blocks import Block, Code, Fact, Figure, Page, Panel, Section, Table
 from forklift.report.traces import numbers
