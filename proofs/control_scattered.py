@@ -11,26 +11,12 @@ import numpy as np
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
 from forklift.control.controller import Controller
 from forklift.control.metrics import LIMIT_M_S, nrmse_percent, plateaus
+from forklift.control.tune import scattered
 from forklift.plant.forklift.truck import Truck
 
-SEED = 20_17
+SEED = 2017
 """Another than the tuner's."""
 TRUCKS = 16
-SPREADS = {
-    "viscosity.nu_0": 0.15,
-    "viscosity.lambda": 0.1,
-    "volume.V": 0.1,
-    "mass.moving": 0.05,
-    "bulk.a_1": 0.1,
-    "bulk.a_2": 0.1,
-    "friction.F_pr": 0.2,
-    "friction.c_v": 0.2,
-    "friction.f_cfr": 0.2,
-    "valve.omega": 0.1,
-    "valve.f_hs": 0.2,
-    "valve.C_D": 0.03,
-}
-"""Standard deviations of the logarithm. Chosen: a truck of the same make, with another oil and other seals."""
 LOADS_KG = (0.0, 800.0, 1500.0)
 FACTORS = (0.8, 1.0, 1.2)
 """Of the load."""
@@ -40,18 +26,6 @@ SIGNALS = (1, 2)
 TOP = 4
 ASKED_M_S = 0.01
 """Where the thesis's controller swings by more, a third of that is asked for."""
-
-
-def scattered(truck: Truck, count: int = TRUCKS, seed: int = SEED) -> list[Truck]:
-    """Trucks of the same make."""
-    random = np.random.default_rng(seed)
-    found = []
-    for _ in range(count):
-        names = [f"{lift}.{name}" for lift in ("free", "main") for name in SPREADS]
-        factors = np.exp(random.standard_normal(len(names)) * np.tile(list(SPREADS.values()), 2))
-        values = {name: float(truck.values[name]) * f for name, f in zip(names, factors, strict=True)}
-        found.append(truck.with_values(values))
-    return found
 
 
 @dataclass(frozen=True)
@@ -68,7 +42,7 @@ class Row:
 
 def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -> Iterator[Row]:
     """Every lift, temperature and load."""
-    trucks = scattered(truck, seed=seed)
+    trucks = scattered(truck, TRUCKS, seed)
     for lift in ("free", "main"):
         alone = [one.only(lift) for one in controllers]
         for t in TEMPERATURES_DEGC:
