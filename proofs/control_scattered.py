@@ -11,27 +11,12 @@ import numpy as np
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
 from forklift.control.controller import Controller
 from forklift.control.metrics import LIMIT_M_S, nrmse_percent, plateaus
+from forklift.control.tune import scattered
 from forklift.plant.forklift.truck import Truck
 
-SEED = 20_17
+SEED = 2017
 """Another than the tuner's."""
 TRUCKS = 16
-SPREADS = {
-    "viscosity.nu_0": 0.15,
-    "viscosity.lambda": 0.1,
-    "volume.V": 0.1,
-    "mass.moving": 0.05,
-    "bulk.a_1": 0.1,
-    "bulk.a_2": 0.1,
-    "friction.F_pr": 0.2,
-    "friction.c_v": 0.2,
-    "friction.f_cfr": 0.2,
-    "valve.omega": 0.1,
-    "valve.f_hs": 0.2,
-    "valve.C_D": 0.03,
-}
-"""Standard deviations of the logarithm. Chosen: a truck of the same make, with another oil and other seals.
-Standard deviations of the logarithm. Chosen: a truck of the same make, with another oil and other seals."""
 LOADS_KG = (0.0, 800.0, 1500.0)
 FACTORS = (0.8, 1.0, 1.2)
 """Of the load."""
@@ -43,22 +28,9 @@ ASKED_M_S = 0.01
 """Where the thesis's controller swings by more, a third of that is asked for."""
 
 
-def scattered(truck: Truck, count: int = TRUCKS, seed: int = SEED) -> list[Truck]:
-    """Trucks of the same make."""
-    random = np.random.default_rng(seed)
-    found = []
-    for _ in range(count):
-        names = [f"{lift}.{name}" for lift in ("free", "main") for name in SPREADS]
-        factors = np.exp(random.standard_normal(len(names)) * np.tile(list(SPREADS.values()), 2))
-        values = {name: float(truck.values[name]) * f for name, f in zip(names, factors, strict=True)}
-        found.append(truck.with_values(values))
-    return found
-
-
 @dataclass(frozen=True)
 class Row:
-    """Controllers (in order) at one nominal point, over trucks, loads and delays; arrays (controllers,
-    members)."""
+    """Controllers (in order) at one nominal point, over trucks, loads and delays; arrays (controllers, members)."""
 
     lift: str
     oil_temperature_degc: float
@@ -70,17 +42,14 @@ class Row:
 
 def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -> Iterator[Row]:
     """Every lift, temperature and load."""
-    trucks = scattered(truck, seed=seed)
+    trucks = scattered(truck, TRUCKS, seed)
     for lift in ("free", "main"):
         alone = [one.only(lift) for one in controllers]
         for t in TEMPERATURES_DEGC:
             for load in LOADS_KG:
                 factors = FACTORS if load else (1.0,)
                 members = [
-                    (one, load * f, max(0, DELAY_TICKS[lift] + d))
-                    for one in trucks
-                    for f in factors
-                    for d in LATER_TICKS
+                    (one, load * f, max(0, DELAY_TICKS[lift] + d)) for one in trucks for f in factors for d in LATER_TICKS
                 ]
                 swing, nrmse, top = [], [], []
                 for signal in (*SIGNALS, TOP):
@@ -110,8 +79,7 @@ def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -
 
 
 HEAD = (
-    "lift  degC    kg  members  swing of thesis   of better [m/s]  a third, where asked   NRMSE: thesis   "
-    "today  better"
+    "lift  degC    kg  members  swing of thesis   of better [m/s]  a third, where asked   NRMSE: thesis   today  better"
     "  below today  fastest"
 )
 
@@ -119,8 +87,8 @@ HEAD = (
 def line(row: Row) -> tuple[str, bool]:
     """The row as text, and whether all that is asked of it holds. Controllers: thesis, today, better.
 
-    Swings are the worst of all members; a third is counted member by member where the thesis's controller
-    swings by more than `ASKED_M_S`. NRMSE is the mean of all members; below today counts members.
+    Swings are the worst of all members; a third is counted member by member where the thesis's controller swings
+    by more than `ASKED_M_S`. NRMSE is the mean of all members; below today counts members.
     """
     thesis, today, better = range(3)
     asked = row.swing_m_s[thesis] > ASKED_M_S
@@ -132,11 +100,9 @@ def line(row: Row) -> tuple[str, bool]:
     means = row.nrmse_percent.mean(axis=1)
     fastest = row.top_m_s[better].max()
     # Without load a plateau's end is drift, and not a swing: there is no oscillation to damp.
-    good = (
-        (not row_asked or row_held or row.load_kg == 0.0)
-        and means[better] >= means[thesis]
-        and means[better] >= means[today]
-    )
+    good = (not row_asked or row_held or row.load_kg == 0.0) and means[better] >= means[thesis] and means[
+        better
+    ] >= means[today]
     shown = f"{(held & asked).sum():>4d} of {asked.sum():<4d} {worst[better] / worst[thesis]:>5.2f}"
     return (
         f"{row.lift:<5}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}{row.swing_m_s.shape[1]:>9d}"

@@ -1,6 +1,8 @@
 """The long checks of the exported C: ten million ticks, every argument of its helpers, both word lengths.
 
-python3 dev.py control [--ticks N] [--controller NAME] [--seed N] [--skip-helpers]
+    python3 dev.py control [c] [--ticks N] [--controller NAME] [--seed N] [--skip-helpers]
+    python3 dev.py control scattered    thesis, today and damped on trucks scattered about the one they were tuned on
+    python3 dev.py control damping      the least-damped mode and the margins over load and temperature
 """
 
 import argparse
@@ -9,19 +11,32 @@ import time
 from pathlib import Path
 
 import control_c
+import control_scattered
 from forklift.control.c_export import export_c
 from forklift.control.controller import Controller
+from forklift.ensemble.damping import damping_map, damping_table
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS
 
 WORDS = (16, 32)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", nargs="?", choices=["c", "scattered", "damping"], default="c")
     parser.add_argument("--ticks", type=int, default=10_000_000)
     parser.add_argument("--controller", default="damped")
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--skip-helpers", action="store_true", help="leave out the 2^32 arguments")
     arguments = parser.parse_args()
+    if arguments.what == "scattered":
+        return 0 if control_scattered.report() else 1
+    if arguments.what == "damping":
+        for name in ("thesis", "damped"):
+            print(name)
+            for lift in LIFTS:
+                print(damping_table(damping_map(Truck.read("thesis"), Controller.read(name), lift)), flush=True)
+        return 0
     good, clock = True, time.monotonic()
 
     def say(what: str, held: bool) -> None:

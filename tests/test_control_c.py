@@ -49,6 +49,13 @@ def test_the_helpers_of_the_c_give_the_bits_of_the_core(helper: str, tmp_path: P
         assert control_c.helper_equal(controller, folder, helper, numbers[0], first, last)
 
 
+def test_a_controller_without_feedback_of_the_pressure_has_the_same_bits_too(tmp_path: Path) -> None:
+    needs("cc")
+    controller = Controller.read("thesis")
+    folder = export_c(controller, tmp_path / "ecu")
+    assert control_c.equal(controller, folder, seed=9, ticks=20_000)
+
+
 def test_the_files_name_the_configuration_they_hold(exported: tuple[Controller, Path]) -> None:
     controller, folder = exported
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)

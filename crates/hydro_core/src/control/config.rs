@@ -39,6 +39,14 @@ pub struct PressureConfig {
     pub limit: i32,
 }
 
+impl PressureConfig {
+    /// Whether nothing is fed back.
+    #[inline(always)]
+    pub fn is_quiet(&self) -> bool {
+        [&self.cosine, &self.sine, &self.real, &self.imaginary].into_iter().all(Table::is_zero)
+    }
+}
+
 /// One lift's controller.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct LiftConfig {

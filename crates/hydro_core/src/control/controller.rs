@@ -18,11 +18,20 @@ pub struct State {
 impl State {
     /// One tick: the valves' currents [mA].
     pub fn tick(&mut self, config: &Config, request: i32, reading: &Reading) -> [i32; 2] {
+        self.tick_of([true; 2], config, request, reading)
+    }
+
+    /// The same of some lifts only; the others' states stand still and their valves stay shut.
+    #[inline(always)]
+    pub fn tick_of(&mut self, lifts: [bool; 2], config: &Config, request: i32, reading: &Reading) -> [i32; 2] {
         let height = i64::from(reading.position[0]) + 2 * i64::from(reading.position[1]);
         self.wanted = self.reference.tick(config, request, height);
         let (least, most) = (i64::from(config.temperature_least), i64::from(config.temperature_most));
         let temperature = clamped(i64::from(reading.temperature), least, most) as i32;
         [0, 1].map(|k| {
+            if !lifts[k] {
+                return 0;
+            }
             let own = LiftReading { position: reading.position[k], pressure: reading.pressure[k], temperature };
             self.lifts[k].tick(&config.lifts[k], config.word, self.wanted[k], &own)
         })

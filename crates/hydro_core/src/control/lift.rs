@@ -126,6 +126,12 @@ impl LiftState {
         self.pressure = pressure as i32;
         let sum = i64::from(self.mean) * ((1 << MEAN_SHIFT) - 1) + (pressure << PRESSURE_GUARD);
         self.mean = clamped(truncated(sum, MEAN_SHIFT), 0, MOST_PRESSURE << PRESSURE_GUARD) as i32;
+        if p.is_quiet() {
+            // What follows with tables of zeros, to the bit.
+            let turned = saturated(change << PRESSURE_GUARD, MOST_RESONANCE << PRESSURE_GUARD);
+            (self.cosine, self.sine) = (turned as i32, 0);
+            return 0;
+        }
         let mean = i64::from(self.mean) >> PRESSURE_GUARD;
         let (cosine, sine) = (p.cosine.at(mean), p.sine.at(mean));
         let (c, s) = (i64::from(self.cosine), i64::from(self.sine));

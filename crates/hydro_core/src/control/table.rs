@@ -22,6 +22,12 @@ impl Table {
         Table { first: 0, spacing: 0, knots: vec![value; 2] }
     }
 
+    /// Whether it is zero everywhere.
+    #[inline(always)]
+    pub fn is_zero(&self) -> bool {
+        self.knots.iter().all(|&y| y == 0)
+    }
+
     /// y at x, rounded.
     #[inline(always)]
     pub fn at(&self, x: i64) -> i64 {

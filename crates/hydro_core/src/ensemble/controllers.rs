@@ -66,19 +66,23 @@ impl Fleet {
             settings.lifts[1].numbers = LiftSettings::from_values("main", main)?;
             Arc::new(settings.config(self.word)?)
         };
-        Ok(Box::new(Owned { config, state: State::default() }))
+        // A lift that has no share of the reference anywhere is never wanted to move: its valve stays shut, whatever
+        // its filters hold, and it need not be worked out.
+        let works = [0, 1].map(|k| !config.ratio[k].is_zero());
+        Ok(Box::new(Owned { config, works, state: State::default() }))
     }
 }
 
 /// [`crate::control::controller::FixedPoint`], with a share in its configuration.
 struct Owned {
     config: Arc<Config>,
+    works: [bool; 2],
     state: State,
 }
 
 impl Controller for Owned {
     fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
-        self.state.tick(&self.config, request, reading)
+        self.state.tick_of(self.works, &self.config, request, reading)
     }
 
     fn reference(&self) -> [i32; 2] {
