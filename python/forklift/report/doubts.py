@@ -33,7 +33,10 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         Points(list(_form(found, told)), "Is the law right?"),
         Points([*_regimes(told), *_everywhere(found)], "Does it hold everywhere?"),
         *_groups(found),
-        Points(_untestable(told, found.machine.words), "What these recordings cannot tell"),
+        Points(
+            [*_untestable(told, found.machine.words), *_skipped(told, found.machine.words)],
+            "What these recordings cannot tell",
+        ),
         Points([told["deficient"]["after"]["sentence"], *_left(found)], "Is anything left over?"),
         Points(list(_recordings(found)), "About these recordings"),
     ]
@@ -200,6 +203,12 @@ def _untestable(told: Mapping[str, Any], words: Words) -> list[str]:
         f"{'; '.join(dict.fromkeys(those))}."
         for why, those in names.items()
     ]
+
+
+def _skipped(told: Mapping[str, Any], words: Words) -> list[str]:
+    """What would have been tried, if the work of a diagnosis had lasted."""
+    names = [words.at(one["name"], one["where"]) for one in told["hypotheses"] if one["skipped"]]
+    return [f"Not tried, as the work that a diagnosis may do was spent: {'; '.join(names)}."] if names else []
 
 
 def _regime_table(told: Mapping[str, Any]) -> Table:

@@ -51,4 +51,6 @@ def _fate(one: Mapping[str, Any]) -> str:
         return f"named; {left}" if one["named"] else left
     if one["named"]:
         return "named before any fit"
+    if one["skipped"]:
+        return "not tried: the work that a diagnosis may do was spent"
     return "not testable" if one["unidentifiable"] else "too little beside the best to be fitted"
