@@ -271,7 +271,9 @@ def test_nothing_from_a_file_reaches_the_page_unescaped(leak):
     }
     refits = {
         when: replace(
-            refit, judged=tuple(replace(one, file=files.get(one.file, one.file)) for one in refit.judged)
+            refit,
+            told=tuple(replace(one, file=files.get(one.file, one.file)) for one in refit.judged),
+            rest=tuple,
         )
         for when, refit in (("baseline", leak.baseline), ("final", leak.final))
     }
@@ -362,7 +364,7 @@ def test_thinning_keeps_the_peaks_of_every_curve():
 
 def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(leak):
     (cause,) = leak.causes
-    rival = next(one for names, *_ in cause.rivals for one in names)
+    rival = replace(cause.hypothesis, id="friction_pressure", name="friction grows with the pressure")
     command = commands.generate("prms", "main", duration_s=4.0, seed=3)
     other = replace(
         leak,

@@ -116,6 +116,8 @@ def _curve(of: UnknownInput, name: str, columns: Sequence[Floats], at: Floats) -
 
 def _band(best: UnknownInput, name: str, columns: Sequence[Floats], at: Floats) -> Floats:
     count = len(columns)
+    if count < 2:
+        return np.full(len(at), np.nan)  # there is none to leave out
     curves = []
     for out in range(count):
         kept = [k for k in range(count) if k != out]
