@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -99,7 +98,8 @@ def search(
     """
     evaluations = 0
     with one_thread():
-        for stage, bar in zip_longest(stages, bars[: len(stages)], fillvalue=np.inf):
+        for place, stage in enumerate(stages):
+            bar = bars[place] if place < len(bars) else np.inf
             problem = _weighted(problem, x, sensors, stage)
             counter, late = Counter(stage, progress), partial(too_slow, bar)
             x = geodesic.descend(problem, x, stage.evaluations, stage.gain, counter, stage.share, late)
