@@ -8,10 +8,14 @@ from typing import Any, cast
 
 import pytest
 
+from forklift import Truck
 from forklift.diagnosis.criteria import AS_NEAR, LIVES_BEYOND, MISFIT, SAME_PLACE
+from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened
 from forklift.diagnosis.selection import _choice, _may_help, _replaces
+from forklift.plant.forklift.unnamed import curves
+from forklift.plant.protocol import Hypothesis
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,3 +115,24 @@ def test_who_could_not_remove_enough_is_not_tried(left, share):
 
     assert helps(1.01 * needed)
     assert not helps(0.99 * needed)
+
+
+def test_a_curve_over_a_command_is_likely_at_the_current_alone():
+    truck = Truck.read("thesis")
+
+    def unlikely(port: str, variable: str) -> bool:
+        return curves(truck, "free", port, "", variable, 0.0, 1.0)[0].unlikely
+
+    assert not unlikely("current", "other_command")
+    assert unlikely("viscosity", "other_command")
+    assert not unlikely("viscosity", "oil_temperature")
+    assert not unlikely("viscosity", "position")
+
+
+def test_of_curves_that_promise_nearly_as_much_the_likely_one_goes_first():
+    def curve(evidence: float, *, unlikely: bool) -> Screened:
+        return Screened((cast(Hypothesis, Name("c", unlikely=unlikely)),), evidence, (), (), evidence)
+
+    best, near, far = curve(100.0, unlikely=True), curve(90.0, unlikely=False), curve(75.0, unlikely=False)
+    ranked = sorted([best, near, far], key=lambda one: FreeCurves._yields(one, best))
+    assert ranked == [near, best, far]

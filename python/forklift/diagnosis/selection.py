@@ -263,7 +263,8 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     for place, entered in enumerate(waves):
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
         accepted = _choice(_helping(refits[len(shapes) :], best, race.refitter, shapes))
-        if accepted is not None and (accepted.complete or _leads(accepted, best, screening)):
+        enough = accepted is not None and (accepted.complete or accepted.slight)
+        if accepted is not None and (enough or _leads(accepted, best, screening)):
             rivals = _rivals(accepted, refits, screening)
             refits = race.run(best, rivals, screening, refits, quick=True)
             break

@@ -19,7 +19,8 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from forklift.base.arrays import Floats
-from forklift.fitting.criteria import AT_NOISE, BY_CHANCE, FAR, ROUNDING, STRAIN, WHITE
+from forklift.fitting.criteria import AT_NOISE as AT_NOISE
+from forklift.fitting.criteria import BY_CHANCE, FAR, ROUNDING, STRAIN, WHITE
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem, Sample

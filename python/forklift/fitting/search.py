@@ -98,7 +98,8 @@ def search(
     """
     evaluations = 0
     with one_thread():
-        for stage, bar in zip(stages, [*bars, *[np.inf] * len(stages)], strict=False):
+        for place, stage in enumerate(stages):
+            bar = bars[place] if place < len(bars) else np.inf
             problem = _weighted(problem, x, sensors, stage)
             counter, late = Counter(stage, progress), partial(too_slow, bar)
             x = geodesic.descend(problem, x, stage.evaluations, stage.gain, counter, stage.share, late)
