@@ -1,16 +1,20 @@
 """How many closed-loop lowerings of 10 s a core runs in a second, and at which error.
 
-    python benches/sweeps.py [--members 4096] [--repeats 5] [--peers] [--sundials FOLDER] [--out benches/sweeps.md]
+    python benches/sweeps.py [--members 4096] [--repeats 5] [--peers] [--sundials FOLDER] [--out
+    benches/sweeps.md]
 
 The free lift under a controller, steps of the speed asked for, loads 0 to 1500 kg, oil 10 to 60
-degC. Each row is timed in turn, `--repeats` times over, and the fastest counts: processor time with one thread,
+degC. Each row is timed in turn, `--repeats` times over, and the fastest counts: processor time with one
+thread,
 wall time with two. The error is the
 median over 32 members of the largest difference in speed from the same loop with forty substeps, up
 to the first tick at which the controllers order different currents. From there on an encoder count
 that falls a tick later makes another lowering; that is no error of the integrator.
 
-With --peers CVODE in C integrates the lowerings of `benches/peers` in turn with these rows, at its best settings
-(`benches/peers/README.md` says how they were found). That is an open loop, whose commands are known ahead: what a
+With --peers CVODE in C integrates the lowerings of `benches/peers` in turn with these rows, at its best
+settings
+(`benches/peers/README.md` says how they were found). That is an open loop, whose commands are known ahead:
+what a
 closed loop costs beside it is in the ratio. A lowering is one of 10 s of the same nine states.
 """
 
@@ -116,7 +120,9 @@ def main():
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--controller", default="thesis")
     parser.add_argument("--peers", action="store_true", help="CVODE in C in turn with these")
-    parser.add_argument("--sundials", type=Path, help="source of SUNDIALS 6 or 7; without it the system's library")
+    parser.add_argument(
+        "--sundials", type=Path, help="source of SUNDIALS 6 or 7; without it the system's library"
+    )
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     truck = Truck.read("thesis")
@@ -160,7 +166,10 @@ def main():
         )
     if cvode:
         peer = cvode.seconds()
-        lines += ["", f"CVODE in C at its best, open loop, {cvode.target:.1e} m/s: {1e3 * peer:.2f} ms a lowering."]
+        lines += [
+            "",
+            f"CVODE in C at its best, open loop, {cvode.target:.1e} m/s: {1e3 * peer:.2f} ms a lowering.",
+        ]
         lines += [
             f"- {rtol:.0e}: {off:.1e} m/s, {1e3 * spent:.2f} ms." for rtol, (off, spent) in cvode.rows.items()
         ]
@@ -170,7 +179,8 @@ def main():
                 key=lambda row: abs(np.log(errors[row[0], row[1]][0] / cvode.target)),
             )
             lines.append(
-                f"- {loop.capitalize()} loop, {near[1]} substeps, 16 lanes, one core: {peer / best[near]:.0f} times as many "
+                f"- {loop.capitalize()} loop, {near[1]} substeps, 16 lanes, one core: "
+                f"{peer / best[near]:.0f} times as many "
                 f"lowerings a second, at {errors[near[0], near[1]][0]:.1e} m/s."
             )
     home.cleanup()

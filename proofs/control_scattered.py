@@ -30,7 +30,8 @@ ASKED_M_S = 0.01
 
 @dataclass(frozen=True)
 class Row:
-    """Controllers (in order) at one nominal point, over trucks, loads and delays; arrays (controllers, members)."""
+    """Controllers (in order) at one nominal point, over trucks, loads and delays; arrays (controllers,
+    members)."""
 
     lift: str
     oil_temperature_degc: float
@@ -49,7 +50,10 @@ def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -
             for load in LOADS_KG:
                 factors = FACTORS if load else (1.0,)
                 members = [
-                    (one, load * f, max(0, DELAY_TICKS[lift] + d)) for one in trucks for f in factors for d in LATER_TICKS
+                    (one, load * f, max(0, DELAY_TICKS[lift] + d))
+                    for one in trucks
+                    for f in factors
+                    for d in LATER_TICKS
                 ]
                 swing, nrmse, top = [], [], []
                 for signal in (*SIGNALS, TOP):
@@ -79,7 +83,8 @@ def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -
 
 
 HEAD = (
-    "lift  degC    kg  members  swing of thesis   of better [m/s]  a third, where asked   NRMSE: thesis   today  better"
+    "lift  degC    kg  members  swing of thesis   of better [m/s]  a third, where asked   NRMSE: thesis   "
+    "today  better"
     "  below today  fastest"
 )
 
@@ -87,7 +92,8 @@ HEAD = (
 def line(row: Row) -> tuple[str, bool]:
     """The row as text, and whether all that is asked of it holds. Controllers: thesis, today, better.
 
-    Swings are the worst of all members; a third is counted member by member where the thesis's controller swings
+    Swings are the worst of all members; a third is counted member by member where the thesis's controller
+    swings
     by more than `ASKED_M_S`. NRMSE is the mean of all members; below today counts members.
     """
     thesis, today, better = range(3)
@@ -100,9 +106,11 @@ def line(row: Row) -> tuple[str, bool]:
     means = row.nrmse_percent.mean(axis=1)
     fastest = row.top_m_s[better].max()
     # Without load a plateau's end is drift, and not a swing: there is no oscillation to damp.
-    good = (not row_asked or row_held or row.load_kg == 0.0) and means[better] >= means[thesis] and means[
-        better
-    ] >= means[today]
+    good = (
+        (not row_asked or row_held or row.load_kg == 0.0)
+        and means[better] >= means[thesis]
+        and means[better] >= means[today]
+    )
     shown = f"{(held & asked).sum():>4d} of {asked.sum():<4d} {worst[better] / worst[thesis]:>5.2f}"
     return (
         f"{row.lift:<5}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}{row.swing_m_s.shape[1]:>9d}"

@@ -1,8 +1,9 @@
 """The long checks of the exported C: ten million ticks, every argument of its helpers, both word lengths.
 
-    python3 dev.py control [c] [--ticks N] [--controller NAME] [--seed N] [--skip-helpers]
-    python3 dev.py control scattered    thesis, today and damped on trucks scattered about the one they were tuned on
-    python3 dev.py control damping      the least-damped mode and the margins over load and temperature
+python3 dev.py control [c] [--ticks N] [--controller NAME] [--seed N] [--skip-helpers]
+python3 dev.py control scattered    thesis, today and damped on trucks scattered about the one they were
+tuned on
+python3 dev.py control damping      the least-damped mode and the margins over load and temperature
 """
 
 import argparse
@@ -35,7 +36,9 @@ def main() -> int:
         for name in ("thesis", "damped"):
             print(name)
             for lift in LIFTS:
-                print(damping_table(damping_map(Truck.read("thesis"), Controller.read(name), lift)), flush=True)
+                print(
+                    damping_table(damping_map(Truck.read("thesis"), Controller.read(name), lift)), flush=True
+                )
         return 0
     good, clock = True, time.monotonic()
 

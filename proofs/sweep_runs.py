@@ -1,8 +1,8 @@
 """What a sweep bears: kill -9, a dead worker, a million members.
 
-    python3 proofs/sweep_runs.py killed    killed at ten random moments: the same bytes
-    python3 proofs/sweep_runs.py cluster   two Dask workers, one killed: the same bytes
-    python3 proofs/sweep_runs.py scale     time and memory from 10^3 members on, and one thread against two
+python3 proofs/sweep_runs.py killed    killed at ten random moments: the same bytes
+python3 proofs/sweep_runs.py cluster   two Dask workers, one killed: the same bytes
+python3 proofs/sweep_runs.py scale     time and memory from 10^3 members on, and one thread against two
 """
 
 import argparse
@@ -57,7 +57,9 @@ def started(document: dict, out: Path, *more: str) -> subprocess.Popen:
         "given = json.loads(sys.argv[1]); sweep(given, out=sys.argv[2], **json.loads(sys.argv[3]))"
     )
     given = more[0] if more else "{}"
-    return subprocess.Popen([sys.executable, "-c", script, json.dumps(document), str(out), given], env=os.environ)
+    return subprocess.Popen(
+        [sys.executable, "-c", script, json.dumps(document), str(out), given], env=os.environ
+    )
 
 
 def killed(times: int = 10, members: int = 12_000, chunk: int = 100, seed: int = 5) -> bool:
@@ -95,7 +97,9 @@ def cluster(members: int = 12_000, chunk: int = 200) -> bool:
     with tempfile.TemporaryDirectory() as home:
         here, there = Path(home) / "here", Path(home) / "there"
         started(document, here).wait()
-        with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as workers:
+        with LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as workers:
             process = started(document, there, json.dumps({"scheduler": workers.scheduler_address}))
             while process.poll() is None:
                 done = len(list((there / "members").glob("*.parquet"))) if there.exists() else 0
@@ -131,7 +135,14 @@ def scale(largest: int = 100_000, chunk: int = 4096) -> bool:
         for members in sizes:
             for threads in (2, 1) if members == sizes[-1] or members == 10_000 else (2,):
                 out = Path(home) / f"{members}-{threads}"
-                command = [sys.executable, "-c", MEASURED, json.dumps(settings(members, chunk)), str(out), str(threads)]
+                command = [
+                    sys.executable,
+                    "-c",
+                    MEASURED,
+                    json.dumps(settings(members, chunk)),
+                    str(out),
+                    str(threads),
+                ]
                 told = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
                 digests[members, threads] = digest(out)
                 rows.append((members, threads, told["s"], told["mib"]))

@@ -12,7 +12,6 @@ from forklift.control.controller import Controller
 from forklift.plant.forklift.truck import Truck
 from pages import FETCHING, ROOMY_BYTES, Text, drawn
 
-
 OWN = re.compile(r"<script[^>]*>.*?</script>", re.DOTALL)
 """Plotly's own script names addresses that it never fetches."""
 

@@ -1,4 +1,5 @@
-"""The linear loop of a controller: its feedback is that of the integers, its map shows where the thesis's case lies."""
+"""The linear loop of a controller: its feedback is that of the integers, its map shows where the thesis's
+case lies."""
 
 from dataclasses import replace
 

@@ -292,7 +292,9 @@ CORRELATED = {
         "free.friction.c_v": {"normal": [1.0, 0.1], "relative": True},
         "load_kg": {"uniform": [0.0, 1500.0]},
     },
-    "correlate": [{"names": ["free.viscosity.nu_0", "free.friction.c_v"], "matrix": [[1.0, -0.8], [-0.8, 1.0]]}],
+    "correlate": [
+        {"names": ["free.viscosity.nu_0", "free.friction.c_v"], "matrix": [[1.0, -0.8], [-0.8, 1.0]]}
+    ],
 }
 
 
@@ -328,9 +330,7 @@ def test_what_is_drawn_together_has_its_correlation_and_each_its_own_distributio
 )
 def test_correlations_that_nothing_can_have_are_refused(names, matrix, said):
     with pytest.raises(ForkliftError, match=said) as caught:
-        specification.check(
-            document(vary=CORRELATED["vary"], correlate=[{"names": names, "matrix": matrix}])
-        )
+        specification.check(document(vary=CORRELATED["vary"], correlate=[{"names": names, "matrix": matrix}]))
     assert caught.value.code == "value-invalid"
 
 

@@ -60,7 +60,9 @@ def compare(
     controllers: Annotated[list[str], typer.Argument(help="Controllers to set side by side.")],
     truck: _Truck = "thesis",
     later: Annotated[int, typer.Option(help="By how many ticks the delay is longer.")] = 0,
-    out: Annotated[Path | None, typer.Option(help="Folder for report.html, compare.json, compare.txt.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for report.html, compare.json, compare.txt.")
+    ] = None,
 ) -> None:
     """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two
     signals; and the transition between the lifts."""

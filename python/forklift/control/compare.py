@@ -1,4 +1,5 @@
-"""Controllers side by side on the thesis's grid: Tables 5.6 and 5.7, oscillation, steady error, breaches, transition.
+"""Controllers side by side on the thesis's grid: Tables 5.6 and 5.7, oscillation, steady error, breaches,
+transition.
 
 Source: Fri & Fahlén (2017), section 5.6; Tables 5.6 and 5.7; Figures 5.10 to 5.18, Appendices B to D.
 """

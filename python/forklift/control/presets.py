@@ -55,7 +55,8 @@ _CHOSEN = "chosen"
 U_MAX: Mapping[Lift, Number] = {
     "free": Number(
         value=640.0,
-        source="chosen: without load the free lift takes seconds to its highest speed, and what the integral part "
+        source="chosen: without load the free lift takes seconds to its highest speed, and what the "
+        "integral part "
         "gathers meanwhile would take it above 0.6 m/s; with this it does not",
     ),
     "main": Number(value=700.0, source="chosen: the end of Figure 5.6a; a sixth above the greatest request"),
@@ -102,10 +103,12 @@ TAIL = 0.1
 
 
 def _early_ratios() -> dict[Lift, Curve]:
-    """Over the forks' height [counts]: the free lift starts half a metre above the main lift's end and has all
+    """Over the forks' height [counts]: the free lift starts half a metre above the main lift's end and has
+    all
     of the speed before it; the main lift slows to `TAIL` on its way there and creeps on to its end."""
     source = (
-        "chosen on the thesis's truck (`forklift control compare`): the free lift starts earlier, 5.6.3, and the main "
+        "chosen on the thesis's truck (`forklift control compare`): the free lift starts earlier, 5.6.3, "
+        "and the main "
         "lift meets its end slowly"
     )
     return {

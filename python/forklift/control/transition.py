@@ -1,4 +1,5 @@
-"""From the main lift to the free lift: how the total speed dips and jumps while one takes over from the other.
+"""From the main lift to the free lift: how the total speed dips and jumps while one takes over from the
+other.
 
 Source: Fri & Fahlén (2017), sections 4.6.1 and 5.6.3, (4.10), (4.11); Figure 5.18 and Appendix D.
 """

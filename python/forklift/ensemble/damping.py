@@ -1,4 +1,5 @@
-"""The map of the least-damped mode: a controller's linear loop over load and oil temperature, with its margins.
+"""The map of the least-damped mode: a controller's linear loop over load and oil temperature, with its
+margins.
 
 Source: Fri & Fahlén (2017), (4.6) to (4.12), sections 4.9 and 5.5.
 """
@@ -88,9 +89,7 @@ def damping_map(
         for load in loads_kg:
             wanted = speed_to_current(truck, lift, speeds=[speed_m_s], load_kg=load, oil_temperature_degc=t)
             command = float(wanted.current_a[-1])
-            point = operating_point(
-                truck, lift, command_a=command, load_kg=load, oil_temperature_degc=t
-            )
+            point = operating_point(truck, lift, command_a=command, load_kg=load, oil_temperature_degc=t)
             held = sampled(plant(point), delay_s=late)
             loop = opened(held, feedback(controller, point))
             rows.append(
@@ -119,9 +118,11 @@ def opened(held: StateSpace, answer: StateSpace) -> StateSpace:
 
 
 def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
-    """From speed of the forks [m/s] and cylinder pressure [Pa] to less of the current [A], at a constant reference.
+    """From speed of the forks [m/s] and cylinder pressure [Pa] to less of the current [A], at a constant
+    reference.
 
-    (A.17) before (4.12); the swing of the pressure through its resonator at the point's mean pressure; both times
+    (A.17) before (4.12); the swing of the pressure through its resonator at the point's mean pressure;
+    both times
     the slope of table and temperature scale, without quantisation and saturation.
     """
     lift: LiftSettings = getattr(controller, point.lift)
@@ -155,7 +156,8 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
 
 
 def _slope(lift: LiftSettings, point: OperatingPoint) -> float:
-    """Current [A] per speed ordered [m/s] at the point: (4.8) and the table, by what the table says of the current."""
+    """Current [A] per speed ordered [m/s] at the point: (4.8) and the table, by what the table says of the
+    current."""
     numbers = {name: lift.numbers[name].value for name in ("a", "b", "c", "d")}
     scale = numbers["a"] * (point.oil_temperature_degc + KELVIN) + numbers["b"]
     shift = numbers["c"] * (point.oil_temperature_degc - 20.0) + numbers["d"]
@@ -208,7 +210,8 @@ def _at_pressure(lift: LiftSettings, pressure_pa: float) -> tuple[float, float, 
 def damping_table(rows: Sequence[Damping]) -> str:
     """A line an operating point."""
     lines = [
-        f"{'lift':<5}{'degC':>5}{'kg':>6}{'open loop':>22}{'closed loop':>22}{'gain':>8}{'delay [ms]':>12}{'disk':>7}"
+        f"{'lift':<5}{'degC':>5}{'kg':>6}{'open loop':>22}{'closed loop':>22}"
+        f"{'gain':>8}{'delay [ms]':>12}{'disk':>7}"
     ]
 
     def said(mode: Mode | None) -> str:

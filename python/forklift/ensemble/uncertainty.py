@@ -13,14 +13,13 @@ from forklift.plant.forklift.tables import parameters
 from forklift.plant.parameter import Unknown
 
 
-def of_knowledge(
-    unknowns: Sequence[Unknown], knowledge: Knowledge, values: dict[str, Any]
-) -> dict[str, Any]:
+def of_knowledge(unknowns: Sequence[Unknown], knowledge: Knowledge, values: dict[str, Any]) -> dict[str, Any]:
     """``vary`` and ``correlate`` of a sweep for a fit: ``of_knowledge(fit.unknowns, fit.knowledge,
     fit.truck.values)``.
 
     Each parameter is normal, or normal in its logarithm where it was fitted so, with its posterior standard
-    deviation, cut off at its bounds; together they have the fit's correlations. Of a scale that is neither the
+    deviation, cut off at its bounds; together they have the fit's correlations. Of a scale that is neither
+    the
     tangent at the estimate counts. Parameters that move together in the fit move together here.
     """
     vary: dict[str, Any] = {}
@@ -65,5 +64,3 @@ def _bounds(name: str) -> list[float]:
     known = parameters()
     spec = known[name] if name in known else known[name.rpartition(".")[0]]
     return [float(spec["lower"]), float(spec["upper"])]
-
-

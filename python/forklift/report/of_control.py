@@ -1,4 +1,5 @@
-"""The page of controllers side by side: how well they follow, how much they swing, how one lift takes over."""
+"""The page of controllers side by side: how well they follow, how much they swing, how one lift takes
+over."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ def control_page(told: ControlComparison) -> str:
     names = [one.name for one in told.controllers]
     late = f", {told.later_ticks:+d} ticks" if told.later_ticks else ""
     about = (
-        f"Closed loop on truck {told.truck.name}: {', '.join(names)}; both lifts, loads of 0, 800 and 1500 kg, oil of 20, "
+        f"Closed loop on truck {told.truck.name}: {', '.join(names)}; both lifts, loads of 0, 800 and "
+        f"1500 kg, oil of 20, "
         f"40 and 60 °C, two reference signals; 160 ms from sensors to speed{late}"
     )
     verdict, *more = _verdict(told)
@@ -39,14 +41,18 @@ def control_page(told: ControlComparison) -> str:
             [_fact_following(told), _fact_swing(told), _fact_limit(told), _fact_transition(told)],
             sections,
             {
-                "NRMSE": "100 % for a speed that is the reference at every moment, 0 % for one no better than the "
+                "NRMSE": "100 % for a speed that is the reference at every moment, 0 % for one no better "
+                "than the "
                 "reference's mean: (3.40) of Fri & Fahlén (2017).",
-                "of perfect": "The NRMSE of an answer that is the reference 160 ms later, and otherwise without fault: "
+                "of perfect": "The NRMSE of an answer that is the reference 160 ms later, and otherwise "
+                "without fault: "
                 "what is left to a controller that does not know the reference ahead.",
-                "swing": "Half of what lies between the least and the greatest speed in the last 0.8 s of a plateau. "
+                "swing": "Half of what lies between the least and the greatest speed in the last 0.8 s of "
+                "a plateau. "
                 "Drift counts as well.",
                 "steady error": "Mean speed less the speed asked for, after six seconds at 0.25 m/s.",
-                "dip, spike": "How far the sum of both lifts' speeds falls below the lesser of the mean speeds before and "
+                "dip, spike": "How far the sum of both lifts' speeds falls below the lesser of the mean "
+                "speeds before and "
                 "after a transition, and how far it rises above the greater.",
             },
         )
@@ -76,7 +82,8 @@ def _verdict(told: ControlComparison) -> list[str]:
         better = sum(_mean(rows[last]) > _mean(rows[other]) for rows in points.values())
         gains = [_mean(rows[last]) - _mean(rows[other]) for rows in points.values()]
         said.append(
-            f"{last} follows better than {other} at {better} of {len(points)} operating points, by {min(gains):+.1f} to "
+            f"{last} follows better than {other} at {better} of {len(points)} operating points, by "
+            f"{min(gains):+.1f} to "
             f"{max(gains):+.1f} points of NRMSE."
         )
     return said
@@ -208,12 +215,16 @@ def _line(name: str, x: Any, y: Any, axis: str, colour: str, dash: str, unit: st
 
 def _curves(told: ControlComparison) -> Section:
     figures = []
-    for lift, numbered in (("free", "5.10, 5.12 to 5.14 and Appendix B"), ("main", "5.11, 5.15 to 5.17 and Appendix C")):
+    for lift, numbered in (
+        ("free", "5.10, 5.12 to 5.14 and Appendix B"),
+        ("main", "5.11, 5.15 to 5.17 and Appendix C"),
+    ):
         own = [one for one in told.curves if one.lift == lift]
         # As the thesis does: 800 kg first.
         panels = [_panel(told, one) for one in sorted(own, key=lambda one: one.load_kg != 800.0)]
         note = (
-            f"As Figures {numbered}. True speed of the forks, what the cylinder's pressure does, what the valve is "
+            f"As Figures {numbered}. True speed of the forks, what the cylinder's pressure does, what the "
+            f"valve is "
             "ordered. Dotted: the reference."
         )
         figures.append(
@@ -252,7 +263,8 @@ def _transition(told: ControlComparison) -> Section:
         )
     ]
     note = (
-        "As Figure 5.18 and Appendix D. The main lift comes down first, then the free lift takes over; both speeds "
+        "As Figure 5.18 and Appendix D. The main lift comes down first, then the free lift takes over; "
+        "both speeds "
         "together are what the driver sees."
     )
     rows = [

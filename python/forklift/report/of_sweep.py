@@ -117,7 +117,8 @@ def _map(sweep: Sweep) -> Section | None:
     if not tally.axes:
         return None
     lead = (
-        "The share of members in a cell that fail, and the least scaled margin of a cell's members: how near the worst "
+        "The share of members in a cell that fail, and the least scaled margin of a cell's members: how "
+        "near the worst "
         "of them comes to failing. Cells without members are blank."
     )
     x = tally.axes[0]
@@ -132,7 +133,8 @@ def _map(sweep: Sweep) -> Section | None:
         }  # fmt: skip
         titles = {"xaxis": {"title": {"text": x.name}}, "yaxis": {"title": {"text": "Share that fails"}}}
         margins = bars | {
-            "y": numbers(tally.least), "marker": {"color": "@after"}, "hovertemplate": "%{x:.4g}: %{y:.3g}<extra></extra>",
+            "y": numbers(tally.least), "marker": {"color": "@after"}, "hovertemplate": "%{x:.4g}: "
+            "%{y:.3g}<extra></extra>",
         }  # fmt: skip
         axes = titles | {"yaxis": {"title": {"text": "Least scaled margin"}}}
         panels = [Panel("Share that fails", [bars], titles), Panel("Least scaled margin", [margins], axes)]
@@ -158,7 +160,8 @@ def _map(sweep: Sweep) -> Section | None:
     near = heat | {
         "z": [numbers(row) for row in tally.least.T],
         "colorscale": [[0.0, "@hot"], [0.5, "@warm"], [1.0, "@panel"]],
-        "hovertemplate": f"{x.name} %{{x:.4g}}<br>{y.name} %{{y:.4g}}<br>least margin %{{z:.3g}} of %{{customdata}}"
+        "hovertemplate": f"{x.name} %{{x:.4g}}<br>{y.name} %{{y:.4g}}<br>least margin %{{z:.3g}} of "
+        f"%{{customdata}}"
         "<extra></extra>",
         "colorbar": {"thickness": 10, "title": {"text": "margin"}, "outlinewidth": 0},
     }  # fmt: skip
