@@ -12,9 +12,10 @@ to the first tick at which the controllers order different currents. From there 
 that falls a tick later makes another lowering; that is no error of the integrator.
 
 With --peers CVODE in C integrates the lowerings of `benches/peers` in turn with these rows, at its best
-settings (`benches/peers/README.md` says how they were found). That is an open loop, whose commands are
-known ahead: what a closed loop costs beside it is in the ratio. A lowering is one of 10 s of the same nine
-states.
+settings
+(`benches/peers/README.md` says how they were found). That is an open loop, whose commands are known ahead:
+what a
+closed loop costs beside it is in the ratio. A lowering is one of 10 s of the same nine states.
 """
 
 import argparse

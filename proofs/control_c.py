@@ -91,9 +91,9 @@ def equal(controller, folder: Path, *, seed: int, ticks: int) -> bool:  # type: 
 
 def helpers(controller) -> list[tuple[str, int]]:  # type: ignore[no-untyped-def]
     """Every helper of two 16-bit arguments, at the shifts that occur in the exported controller."""
-    text = "".join(controller.core.c_sources(controller.name)[1:2])
+    header, text = controller.core.c_sources(controller.name)[:2]
     shifts = sorted({int(shift) for shift in re.findall(r"= \{ -?\d+, (\d+)U \}", text)})
-    factor = int(re.search(r"FC_FACTOR_SHIFT (\d+)U", controller.core.c_sources(controller.name)[0])[1])  # type: ignore[index]
+    factor = int(re.findall(r"FC_FACTOR_SHIFT (\d+)U", header)[0])
     return [
         *(("times", shift) for shift in shifts),
         ("rounded", factor),
@@ -271,7 +271,9 @@ def _cross(folder: Path, processor: str, name: str, defines: list[str]) -> Path:
     return folder / name
 
 
-def on_cortex(controller, folder: Path, processor: str, *, ticks: int, seed: int = 3) -> bool:  # type: ignore[no-untyped-def]
+def on_cortex(  # type: ignore[no-untyped-def]
+    controller, folder: Path, processor: str, *, ticks: int, seed: int = 3
+) -> bool:
     """Whether the C on an emulated processor agrees with the core, and refuses a wrong digest."""
     answers = []
     digest = controller.core.digest(seed, ticks)
@@ -327,9 +329,11 @@ def _deepest(graph: str, start: str) -> int:
     return depth(next(name for name in own if name.endswith(start)))
 
 
-def instructions(controller, folder: Path, processor: str, *, ticks: int, seed: int = 3) -> dict[str, float]:  # type: ignore[no-untyped-def]
-    """Instructions of a tick, helpers of the compiler's library included: the mean and the most over random
-    states.
+def instructions(  # type: ignore[no-untyped-def]
+    controller, folder: Path, processor: str, *, ticks: int, seed: int = 3
+) -> dict[str, float]:
+    """Instructions of a tick, helpers of the compiler's library included: the mean and the most over
+    random states.
 
     QEMU translates one instruction at a time and writes each that it runs to a log. These are instructions,
     not cycles: what one costs depends on the processor and its memory.

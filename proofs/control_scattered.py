@@ -93,7 +93,8 @@ def line(row: Row) -> tuple[str, bool]:
     """The row as text, and whether all that is asked of it holds. Controllers: thesis, today, better.
 
     Swings are the worst of all members; a third is counted member by member where the thesis's controller
-    swings by more than `ASKED_M_S`. NRMSE is the mean of all members; below today counts members.
+    swings
+    by more than `ASKED_M_S`. NRMSE is the mean of all members; below today counts members.
     """
     thesis, today, better = range(3)
     asked = row.swing_m_s[thesis] > ASKED_M_S

@@ -1,8 +1,8 @@
 """The long checks of the exported C: ten million ticks, every argument of its helpers, both word lengths.
 
 python3 dev.py control [c] [--ticks N] [--controller NAME] [--seed N] [--skip-helpers]
-python3 dev.py control scattered    thesis, today and damped on trucks scattered about the one they were tuned
-on
+python3 dev.py control scattered    thesis, today and damped on trucks scattered about the one they were
+tuned on
 python3 dev.py control damping      the least-damped mode and the margins over load and temperature
 """
 

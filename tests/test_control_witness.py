@@ -26,8 +26,8 @@ def q(value: float, bits: int) -> int:
 
 
 def controller(proportional: float, integral: float, derivative: float, word: int = 32) -> Controller:
-    """Ours with a table that says the speed it is asked for, and nothing between the request and the error.
-    Ours with a table that says the speed it is asked for, and nothing between the request and the error."""
+    """Ours with a table that says the speed it is asked for, and nothing between the request and the
+    error."""
     names = {"proportional": proportional, "integral": integral / TICK_S, "derivative": derivative * TICK_S}
     given = (
         OPEN_LOOP
@@ -108,8 +108,9 @@ def test_the_15_bits_of_arm_lose_up_to_a_bit_a_tick_and_agree_within_that() -> N
 
 def test_where_the_31_bits_of_arm_wrap_ours_saturate() -> None:
     arm = theirs(31, (0.4, 0.2, 0.0), np.full(8, 0.9 * FULL)) / FULL
+    # A step of 0.9 with Kp = 0.4, Ki = 0.2 wraps in CMSIS-DSP.
     assert arm[2] > 0.89
-    assert arm[3] < -0.9, "a step of 0.9 with Kp = 0.4, Ki = 0.2 wraps in CMSIS-DSP"
+    assert arm[3] < -0.9
     found = orders(controller(0.4, 0.2, 0.0), np.full(400, 1600))
     assert (np.diff(found) >= 0.0).all()
     assert found[-1] == 1750.0

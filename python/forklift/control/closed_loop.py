@@ -151,8 +151,8 @@ def lower(
 def requests(lift: Lift, signal: int) -> Integers:
     """The test signals of a lift [mm/s], 1 to 4, each within the lift's stroke.
 
-    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not survive
-    in
+    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not
+    survive in
     the text; 1 and 2 are chosen: one through three levels, one from the highest speed down. 3 is one plateau
     that the integral part has time to settle on, 4 one at the highest speed, nearly as long as the stroke
     allows.

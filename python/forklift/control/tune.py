@@ -2,9 +2,10 @@
 swing
 load by load.
 
-Source: Fri & Fahlén (2017), sections 4.4.1 and 4.5.1, (4.4); section 6.3 asks for more than the PID.
-Pressure feedback against the swing of a lowered load: Kjelland & Hansen (2013). Its phase has to make up for
-the delay, so it follows from the truck, the load and the delay.
+Source: Fri & Fahlén (2017), sections 4.4.1 and 4.5.1, (4.4); section 6.3 asks for more than the PID. Pressure
+feedback against the swing of a lowered load: Kjelland & Hansen (2013). Its phase has to make up for the
+delay,
+so it follows from the truck, the load and the delay.
 """
 
 from __future__ import annotations
@@ -71,8 +72,8 @@ GENERATIONS, CANDIDATES, KEPT = 30, 20, 4
 FACTOR_OF_INTEGRAL = (0.5, 1.5)
 """Of what it was. Chosen: a faster one follows better and swings more on other trucks of the make."""
 NUMBERS = {"integral": 0.1, "derivative": 0.002, "u_max": 8.0}
-"""The numbers that are searched, and how far at a time. (4.12)'s proportional part stays: it damps nothing.
-The numbers that are searched, and how far at a time. (4.12)'s proportional part stays: it damps nothing."""
+"""The numbers that are searched, and how far at a time. (4.12)'s proportional part stays: it damps
+nothing."""
 DERIVATIVE_S = (0.0, 0.012)
 U_MAX_MM_S = 30.0
 """Either way."""
@@ -83,8 +84,8 @@ SWING_FLOOR_M_S = 0.01
 """Less swing than a third of this is not asked for: a count of the encoder in a fifth of a second."""
 ENOUGH_PERCENT = 1.0
 WORST_WEIGHT, MEAN_WEIGHT, OVERSPEED_WEIGHT = 40.0, 20.0, 500.0
-"""Against a percent of NRMSE, of which no more than `ENOUGH_PERCENT` counts: the worst swing of an operating
-point and the mean one, each over that of the
+"""Against a percent of NRMSE, of which no more than `ENOUGH_PERCENT` counts: the worst swing of an
+operating point and the mean one, each over that of the
 controller one starts from, and a m/s of overspeed. Chosen."""
 
 
@@ -135,8 +136,8 @@ def _search(
     """I and D of (4.12), the greatest order of (4.7), and the gain and lead of the feedback over the load.
 
     What the NRMSE gains on the controller `before`, less the swing in terms of that controller's, less what a
-    plateau at the highest speed stays above the limit; over trucks, loads, oil temperatures, delays and two
-    reference signals. A
+    plateau at the highest speed stays above the limit; over trucks, loads, oil temperatures, delays and
+    two reference signals. A
     seeded evolution (Schwefel 1981): the objective jumps, as encoder counts do.
     """
     random = np.random.default_rng([seed, LIFTS.index(lift)])

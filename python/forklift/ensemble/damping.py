@@ -121,8 +121,9 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
     """From speed of the forks [m/s] and cylinder pressure [Pa] to less of the current [A], at a constant
     reference.
 
-    (A.17) before (4.12); the swing of the pressure through its resonator at the point's mean pressure; both
-    times the slope of table and temperature scale, without quantisation and saturation.
+    (A.17) before (4.12); the swing of the pressure through its resonator at the point's mean pressure;
+    both times
+    the slope of table and temperature scale, without quantisation and saturation.
     """
     lift: LiftSettings = getattr(controller, point.lift)
     dt = tick_s()
@@ -209,8 +210,8 @@ def _at_pressure(lift: LiftSettings, pressure_pa: float) -> tuple[float, float, 
 def damping_table(rows: Sequence[Damping]) -> str:
     """A line an operating point."""
     lines = [
-        f"{'lift':<5}{'degC':>5}{'kg':>6}{'open loop':>22}{'closed loop':>22}{'gain':>8}{'delay [ms]':>12}"
-        f"{'disk':>7}"
+        f"{'lift':<5}{'degC':>5}{'kg':>6}{'open loop':>22}{'closed loop':>22}"
+        f"{'gain':>8}{'delay [ms]':>12}{'disk':>7}"
     ]
 
     def said(mode: Mode | None) -> str:

@@ -62,8 +62,10 @@ class Tally:
         Members of each verdict.
     broken, unasked
         By requirement, members that break it, and members it was never asked of.
-    axes, seen, failed
-        A map of two varied quantities: members and failures of each cell (x, y); less where fewer are varied.
+    axes, seen, failed, least
+        A map of two varied quantities: members and failures of each cell (x, y), and the least scaled
+        margin in
+        it, infinite where there is none; less where fewer are varied.
     shares
         Of a Sobol sequence, failures of each scramble.
     worst
@@ -81,6 +83,7 @@ class Tally:
     shares: dict[int, int] = field(default_factory=dict)
     seen: Counts = field(init=False)
     failed: Counts = field(init=False)
+    least: Floats = field(init=False)
     worst: pl.DataFrame | None = None
 
     def __post_init__(self) -> None:
@@ -89,6 +92,7 @@ class Tally:
         self.unasked = dict(self.broken)
         shape = tuple(axis.cells for axis in self.axes)
         self.seen, self.failed = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
+        self.least = np.full(shape, np.inf)
 
     @property
     def failures(self) -> int:
@@ -109,6 +113,7 @@ class Tally:
             places = tuple(axis.of(table[axis.name].to_numpy()) for axis in self.axes)
             np.add.at(self.seen, places, 1)
             np.add.at(self.failed, places, failed.astype(np.int64))
+            np.minimum.at(self.least, places, np.nan_to_num(scaled(self.specification, table), nan=-np.inf))
         if self.scramble:
             first = int(table["index"][0]) // self.scramble
             self.shares[first] = self.shares.get(first, 0) + int(failed.sum())

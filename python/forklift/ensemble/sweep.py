@@ -199,6 +199,7 @@ class Sweep:
                 "axes": [{"name": axis.name, "edges": axis.edges.tolist()} for axis in tally.axes],
                 "members": tally.seen.tolist(),
                 "failures": tally.failed.tolist(),
+                "least_scaled_margin": [_finite(row) for row in tally.least.tolist()],
             },
             "worst": [
                 {key: _plain(value) for key, value in row.items()} for row in self.worst.iter_rows(named=True)
@@ -428,6 +429,11 @@ def _written(path: str | Path, table: pl.DataFrame) -> Path:
 
 def _tupled(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
+
+
+def _finite(value: Any) -> Any:
+    """A number or a row of numbers, None for those that are not finite."""
+    return [_plain(x) for x in value] if isinstance(value, list) else _plain(value)
 
 
 def _plain(value: Any) -> Any:

@@ -116,7 +116,11 @@ def _map(sweep: Sweep) -> Section | None:
     tally = sweep.tally
     if not tally.axes:
         return None
-    lead = "The share of members in a cell that fail. Cells without members are blank."
+    lead = (
+        "The share of members in a cell that fail, and the least scaled margin of a cell's members: how "
+        "near the worst "
+        "of them comes to failing. Cells without members are blank."
+    )
     x = tally.axes[0]
     if len(tally.axes) == 1:
         share = [
@@ -128,7 +132,13 @@ def _map(sweep: Sweep) -> Section | None:
             "hovertemplate": "%{x:.4g}: %{y:.3g} of %{customdata} fail<extra></extra>",
         }  # fmt: skip
         titles = {"xaxis": {"title": {"text": x.name}}, "yaxis": {"title": {"text": "Share that fails"}}}
-        return Section("map", "Where they fail", lead, [Figure("Failures", "", [Panel("", [bars], titles)])])
+        margins = bars | {
+            "y": numbers(tally.least), "marker": {"color": "@after"}, "hovertemplate": "%{x:.4g}: "
+            "%{y:.3g}<extra></extra>",
+        }  # fmt: skip
+        axes = titles | {"yaxis": {"title": {"text": "Least scaled margin"}}}
+        panels = [Panel("Share that fails", [bars], titles), Panel("Least scaled margin", [margins], axes)]
+        return Section("map", "Where they fail", lead, [Figure("Failures", "", _told_first(sweep, panels))])
     y = tally.axes[1]
     seen, failed = tally.seen.T, tally.failed.T
     share = [
@@ -147,8 +157,23 @@ def _map(sweep: Sweep) -> Section | None:
         "xaxis": _axis(x),
         "yaxis": _axis(y),
     }
-    figure = Figure("Stability map", "", [Panel("", [heat], layout)], height=120 + CELL_PX * y.cells)
+    near = heat | {
+        "z": [numbers(row) for row in tally.least.T],
+        "colorscale": [[0.0, "@hot"], [0.5, "@warm"], [1.0, "@panel"]],
+        "hovertemplate": f"{x.name} %{{x:.4g}}<br>{y.name} %{{y:.4g}}<br>least margin %{{z:.3g}} of "
+        f"%{{customdata}}"
+        "<extra></extra>",
+        "colorbar": {"thickness": 10, "title": {"text": "margin"}, "outlinewidth": 0},
+    }  # fmt: skip
+    del near["zmin"], near["zmax"]
+    panels = [Panel("Share that fails", [heat], layout), Panel("Least scaled margin", [near], layout)]
+    figure = Figure("Stability map", "", _told_first(sweep, panels), height=120 + CELL_PX * y.cells)
     return Section("map", "Where they fail", lead, [figure])
+
+
+def _told_first(sweep: Sweep, panels: list[Panel]) -> list[Panel]:
+    """The one that says something first: where nothing fails that is the margin."""
+    return panels if sweep.tally.failures else panels[::-1]
 
 
 def _axis(axis: Axis) -> dict[str, Any]:

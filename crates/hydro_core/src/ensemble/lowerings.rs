@@ -480,15 +480,16 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
 }
 
 #[cfg(test)]
+#[path = "../../tests/common/mod.rs"]
+mod common;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::ensemble::member::DEFAULTS;
     use crate::lanes::Lanes;
     use crate::mast::VELOCITY;
     use crate::truck::Truck;
-
-    #[path = "../../../../tests/common/mod.rs"]
-    mod common;
 
     const TICKS: usize = 20;
 
