@@ -44,8 +44,11 @@ def propose(
 ) -> Proposed:
     """What to record next, if anything would help."""
     rivals = _rivals(selection, found)
-    if not model.reaches_noise and selection.final.hypotheses:
-        rivals = [selection.final, *_nearest(selection), *_exchanged(refitter, selection.final, stands)]
+    final = selection.final
+    if not model.reaches_noise and final.hypotheses:
+        offered = possible(model, recordings, _values([final]), refitter.sensors)
+        if offered:
+            rivals = [final, *_nearest(refitter, selection), *_exchanged(refitter, final, stands)]
     if len(rivals) > 1:
         return _answer(model, rivals, possible(model, recordings, _values(rivals), refitter.sensors))
     for condition, of in findings.same:
@@ -131,15 +134,17 @@ def _rivals(selection: Selection, found: Sequence[Cause]) -> list[Refit]:
     return [selection.final, *best][:MOST_RIVALS]
 
 
-def _nearest(selection: Selection) -> list[Refit]:
-    """What came nearest to the final model when its last cause was accepted."""
+def _nearest(refitter: Refitter, selection: Selection) -> list[Refit]:
+    """What came nearest to the final model when its last cause was accepted; fitted to the end, if only one
+    that was stopped on the way is left."""
     last = [step for step in selection.steps if step.accepted][-1:]
-    return [
-        refit
-        for step in last
-        for refit in step.refits
-        if refit.finished and refit.hypotheses != selection.final.hypotheses
-    ][:NEAREST]
+    others = [
+        refit for step in last for refit in step.refits if refit.hypotheses != selection.final.hypotheses
+    ]
+    ended = [refit for refit in others if refit.finished][:NEAREST]
+    if ended or not others:
+        return ended
+    return [refitter.finish(min(others, key=lambda refit: refit.rough))]
 
 
 def _exchanged(refitter: Refitter, final: Refit, stands: Sequence[Confounded]) -> list[Refit]:
