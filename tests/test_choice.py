@@ -13,7 +13,7 @@ from forklift.diagnosis.criteria import AS_NEAR, LIVES_BEYOND, MISFIT, SAME_PLAC
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened
-from forklift.diagnosis.selection import _choice, _may_help, _replaces
+from forklift.diagnosis.selection import _choice, _may_help, _mended, _replaces
 from forklift.plant.forklift.unnamed import curves
 from forklift.plant.protocol import Hypothesis
 
@@ -136,3 +136,10 @@ def test_of_curves_that_promise_nearly_as_much_the_likely_one_goes_first():
     best, near, far = curve(100.0, unlikely=True), curve(90.0, unlikely=False), curve(75.0, unlikely=False)
     ranked = sorted([best, near, far], key=lambda one: FreeCurves._yields(one, best))
     assert ranked == [near, best, far]
+
+
+def test_a_curve_mends_a_name_and_not_a_machine_that_leaves_little_over():
+    nothing, name = Tried((), 1000.0, 600.0, slight=True), Tried((LEAK,), 1000.0, 600.0, slight=True)
+    curve, beside = Tried((CURVE,), 900.0), Tried((LEAK, CURVE), 900.0)
+    assert _mended([cast(Refit, curve)], cast(Refit, nothing)) is None
+    assert _mended([cast(Refit, beside)], cast(Refit, name)) is beside
