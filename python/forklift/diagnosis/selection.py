@@ -419,8 +419,8 @@ def _with_curve(refitter: Refitter, best: Refit, curve: Screened, say: Say) -> t
 
 
 def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
-    """What explains everything, or nearly, with a curve beside a name, if the curve was needed: the name's own
-    amplitude, that the curve may take over, need not be told from none any more."""
+    """What explains everything, or nearly, with a curve beside a name, if the curve was needed: the name's
+    own amplitude, that the curve may take over, need not be told from none any more."""
     if not best.hypotheses:
         return None
     return next(
