@@ -158,14 +158,16 @@ def _named(
         if accepted is None:
             return best, steps, shapes
         best = accepted
-        if best.complete or len(best.hypotheses) >= MOST_ACCEPTED:
+        left = _beside(best, hypotheses)
+        if best.complete:  # a condition may be far off, and each recording's own make up for it
+            left = [one for one in left if one.kind == "parameter"]
+        if not left or len(best.hypotheses) >= MOST_ACCEPTED or race.refitter.work.spent:
             return best, steps, shapes
         race.say("screening the hypotheses")
-        left, at = _beside(best, hypotheses), best.told_from
-        if best.slight:
-            at = race.refitter.everywhere(best)
+        faint = best.complete or best.slight
+        at = race.refitter.everywhere(best) if faint else best.told_from
         screening = screen(at.problem, at.x, left)
-        if best.slight:
+        if faint:
             screening = alarming(screening, race.refitter.together)
             if not screening.singles:
                 return best, steps, shapes
