@@ -528,6 +528,8 @@ def _needed(race: Race, best: Refit) -> Refit:
     """
     for hypothesis in best.hypotheses:
         named = hypothesis.kind != "unknown"
+        if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
+            continue  # recordings foretell each other by it, though none needs it for itself
         if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
