@@ -11,11 +11,12 @@ import pytest
 from forklift import Truck
 from forklift.diagnosis.criteria import AS_NEAR, LIVES_BEYOND, MISFIT, SAME_PLACE
 from forklift.diagnosis.curves import FreeCurves
+from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened
-from forklift.diagnosis.selection import _choice, _may_help, _replaces
+from forklift.diagnosis.selection import _choice, _may_help, _mended, _needed, _replaces
 from forklift.plant.forklift.unnamed import curves
-from forklift.plant.protocol import Hypothesis
+from forklift.plant.protocol import Addition, Hypothesis
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,3 +137,40 @@ def test_of_curves_that_promise_nearly_as_much_the_likely_one_goes_first():
     best, near, far = curve(100.0, unlikely=True), curve(90.0, unlikely=False), curve(75.0, unlikely=False)
     ranked = sorted([best, near, far], key=lambda one: FreeCurves._yields(one, best))
     assert ranked == [near, best, far]
+
+
+def test_a_curve_mends_a_name_and_not_a_machine_that_leaves_little_over():
+    nothing, name = Tried((), 1000.0, 600.0, slight=True), Tried((LEAK,), 1000.0, 600.0, slight=True)
+    curve, beside = Tried((CURVE,), 900.0), Tried((LEAK, CURVE), 900.0)
+    assert _mended([cast(Refit, curve)], cast(Refit, nothing)) is None
+    assert _mended([cast(Refit, beside)], cast(Refit, name)) is beside
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """A refit whose names are asked whether they are needed."""
+
+    hypotheses: tuple[Hypothesis, ...]
+    loo_log_score: float | None = None
+    complete: bool = True
+    squares: float = 100.0
+
+    def deviations(self, hypothesis: Hypothesis) -> float:
+        return 0.0
+
+
+class Without:
+    """A refitter that says that nothing is needed."""
+
+    def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
+        return Asked(tuple(one for one in refit.hypotheses if one is not hypothesis))
+
+
+def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need():
+    load = Hypothesis("load_entered", "parameter", "", "", "", None, Addition())
+    gain = Hypothesis("pressure_gain", "sensor", "", "", "", "gain", Addition())
+    race = Race(cast(Refitter, Without()), lambda said: None)
+    unconfirmed = _needed(race, cast(Refit, Asked((load, gain))))
+    assert unconfirmed.hypotheses == (gain,)
+    confirmed = _needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
+    assert load in confirmed.hypotheses

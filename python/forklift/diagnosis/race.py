@@ -48,7 +48,7 @@ class Race:
         enters any more. Beside what explains everything already, one start is enough: `quick`. `again`: from
         the start machine too.
         """
-        if best.slight:
+        if best.slight or best.complete:
             return [*ended, *self._slightly(best, entered)]
         rough: list[Refit] = []
         refits = list(ended)

@@ -158,14 +158,16 @@ def _named(
         if accepted is None:
             return best, steps, shapes
         best = accepted
-        if best.complete or len(best.hypotheses) >= MOST_ACCEPTED:
+        left = _beside(best, hypotheses)
+        if best.complete:  # a condition may be far off, and each recording's own make up for it
+            left = [one for one in left if one.kind == "parameter"]
+        if not left or len(best.hypotheses) >= MOST_ACCEPTED or race.refitter.work.spent:
             return best, steps, shapes
         race.say("screening the hypotheses")
-        left, at = _beside(best, hypotheses), best.told_from
-        if best.slight:
-            at = race.refitter.everywhere(best)
+        faint = best.complete or best.slight
+        at = race.refitter.everywhere(best) if faint else best.told_from
         screening = screen(at.problem, at.x, left)
-        if best.slight:
+        if faint:
             screening = alarming(screening, race.refitter.together)
             if not screening.singles:
                 return best, steps, shapes
@@ -419,8 +421,10 @@ def _with_curve(refitter: Refitter, best: Refit, curve: Screened, say: Say) -> t
 
 
 def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
-    """What explains everything with a curve beside it, if the curve was needed: the name's own amplitude,
-    that the curve may take over, need not be told from none any more."""
+    """What explains everything, or nearly, with a curve beside a name, if the curve was needed: the name's
+    own amplitude, that the curve may take over, need not be told from none any more."""
+    if not best.hypotheses:
+        return None
     return next(
         (
             refit
@@ -524,6 +528,8 @@ def _needed(race: Race, best: Refit) -> Refit:
     """
     for hypothesis in best.hypotheses:
         named = hypothesis.kind != "unknown"
+        if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
+            continue  # recordings foretell each other by it, though none needs it for itself
         if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
