@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -38,9 +38,6 @@ from forklift.plant.subjects import is_machine, named, subject
 from forklift.recordings.campaign import FILE, Campaign
 from forklift.recordings.noise import Sensor
 
-if TYPE_CHECKING:
-    from forklift.plant.recording import Recording
-
 HALF, LATER = 0.5, 0.2
 """Share of what is left over that an explanation beside another must remove: half, where the sensors' noise
 can be reached, since what one law of another shape leaves over invites a second that is none; less on a
@@ -51,7 +48,7 @@ def diagnose(
     machine: Any,
     recordings: Any,
     *,
-    candidates: Sequence[Recording] = (),
+    candidates: Sequence[Any] = (),
     progress: Callable[[str], None] | None = None,
     **conditions: Any,
 ) -> Diagnosis:
