@@ -135,7 +135,8 @@ def select(
     )
     final = chosen or best
     if final is not best:
-        final = _needed(race, final)
+        most = best.excess <= (1.0 - MOST_OF) * baseline.excess
+        final = _needed(race, final, kept=best.hypotheses if most else ())
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
 
 
@@ -520,14 +521,17 @@ def _rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> l
     ]
 
 
-def _needed(race: Race, best: Refit) -> Refit:
+def _needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
     """Without the names that the others make superfluous, now that the search knows where to end.
+
+    `kept` are not asked: names that by themselves removed most of what was left over. A curve over the same
+    variable can always take them over; it says then that the law is another, not that there is none.
 
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
     and what a curve takes over needs no name beside it.
     """
     for hypothesis in best.hypotheses:
-        named = hypothesis.kind != "unknown"
+        named = hypothesis.kind != "unknown" and hypothesis not in kept
         if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
             continue  # recordings foretell each other by it, though none needs it for itself
         if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
