@@ -13,7 +13,7 @@ from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.fitting.levenberg_marquardt import descend
 from forklift.fitting.search import too_slow
-from forklift.fitting.work import DIRECTION, SUBSTEPS, Work
+from forklift.fitting.work import DIRECTION, SAMPLES, SUBSTEPS, Work
 
 
 def test_a_problem_counts_what_it_and_those_made_of_it_simulate():
@@ -23,18 +23,18 @@ def test_a_problem_counts_what_it_and_those_made_of_it_simulate():
     coarse = problem.work.done
     finer = problem.weighted(problem.sigma, 2 * problem.substeps)
     finer.run(np.zeros(2), derivatives=True)
-    assert coarse == 3 * problem.substeps / SUBSTEPS
+    assert coarse == pytest.approx(3 * 2 / SAMPLES * problem.substeps / SUBSTEPS)
     assert problem.work.done == pytest.approx(coarse * (1.0 + 2.0 * (1.0 + 2.0 * DIRECTION)))
 
 
 def test_work_is_granted_from_here_on():
     work = Work()
-    work.add(10, 0, SUBSTEPS)
+    work.add(10 * SAMPLES, 0, SUBSTEPS)
     assert not work.spent
     work.grant(5.0)
-    work.add(4, 0, SUBSTEPS)
+    work.add(4 * SAMPLES, 0, SUBSTEPS)
     assert not work.spent
-    work.add(1, 0, SUBSTEPS)
+    work.add(SAMPLES, 0, SUBSTEPS)
     assert work.spent
 
 

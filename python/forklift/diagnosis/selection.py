@@ -248,17 +248,19 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     """
     gains = [found.gain for found in screening.singles]
     least = max(WORTH * gains[0], LITTLE * _excess(best, screening)) if gains else 0.0
+    led = any(_helps(refit, best, _share(best, race.refitter)) for refit in shapes)
+    # Of a clear mismatch a recording held out may leave anything: what it leaves is no measure then.
+    sure = not led and best.worst.mean_square > MISFIT
     ranked = [
         one
         for place, one in enumerate(screening.singles)
-        if (place == 0 or one.gain >= least) and _may_help(one, best, race.refitter)
+        if (place == 0 or one.gain >= least) and (sure or _may_help(one, best, race.refitter))
     ]
     pairs = [
         pair
         for pair in screening.pairs[:1]
-        if pair.gain > PAIR * screening.singles[0].gain and _may_help(pair, best, race.refitter)
+        if pair.gain > PAIR * screening.singles[0].gain and (sure or _may_help(pair, best, race.refitter))
     ]
-    led = any(_helps(refit, best, _share(best, race.refitter)) for refit in shapes)
     waves = [ranked[:1], [*ranked[1:FIRST], *pairs]]
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
@@ -393,7 +395,8 @@ def _unnamed(
             if any(_explains(one, refit) for one in tried):
                 break
             faint = refit.slight and screened.gain < race.refitter.together * LAW
-            faint = faint or not _may_help(screened, refit, race.refitter)
+            if refit.worst.mean_square <= MISFIT:
+                faint = faint or not _may_help(screened, refit, race.refitter)
             alike = any(
                 one.finished and one.hypotheses[-1].over == screened.hypotheses[0].over != "" for one in tried
             )  # over the same variable at another place: what gained little here gains little there

@@ -132,7 +132,6 @@ class LeastSquares:
         conditions = [self.conditions(x, k) for k in range(len(self.samples))]
         names = [name for unknown in machine for name in unknown.names] if derivatives else []
         own = self.carried.tolist() if derivatives else []
-        self.work.add(len(self.samples), len(names) + len(own), self.substeps)
         runs = self.machine.run(
             values,
             self.samples,
@@ -142,6 +141,7 @@ class LeastSquares:
             own=own,
             steps=self._steps(x, conditions) if derivatives else None,
         )
+        self.work.add(sum(len(run.outputs) for run in runs), len(names) + len(own), self.substeps)
         if not sensors or not read:
             return runs
         place = {name: k for k, name in enumerate(self.machine.outputs)}
@@ -165,8 +165,7 @@ class LeastSquares:
 
     def respond(self, x: Floats, k: int, port: str, centres: Floats, width_s: float) -> Floats:
         """(times, outputs, hats): how recording k answers hats over time at a port."""
-        self.work.add(1, len(centres), self.substeps)
-        return self.machine.respond(
+        answers = self.machine.respond(
             self.values(x),
             self.samples[k],
             self.conditions(x, k),
@@ -175,6 +174,8 @@ class LeastSquares:
             width_s,
             substeps=self.substeps,
         )
+        self.work.add(len(answers), len(centres), self.substeps)
+        return answers
 
     def moments(self, x: Floats, part: str) -> list[dict[str, Floats]]:
         """Of every recording the machine's variables at x, (times,) each, for what acts on `part`."""

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 DIRECTION = 0.3
 """What a derivative along one direction costs, as a share of the run without: on the forklift some 25
 directions take eight times as long as a run alone."""
-SUBSTEPS = 4
-"""Substeps of a tick in which a recording counts as one."""
+SUBSTEPS, SAMPLES = 4, 600
+"""Substeps of a tick, and samples, with which a recording counts as one."""
 
 
 @dataclass
 class Work:
-    """A count of recordings simulated once with `SUBSTEPS` substeps a tick, and what it may reach.
+    """A count of recordings of `SAMPLES` samples, simulated once with `SUBSTEPS` substeps a tick, and what it
+    may reach.
 
     A problem and all that are made of it share one. Whoever would begin something long asks first whether
     anything is left: a clock would let the answer depend on how busy the machine is.
@@ -23,9 +24,9 @@ class Work:
     done: float = 0.0
     limit: float = float("inf")
 
-    def add(self, recordings: int, directions: int, substeps: int) -> None:
-        """So many recordings were run, and differentiated along so many directions each."""
-        self.done += recordings * (1.0 + DIRECTION * directions) * substeps / SUBSTEPS
+    def add(self, samples: int, directions: int, substeps: int) -> None:
+        """So many samples were simulated, and differentiated along so many directions each."""
+        self.done += samples / SAMPLES * (1.0 + DIRECTION * directions) * substeps / SUBSTEPS
 
     @property
     def spent(self) -> bool:
