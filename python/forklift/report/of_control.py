@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from forklift.report import page
-from forklift.report.blocks import Code, Fact, Figure, Page, Panel, Section, Table
+from forklift.report.blocks import Block, Code, Fact, Figure, Page, Panel, Section, Table
 from forklift.report.traces import numbers
 
 if TYPE_CHECKING:
@@ -242,7 +244,7 @@ def _panel(told: ControlComparison, one: Curves) -> Panel:
         name, (colour, dash) = controller.name, _look(k)
         data.append(_line(name, x, numbers(one.speed_m_s[name]), "y", colour, dash, "m/s"))
         data.append(_line(name, x, numbers(1e-5 * one.pressure_pa[name]), "y2", colour, dash, "bar"))
-        data.append(_line(name, x, numbers(1e-3 * one.current_ma[name]), "y3", colour, dash, "A"))
+        data.append(_line(name, x, numbers(1e-3 * one.current_ma[name].astype(np.float64)), "y3", colour, dash, "A"))
     layout = {
         "xaxis": {"title": {"text": "Time [s]"}, "anchor": "y3"},
         "yaxis": {"title": {"text": "Speed [m/s]"}, "domain": [0.5, 1.0]},
@@ -283,7 +285,7 @@ def _transition(told: ControlComparison) -> Section:
         "Lasts [s]",
     ]
     numeric = [True, True, True, False, True, True, True, True, True]
-    blocks = [
+    blocks: list[Block] = [
         Figure("Transition", note, panels, height=380, choose="Transition"),
         Table("Dip and spike of the total speed", head, rows, numeric),
     ]
