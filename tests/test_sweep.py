@@ -122,7 +122,7 @@ def test_what_was_killed_and_goes_on_has_the_same_bytes(tmp_path):
     folder = tmp_path / "killed"
     script = f"from forklift.ensemble.sweep import sweep; sweep({settings!r}, out={str(folder)!r})"
     place = folder / chunks.FOLDER
-    for least in (1, 8):
+    for least in (1, 8, 20):
         process = subprocess.Popen([sys.executable, "-c", script], env=os.environ)
         deadline = time.monotonic() + 60.0
         while process.poll() is None and time.monotonic() < deadline:
@@ -358,3 +358,49 @@ def test_a_fits_covariance_is_drawn(null_fit):
     told = np.array(given["correlate"][0]["matrix"])
     strong = np.abs(told) > 0.5
     assert np.abs(found - told)[strong].max() < 0.25
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_in_a_browser_a_sweeps_page_is_drawn_and_nothing_reaches_beyond_the_edge(swept, tmp_path, width):
+    from test_report_browser import BEYOND, CHROMIUM, UNDRAWN, api, scrolled_through
+
+    file = tmp_path / "report.html"
+    file.write_text(forklift.base.present.page(swept), encoding="utf-8")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": width, "height": 800})
+        told = []
+        page.on("console", lambda message: told.append(message.text))
+        page.on("pageerror", lambda error: told.append(str(error)))
+        page.goto(file.as_uri())
+        scrolled_through(page)
+        assert page.evaluate(UNDRAWN) == []
+        page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.evaluate(BEYOND) == []
+        browser.close()
+    assert told == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs SIGKILL")
+def test_two_workers_of_a_cluster_one_of_them_killed_give_the_bytes_of_the_local_run(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    settings = document(members=400, chunk=20)
+    here = sweep(settings, out=tmp_path / "here")
+    folder = tmp_path / "there"
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as workers:
+        script = (
+            "from forklift.ensemble.sweep import sweep; "
+            f"sweep({settings!r}, out={str(folder)!r}, scheduler={workers.scheduler_address!r})"
+        )
+        process = subprocess.Popen([sys.executable, "-c", script], env=os.environ)
+        deadline, place = time.monotonic() + 120.0, folder / chunks.FOLDER
+        while process.poll() is None and time.monotonic() < deadline:
+            if place.is_dir() and any(place.glob("*.parquet")):
+                os.kill(next(iter(workers.workers.values())).process.process.pid, signal.SIGKILL)
+                break
+            time.sleep(0.01)
+        assert process.wait(timeout=180.0) == 0
+    assert digest(folder) == digest(here.folder)

@@ -244,11 +244,8 @@ def _panel(told: ControlComparison, one: Curves) -> Panel:
         name, (colour, dash) = controller.name, _look(k)
         data.append(_line(name, x, numbers(one.speed_m_s[name]), "y", colour, dash, "m/s"))
         data.append(_line(name, x, numbers(1e-5 * one.pressure_pa[name]), "y2", colour, dash, "bar"))
-        data.append(
-            _line(
-                name, x, numbers(np.asarray(1e-3 * one.current_ma[name], np.float64)), "y3", colour, dash, "A"
-            )
-        )
+        current_a = 1e-3 * one.current_ma[name].astype(np.float64)
+        data.append(_line(name, x, numbers(current_a), "y3", colour, dash, "A"))
     layout = {
         "xaxis": {"title": {"text": "Time [s]"}, "anchor": "y3"},
         "yaxis": {"title": {"text": "Speed [m/s]"}, "domain": [0.5, 1.0]},
