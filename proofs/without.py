@@ -21,7 +21,7 @@ from forklift.diagnosis import engine, selection
 from forklift.diagnosis.locate import unknown_inputs
 from forklift.plant.forklift.hypotheses import hypotheses
 
-forklifts = import_module("forklift.diagnosis.diagnose")
+forklifts = import_module("forklift.plant.forklift.subject")
 STEPS = ("location", "rivals", "held-out")
 
 

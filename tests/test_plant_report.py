@@ -72,6 +72,7 @@ def folder(bent, tmp_path_factory):
 def test_the_folder_holds_the_page_and_the_json_and_is_replaced_whole(bent, folder, told, tmp_path):
     assert sorted(one.name for one in folder.iterdir()) == [
         "diagnosis.json",
+        *(["next_recording.csv"] if bent.next_recording else []),
         "parameters.json",
         "predictions",
         "report.html",

@@ -30,8 +30,10 @@ def names(code: CodeType) -> set[str]:
 
 
 def looked_up(module: ModuleType) -> set[str]:
-    """The globals that a module's own functions look up."""
-    own = [one for one in vars(module).values() if isinstance(one, FunctionType)]
+    """The globals that a module's own functions look up, and the methods of its classes."""
+    given = [one for one in vars(module).values() if getattr(one, "__module__", "") == module.__name__]
+    methods = [one for found in given if isinstance(found, type) for one in vars(found).values()]
+    own = [one for one in (*given, *methods) if isinstance(one, FunctionType)]
     return set().union(*(names(one.__code__) for one in own if one.__module__ == module.__name__))
 
 

@@ -504,7 +504,7 @@ mod tests {
         let readings = Readings::new(&which, trial.makeup.truck.effects());
         let seats = std::array::from_fn(|_| Seat::idle());
         let inner = ClosedLoop::<Lanes<4>, 4, 1>::new(which, &trial.makeup.truck, seats);
-        let still = vec![0; TICKS];
+        let still = [0; TICKS];
         let landed = [Lanes::constant(-1.0)];
         let mut drive = Watched::new(&trial, which, inner, &readings, vec![&still[..]; 4], landed);
         for k in 0..TICKS {
