@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from forklift.ensemble.sweep import Progress as SweepProgress
     from forklift.fitting.fit import Progress
+    from forklift.plant.findings import Caution
 
 
 def print_json(value: Any) -> None:
@@ -136,3 +137,9 @@ def busy(what: str) -> Iterator[None]:
 
     with Console(stderr=True).status(what):
         yield
+
+
+def say_findings(found: Iterable[Caution]) -> None:
+    """What is wrong with recordings, a line each, before all that is made of them."""
+    for one in found:
+        typer.echo(f"Check [{one.code}]: {one.sentence}.")

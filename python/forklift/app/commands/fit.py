@@ -1,0 +1,88 @@
+"""`forklift fit`: a truck to a campaign."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from forklift.app.options import INTERRUPTED, Json, TruckName
+from forklift.app.terminal import print_json, print_tables, say_written, searching
+
+EXAMPLE = "Example: forklift fit campaign --truck thesis --out fitted"
+
+
+def fit(
+    campaign: Annotated[Path, typer.Argument(help="The campaign's folder, with its campaign.toml.")],
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder to write truck.toml, report.html, fit.json and tables to.")
+    ],
+    truck: TruckName = "thesis",
+    starts: Annotated[
+        int | None,
+        typer.Option("--starts", min=1, help="Searches; else one, and three if that leaves something over."),
+    ] = None,
+    profile: Annotated[
+        list[str] | None,
+        typer.Option("--profile", help="A parameter whose profile likelihood is wanted; may be repeated."),
+    ] = None,
+    hold: Annotated[
+        list[str] | None,
+        typer.Option("--hold", help="A parameter to leave as the truck has it; may be repeated."),
+    ] = None,
+    also: Annotated[
+        list[str] | None,
+        typer.Option("--also", help="A parameter to estimate besides the thesis's; may be repeated."),
+    ] = None,
+    together: Annotated[
+        list[str] | None,
+        typer.Option("--together", help="NAME,NAME,..: parameters that move together; may be repeated."),
+    ] = None,
+    load_width: Annotated[
+        float, typer.Option("--load-width", help="Standard deviation of the entered loads [kg].")
+    ] = 0.0,
+    temperature: Annotated[
+        float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the scattered starts.")] = 1,
+    as_json: Json = False,
+) -> None:
+    """Fit a truck to a campaign's estimate recordings and judge it on the others; Ctrl-C keeps the best."""
+    from forklift import fit as verb
+    from forklift.base import output
+    from forklift.base.result_files import PAGE
+    from forklift.fitting import files as fit_files
+    from forklift.plant.forklift.truck import Truck
+    from forklift.recordings.campaign import Campaign
+    from forklift.report import tables
+
+    output.check_folder(out, fit_files.earlier(out), fit_files.MARK)
+    chosen = Truck.read(truck)
+    found = Campaign.read(campaign)
+    with searching() as progress:
+        result = verb(
+            found,
+            chosen,
+            hold=hold or (),
+            also=also or (),
+            together=[group.split(",") for group in together or ()],
+            load_width_kg=load_width,
+            oil_temperature_degc=temperature,
+            starts=starts,
+            profiles=profile or (),
+            seed=seed,
+            progress=progress,
+        )
+    result.write(out)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        for sentence in result.verdict:
+            typer.echo(sentence)
+        print_tables(*tables.fit_tables(result))
+        say_written(*(out / name for name in (PAGE, fit_files.TRUCK, fit_files.MARK)))
+    if result.interrupted:
+        print(f"forklift: interrupted; the best truck so far is in {out}.", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED)

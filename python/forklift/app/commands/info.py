@@ -1,0 +1,93 @@
+"""`forklift info`: what a campaign, a log, a truck or the program itself holds."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from forklift.app.options import Json
+from forklift.app.terminal import print_json, print_tables, say_written
+from forklift.recordings.channels import channels as known_channels
+
+EXAMPLE = "Example: forklift info thesis"
+
+
+def info(
+    what: Annotated[
+        str | None,
+        typer.Argument(help="A campaign's folder, a log, a shipped truck's name or a truck's file."),
+    ] = None,
+    dbc: Annotated[
+        list[Path] | None, typer.Option("--dbc", help="What the frames of a CAN log hold; may be repeated.")
+    ] = None,
+    write: Annotated[
+        Path | None, typer.Option("--write", help="Write the proposed [channels] to a .toml file.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Tell what a campaign, a log or a truck holds; of nothing: version, trucks, effects and parameters.
+
+    Of a log: every signal with its clock, unit, range and course, and the [channels] it proposes.
+    """
+    from forklift.recordings.formats import SUFFIXES
+    from forklift.report import tables
+
+    if what is None:
+        print_json(_about()) if as_json else _print_about()
+    elif Path(what).is_dir() or Path(what).name == "campaign.toml":
+        from forklift.recordings.campaign import Campaign
+
+        campaign = Campaign.read(what)
+        print_json(campaign.to_dict()) if as_json else print_tables(tables.campaign_table(campaign))
+    elif Path(what).suffix.lower() in SUFFIXES:
+        from forklift.base import output
+        from forklift.recordings.inspect import inspect
+
+        if write:
+            output.check_file(write)
+            output.check_suffix(write, (".toml",))
+        log = inspect(what, dbc=dbc or ())
+        head = f"dbc = {json.dumps([os.path.abspath(one) for one in dbc])}\n\n" if dbc else ""
+        if write:
+            output.write_text(write, head + log.mapping())
+        if as_json:
+            print_json(log.to_dict() | {"written": [str(write)] if write else []})
+            return
+        print_tables(tables.log_table(log))
+        typer.echo(log.mapping())
+        if write:
+            say_written(write)
+    else:
+        from forklift.plant.forklift.truck import Truck
+
+        truck = Truck.read(what)
+        print_json(truck.to_dict()) if as_json else print_tables(tables.truck_table(truck))
+
+
+def _about() -> dict[str, Any]:
+    from forklift import __version__, _core
+    from forklift.plant.forklift import tables as names
+    from forklift.plant.forklift.truck import shipped
+
+    return {
+        "version": __version__,
+        "trucks": list(shipped()),
+        "effects": _core.effect_table(),
+        "parameters": _core.parameter_table(),
+        "states": list(names.states().values()),
+        "outputs": list(names.outputs().values()),
+        "channels": list(known_channels().values()),
+    }
+
+
+def _print_about() -> None:
+    from forklift import __version__
+    from forklift.plant.forklift.truck import shipped
+    from forklift.report import tables
+
+    typer.echo(f"forklift {__version__}; trucks that ship with it: {', '.join(shipped())}")
+    print_tables(tables.effect_table(), tables.parameter_table())

@@ -1,0 +1,113 @@
+"""`forklift simulate`: one lowering under a command."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from forklift.app.options import Json, LiftName, TruckName
+from forklift.app.terminal import busy, print_json, print_tables, say_written
+from forklift.base.errors import ForkliftError
+
+if TYPE_CHECKING:
+    from forklift.plant.forklift.commands import Command
+
+EXAMPLE = (
+    "Example: forklift simulate --lift free --load 800 --temperature 40 --command prms --seed 1 "
+    "--out lowering.csv --plot lowering.html"
+)
+
+
+PAGES = (".html",)
+"""Suffixes of a page."""
+
+
+class _Solver(StrEnum):
+    ADAPTIVE = "adaptive"
+    FIXED = "fixed"
+
+
+def simulate(
+    load: Annotated[float, typer.Option("--load", help="Mass on the forks [kg].")],
+    temperature: Annotated[float, typer.Option("--temperature", help="Oil temperature in the tank [°C].")],
+    lift: Annotated[
+        LiftName,
+        typer.Option("--lift", help="The lifts to simulate, and to move if the command is generated."),
+    ] = LiftName.BOTH,
+    command: Annotated[
+        str,
+        typer.Option(
+            "--command",
+            help="prms, staircase, or a CSV file with time_s, current_free_a, current_main_a.",
+        ),
+    ] = "prms",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a generated prms.")] = 1,
+    duration: Annotated[
+        float, typer.Option("--duration", help="Length of a generated command [s], an hour at most.")
+    ] = 12.0,
+    truck: TruckName = "thesis",
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write all outputs over time: a .csv or .parquet file.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", help="Write the curves as an .html page.")] = None,
+    with_states: Annotated[bool, typer.Option("--states", help="Write the states too.")] = False,
+    solver: Annotated[_Solver | None, typer.Option("--solver", help="Which integrator.")] = None,
+    tolerance: Annotated[float | None, typer.Option("--tolerance", help="Of the adaptive solver.")] = None,
+    substeps: Annotated[
+        int | None, typer.Option("--substeps", help="Per sample, of the fixed solver.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Simulate one lowering under a command, from rest."""
+    from forklift.base import output
+    from forklift.plant.forklift.simulate import FORMATS
+    from forklift.plant.forklift.simulate import simulate as verb
+    from forklift.plant.forklift.truck import Truck
+    from forklift.report import tables
+
+    for path, suffixes in ((out, FORMATS), (plot, PAGES)):
+        if path:
+            output.check_file(path)
+            output.check_suffix(path, suffixes)
+    chosen = Truck.read(truck)
+    commanded = _command(command, lift.value, seed, duration)
+    with busy("Simulating"):
+        result = verb(
+            chosen,
+            commanded,
+            load_kg=load,
+            oil_temperature_degc=temperature,
+            lifts=lift.value,
+            solver=solver.value if solver else None,
+            tolerance=tolerance,
+            substeps=substeps,
+        )
+    written = []
+    if out:
+        written.append(result.write(out, with_states=with_states))
+    if plot:
+        from forklift.report.of_simulation import simulation_page
+
+        written.append(output.write_text(plot, simulation_page(result)))
+    if as_json:
+        print_json(result.to_dict() | {"written": [str(path) for path in written]})
+    else:
+        print_tables(tables.simulation_table(result))
+        say_written(*written)
+
+
+def _command(name: str, lift: str, seed: int, duration: float) -> Command:
+    from forklift.plant.forklift import commands
+
+    if name in commands.GENERATORS:
+        return commands.generate(name, lift, duration_s=duration, seed=seed)  # type: ignore[arg-type]
+    if not Path(name).exists():
+        raise ForkliftError(
+            "file-unreadable",
+            f"there is no command file {name}; give {' or '.join(commands.GENERATORS)} or a CSV file's path",
+            file=name,
+        )
+    return commands.Command.read(name)
