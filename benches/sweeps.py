@@ -22,6 +22,7 @@ import argparse
 import sys
 import tempfile
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -38,24 +39,16 @@ STATES = 9
 TICKS = 500
 
 
+CLOSED_LOOP = tomllib.loads((Path(__file__).parent / "closed_loop.toml").read_text(encoding="utf-8"))
+OPEN_LOOP_A = (0.0, 0.55, 0.45, 0.62, 0.5)
+"""Currents in place of the speeds asked for [A]."""
+
+
 def document(substeps, controller):
-    levels = (0.0, 0.2, 0.05, 0.3, 0.1) if controller else (0.0, 0.55, 0.45, 0.62, 0.5)
-    return {
-        "name": "bench",
-        "lifts": "free",
-        "duration_s": 10.0,
-        "substeps": substeps,
-        "controller": controller,
-        "profile": [{"from_s": 2.0 * k, "level": level} for k, level in enumerate(levels)],
-        "vary": {"load_kg": {"uniform": [0.0, 1500.0]}, "oil_temperature_degc": {"uniform": [10.0, 60.0]}},
-        "require": [
-            {"name": "slow", "template": "always", "signal": "speed", "upper": 0.6, "scale": 0.6},
-            {
-                "name": "calm", "template": "never_after_settling", "signal": "speed", "peak_to_peak_s": 1.0,
-                "after_s": 1.5, "upper": 0.05, "scale": 0.05,
-            },
-        ],
-    }  # fmt: skip
+    profile = CLOSED_LOOP["profile"]
+    if not controller:
+        profile = [step | {"level": level} for step, level in zip(profile, OPEN_LOOP_A, strict=True)]
+    return CLOSED_LOOP | {"substeps": substeps, "controller": controller, "profile": profile}
 
 
 def seconds(members, count, lanes):

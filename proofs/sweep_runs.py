@@ -15,27 +15,12 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from pathlib import Path
 
-SETTINGS = {
-    "name": "runs",
-    "controller": "thesis",
-    "lifts": "free",
-    "duration_s": 10.0,
-    "substeps": 2,
-    "seed": 3,
-    "worst": 5,
-    "profile": [{"from_s": 2.0 * k, "level": level} for k, level in enumerate((0.0, 0.2, 0.05, 0.3, 0.1))],
-    "vary": {"load_kg": {"uniform": [0.0, 1500.0]}, "oil_temperature_degc": {"uniform": [10.0, 60.0]}},
-    "require": [
-        {"name": "slow", "template": "always", "signal": "speed", "upper": 0.6, "scale": 0.6},
-        {
-            "name": "calm", "template": "never_after_settling", "signal": "speed", "peak_to_peak_s": 1.0,
-            "after_s": 1.5, "upper": 0.05, "scale": 0.05,
-        },
-    ],
-}  # fmt: skip
-"""The closed loop of 10 s that `benches/sweeps.py` times."""
+CLOSED_LOOP = Path(__file__).parents[1] / "benches" / "closed_loop.toml"
+SETTINGS = tomllib.loads(CLOSED_LOOP.read_text(encoding="utf-8")) | {"seed": 3, "worst": 5}
+"""What `benches/sweeps.py` times."""
 
 
 def settings(members: int, chunk: int) -> dict:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -35,17 +34,16 @@ def simulated(**changed: Any) -> Any:
 
 
 CALLS: dict[str, tuple[str, Callable[[], Any]]] = {
-    "a truck's name to compare": ("truck", lambda: forklift.compare(campaign(), "thesis")),
-    "a truck's name to fit": ("truck", lambda: forklift.fit(campaign(), "thesis")),
+    "a number as a machine to compare": ("machine", lambda: forklift.compare(campaign(), 5)),
+    "a list as a machine to fit": ("machine", lambda: forklift.fit(["thesis"], campaign())),
     "a number to diagnose": ("machine", lambda: forklift.diagnose(campaign(), 3)),
     "a truck's name to steady_state": ("truck", lambda: forklift.steady_state(campaign(), "thesis")),
     "a truck's name to simulate": ("truck", lambda: simulated(truck="thesis")),
     "a truck's name to predict": ("truck", lambda: forklift.predict("thesis", campaign().recordings[0])),
     "a truck's name to speed_to_current": ("truck", lambda: forklift.speed_to_current("thesis", "free")),
-    "a campaign's folder to compare": ("campaign", lambda: forklift.compare("null", truck())),
-    "a campaign's folder to fit": ("campaign", lambda: forklift.fit(Path("null"), truck())),
+    "two trucks to compare": ("recordings", lambda: forklift.compare("thesis", truck())),
+    "two trucks to fit": ("recordings", lambda: forklift.fit(truck(), "thesis")),
     "a number instead of recordings": ("recordings", lambda: forklift.diagnose(truck(), 3)),
-    "arguments in the wrong order": ("campaign", lambda: forklift.compare(truck(), campaign())),
     "a campaign to predict": ("recording", lambda: forklift.predict(truck(), campaign())),
     "a generator's name to simulate": ("command", lambda: simulated(command="prms")),
     "loads to simulate": ("load_kg", lambda: simulated(load_kg=[0.0, 100.0])),

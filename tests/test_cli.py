@@ -101,7 +101,7 @@ def test_demo_makes_a_campaign_that_compare_and_info_read(capfd, demo, tmp_path)
         capfd, "compare", demo / "campaign", "--truck", "thesis", "--out", tmp_path / "out"
     )
     assert status == 0
-    assert out.startswith("Free lift: the velocity fits to ")
+    assert out.startswith("The velocity of the free lift fits to ")
     assert "as Table 5.5" in out
     written = json.loads((tmp_path / "out" / "compare.json").read_text())
     assert written == json.loads((demo / "compare" / "compare.json").read_text())
@@ -244,7 +244,7 @@ def test_commands_alone_say_why_no_velocity_can_be_judged(capfd, demo, tmp_path)
     assert called(capfd, *call)[0] == 0
     status, out, _ = called(capfd, "compare", tmp_path / "plain", "--out", tmp_path / "out")
     assert status == 0
-    assert out.startswith("Free lift: no velocity can be judged: no recording of it has fork_height_m")
+    assert out.startswith("The free lift: no velocity can be judged: no recording of it has fork_height_m")
     assert "no velocity can be judged" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 

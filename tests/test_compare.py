@@ -13,9 +13,11 @@ from campaigns import CAMPAIGNS
 from forklift import Campaign, ForkliftError, Recording, Truck, _core, commands, compare, simulate
 from forklift.app.demo import measured, scattered
 from forklift.base.numbers import amount
-from forklift.fitting.compare import PREDICTED, Comparison, _operating_points
+from forklift.fitting.compare import Comparison
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.phases import PHASES, phases, shut_current
+from forklift.plant.forklift.signals import PREDICTED
+from forklift.plant.subjects import subject
 from forklift.report.of_comparison import comparison_page
 from forklift.report.traces import MOST_POINTS, decimate
 from pages import drawn
@@ -88,7 +90,7 @@ def test_a_velocity_fit_is_the_thesiss_over_filtered_signals(comparison):
     prediction = comparison.predictions[0]
     slope = lambda signal: savgol_filter(signal, 11, 2, deriv=1, delta=0.02)  # noqa: E731
     v = slope(prediction.recording.channels["fork_height_m"])
-    v_hat = slope(prediction.simulation["fork_height_m"])
+    v_hat = slope(prediction.outputs["fork_height_m"])
     error, spread = np.linalg.norm(v - v_hat), np.linalg.norm(v - v.mean())
     row = fit(comparison, "free_1.csv", "velocity_free_m_s")
     assert row["nmse_percent"] == pytest.approx(100 * (1 - error**2 / spread**2))
@@ -97,7 +99,7 @@ def test_a_velocity_fit_is_the_thesiss_over_filtered_signals(comparison):
 
 def test_the_main_lifts_velocity_is_half_the_forks(comparison):
     signal = comparison.predictions[2].signal("velocity_main_m_s")
-    simulated = comparison.predictions[2].simulation["velocity_main_m_s"]
+    simulated = comparison.predictions[2].outputs["velocity_main_m_s"]
     assert signal is not None
     assert np.corrcoef(signal.simulated, simulated)[0, 1] > 0.97
     assert np.abs(signal.simulated).max() == pytest.approx(np.abs(simulated).max(), rel=0.2)
@@ -112,7 +114,7 @@ def test_every_measured_signal_has_a_row_and_no_other(comparison):
         "pressure_main_pa",
         "fork_height_m",
     ]
-    at_rest = comparison.fits.filter((pl.col("file") == "sub/main_2.csv") & ~pl.col("commanded"))
+    at_rest = comparison.fits.filter((pl.col("file") == "sub/main_2.csv") & ~pl.col("driven"))
     assert at_rest["channel"].to_list() == ["position_free_m", "pressure_free_pa"]
 
 
@@ -123,21 +125,21 @@ def test_a_constant_signal_has_no_fit_but_an_rmse(comparison):
 
 
 def test_validation_is_laid_out_as_tables_5_4_and_5_5(comparison):
-    free = comparison.validation("free")
-    assert free.columns[:4] == ["temperature_degc", "load_kg", "nmse_percent", "nrmse_percent"]
+    free = comparison.validation("velocity_free_m_s")
+    assert free.columns[:4] == ["oil_temperature_degc", "load_kg", "nmse_percent", "nrmse_percent"]
     assert free["file"].to_list() == ["free_2.mf4"]
-    assert comparison.validation("main")["file"].to_list() == ["sub/main_2.csv"]
-    assert free["temperature_degc"].to_list() == [pytest.approx(20.0, abs=0.3)]
+    assert comparison.validation("velocity_main_m_s")["file"].to_list() == ["sub/main_2.csv"]
+    assert free["oil_temperature_degc"].to_list() == [pytest.approx(20.0, abs=0.3)]
 
 
 def test_without_validate_recordings_all_are_shown(campaign, thesis):
     alone = Campaign("alone", 50.0, campaign.recordings[:1])
-    assert compare(alone, thesis).validation("free")["role"].to_list() == ["estimate"]
+    assert compare(alone, thesis).validation("velocity_free_m_s")["role"].to_list() == ["estimate"]
 
 
 def test_shares_of_misfit_add_up_and_the_verdict_names_the_worst(comparison):
     for lift in ("free", "main"):
-        where = comparison.where(lift)
+        where = comparison.where(f"velocity_{lift}_m_s")
         assert where["share_of_misfit"].sum() == pytest.approx(1.0)
         assert where["share_of_time"].sum() == pytest.approx(1.0)
         assert set(where["phase"]) == set(PHASES)
@@ -201,7 +203,7 @@ def test_recordings_of_one_name_do_not_overwrite_each_other(tmp_path, campaign, 
 def test_the_json_says_what_it_was_made_from(tmp_path, comparison, campaign, thesis):
     found = json.loads((comparison.write(tmp_path / "out") / "compare.json").read_text())
     assert found["campaign"]["sha256"] == campaign.sha256
-    assert found["truck"]["sha256"] == thesis.sha256
+    assert found["start"]["sha256"] == thesis.sha256
     assert found["campaign"]["recordings"][0] == {
         "file": "free_1.csv",
         "sha256": campaign.recordings[0].sha256,
@@ -314,10 +316,9 @@ def test_a_recording_without_sensors_still_gets_a_prediction(tmp_path, thesis):
     )  # fmt: skip
     result = compare(Campaign("bare", 50.0, (bare,)), thesis, oil_temperature_degc=30.0)
     assert len(result.fits) == 0
-    assert result.verdict == (
-        "Free lift: no velocity can be judged: no recording of it has fork_height_m or position_free_m; "
-        "no other signal can be either.",
-    )
+    (sentence,) = result.verdict
+    for fact in ("free lift", "fork_height_m or position_free_m", "no other signal"):
+        assert fact in sentence
     out = result.write(tmp_path / "out")
     assert (out / "predictions/baseline/bare.csv").exists()
 
@@ -349,7 +350,7 @@ def test_a_simulated_campaign_is_compared_whole(name, thesis):
 def test_another_truck_of_the_same_make_fits_nearly_as_well_as_the_thesiss_own():
     """Tables 5.4 and 5.5 have NRMSE fits of 68 to 86 % after estimation; this one is not fitted."""
     result = compare(Campaign.read(CAMPAIGNS / "null"), Truck.read("thesis"))
-    assert 55 < result.validation("free")["nrmse_percent"].mean() < 95
+    assert 55 < result.validation("velocity_free_m_s")["nrmse_percent"].mean() < 95
 
 
 def test_replaying_needs_no_more_than_the_commands_samples(thesis):
@@ -388,8 +389,9 @@ def test_a_lift_that_stood_still_is_not_judged_on_rounding(campaign, thesis):
 
 
 def test_operating_points_do_not_chain(thesis):
-    temperatures = np.array([24.0, 20.0, 28.0, 32.0, 36.0, 60.0])
-    assert _operating_points(temperatures) == [22.0, 22.0, 30.0, 30.0, 36.0, 60.0]
+    entered = [{"oil_temperature_degc": degc} for degc in (24.0, 20.0, 28.0, 32.0, 36.0, 60.0)]
+    points = [one["oil_temperature_degc"] for one in subject(thesis).operating_points(entered)]
+    assert points == [22.0, 22.0, 30.0, 30.0, 36.0, 60.0]
 
 
 def test_a_negative_fit_is_said_to_be_worse_than_the_mean(campaign, thesis):

@@ -82,19 +82,6 @@ def test_a_transition_is_smoother_than_with_the_controller_in_use(told: ControlC
 def test_in_a_browser_every_figure_is_drawn_and_nothing_reaches_beyond_the_edge(
     written: Path, width: int
 ) -> None:
-    from test_report_browser import BEYOND, CHROMIUM, UNDRAWN, api, scrolled_through
+    from browser import shown_whole
 
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": width, "height": 800})
-        told: list[str] = []
-        page.on("console", lambda message: told.append(message.text))
-        page.on("pageerror", lambda error: told.append(str(error)))
-        page.goto((written / "report.html").as_uri())
-        scrolled_through(page)
-        assert page.evaluate(UNDRAWN) == []
-        page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert page.evaluate(BEYOND) == []
-        browser.close()
-    assert told == []
+    shown_whole(written / "report.html", width)

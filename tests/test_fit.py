@@ -158,7 +158,7 @@ def test_the_work_on_null_is_pinned(null_fit):
 
 
 def test_the_noise_of_null_is_found(null_fit):
-    for channel, noise in noise_at_rest(null_fit.campaign).items():
+    for channel, noise in noise_at_rest(Campaign.read(CAMPAIGNS / "null")).items():
         assert null_fit.sensors[channel].noise == pytest.approx(noise, rel=0.05)
     assert null_fit.sensors["position_free_m"].count == pytest.approx(COUNT_M, rel=1e-4)
 
@@ -244,7 +244,8 @@ def test_ctrl_c_keeps_the_best_so_far():
     assert found.interrupted
     assert found.verdict[0].startswith("Interrupted after 9 evaluations: this is the best truck so far")
     assert cost(found.found.problem, found.found.x) < 0.5 * cost(found.found.problem, 0.0 * found.found.x)
-    nrmse = [table.validation("free")["nrmse_percent"].min() for table in (found.before, found.after)]
+    sides = (found.before, found.after)
+    nrmse = [side.validation("velocity_free_m_s")["nrmse_percent"].min() for side in sides]
     assert nrmse[1] > nrmse[0] + 10.0
 
 
@@ -268,9 +269,9 @@ def spiked(recording: Recording, random: np.random.Generator) -> Recording:
 
 def test_gross_outliers_move_no_estimate_by_more_than_its_interval(null_fit):
     random = np.random.default_rng(1)
-    campaign = null_fit.campaign
+    campaign = Campaign.read(CAMPAIGNS / "null")
     spoilt = replace(campaign, recordings=tuple(spiked(one, random) for one in campaign.recordings))
-    found = fit(spoilt, null_fit.start, starts=1)
+    found = fit(spoilt, null_fit.machine.truck, starts=1)
     for one, other in zip(null_fit.knowledge.estimates, found.knowledge.estimates, strict=True):
         assert abs(other.value - one.value) < 0.5 * (one.upper - one.lower), one.name
 

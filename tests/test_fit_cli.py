@@ -57,7 +57,7 @@ def fitted(monkeypatch, null_fit):
     """The verb gives the shared fit; what it was called with."""
     options = {}
 
-    def verb(campaign, truck, **given):
+    def verb(machine, recordings, **given):
         options.update(given)
         return null_fit
 

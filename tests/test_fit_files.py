@@ -12,7 +12,8 @@ from plotly.offline import get_plotlyjs
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, commands, fit, simulate
-from forklift.fitting.files import PARAMETER_COLUMNS, command
+from forklift.fitting.files import options
+from forklift.fitting.fit_tables import PARAMETER_COLUMNS
 from forklift.plant.forklift.tables import parameters
 from forklift.report.tables import change_table, fit_tables, parameters_table, plain
 from small_campaign import raised, snapshot
@@ -56,7 +57,7 @@ def stopped():
 
 
 def test_the_folder_holds_what_the_docstring_says(null_fit, folder):
-    predictions = {f"predictions/baseline/{found.file}" for found in null_fit.campaign.recordings}
+    predictions = {f"predictions/baseline/{found.file}" for found in null_fit.recordings}
     assert set(snapshot(folder)) == predictions | {
         "truck.toml", "report.html", "fit.json", "fit.csv", "parameters.csv", "speed_table_free.csv",
     }  # fmt: skip
@@ -78,9 +79,9 @@ def test_a_value_in_the_truck_says_its_interval_or_that_it_is_not_told(null_fit)
     sources = null_fit.truck.sources
     omega = next(found for found in null_fit.knowledge.estimates if found.name == "free.valve.omega")
     assert f"95 % interval {omega.lower:.6g} to {omega.upper:.6g}" in sources["free.valve.omega"]
-    assert null_fit.campaign.sha256[:12] in sources["free.valve.omega"]
+    assert null_fit.origin.sha256[:12] in sources["free.valve.omega"]
     assert sources["free.viscosity.nu_0"].startswith("not told by campaign")
-    assert sources["main.valve.omega"] == null_fit.start.sources["main.valve.omega"]
+    assert sources["main.valve.omega"] == null_fit.machine.truck.sources["main.valve.omega"]
 
 
 def test_intervals_are_ordered_hold_the_value_and_keep_to_the_bounds(null_fit):
@@ -118,7 +119,7 @@ def test_fits_before_and_after_are_those_of_the_comparisons(null_fit):
 def test_predictions_on_disk_are_those_of_the_fitted_truck(null_fit, folder):
     first = null_fit.after.predictions[0]
     read = pl.read_csv(folder / "predictions" / "baseline" / first.recording.file)
-    assert read["pressure_free_pa"].to_numpy() == pytest.approx(first.simulation["pressure_free_pa"])
+    assert read["pressure_free_pa"].to_numpy() == pytest.approx(first.outputs["pressure_free_pa"])
 
 
 def test_the_speed_table_is_the_fitted_trucks(folder):
@@ -133,7 +134,7 @@ def test_the_json_says_what_the_fit_says(null_fit, told):
         "schema", "forklift", "campaign", "start", "truck", "options", "command", "seconds", "evaluations",
         "interrupted", "complete", "verdict", "parameters", "known_only_together", "unidentifiable",
         "correlation",
-        "sensors", "judged", "starts", "profiles", "cautions", "validation", "fits", "speed_tables",
+        "sensors", "judged", "starts", "profiles", "cautions", "validation", "fits", "tables",
     }  # fmt: skip
     assert told == json.loads(json.dumps(null_fit.to_dict(), allow_nan=False))
     assert told["verdict"] == list(null_fit.verdict)
@@ -153,11 +154,12 @@ def test_the_command_in_the_json_repeats_the_fit(null_fit):
         null_fit,
         options={
             **null_fit.options, "starts": 2, "hold": ["free.valve.omega"], "profiles": ["free.bulk.a_1"],
-            "together": [["free.bulk.a_1", "free.cylinder.V_0"]], "load_width_kg": 5.0,
+            "together": [["free.bulk.a_1", "free.cylinder.V_0"]],
         },
+        machine=replace(null_fit.machine, load_width_kg=5.0),
     )  # fmt: skip
-    assert command(again) == (
-        f"forklift fit {null_fit.campaign.folder} --truck thesis --starts 2 --profile free.bulk.a_1 "
+    assert again.origin.command(again.machine, "fit", options(again)) == (
+        f"forklift fit {null_fit.origin.folder} --truck thesis --starts 2 --profile free.bulk.a_1 "
         "--hold free.valve.omega --together free.bulk.a_1,free.cylinder.V_0 --load-width 5.0 --out result"
     )
 
@@ -165,9 +167,9 @@ def test_the_command_in_the_json_repeats_the_fit(null_fit):
 def test_tables_are_laid_out_as_the_thesis_lays_them_out(null_fit):
     said = "\n".join(map(plain, fit_tables(null_fit)))
     assert "Estimated parameters of the free lift, as Table 5.1" in said
-    assert "velocity, free lift, before → after, as Table 5.4" in said
+    assert "Velocity of the free lift, as Table 5.4" in said
     assert "main lift" not in said
-    told = null_fit.validation("free")
+    told = null_fit.validation("velocity_free_m_s")
     assert told["role"].to_list() == ["validate"] * 6
     assert told["load_kg"].to_list() == [0.0, 800.0, 1500.0] * 2
     assert told["nrmse_percent_after"].min() > 97.0 > told["nrmse_percent_before"].max()
@@ -199,9 +201,9 @@ def test_the_page_says_verdict_parameters_and_every_recording(null_fit, page):
     said = html.unescape(page)
     for sentence in null_fit.verdict:
         assert sentence in said
-    for name in [*null_fit.parameters["name"], *(found.file for found in null_fit.campaign.recordings)]:
+    for name in [*null_fit.parameters["name"], *(found.file for found in null_fit.recordings)]:
         assert name in said
-    assert "laid out as Table 5.4" in said
+    assert "as Table 5.4" in said
     for name in ("measured", "before", "after"):
         assert f'"{name}":[' in page
     assert (
@@ -249,7 +251,7 @@ def test_a_stopped_fit_keeps_the_best_so_far_and_says_so(stopped, tmp_path):
     assert found.verdict[0].startswith("Interrupted after 3 evaluations: this is the best truck so far")
     assert found.options["starts"] is None
     before, after = (
-        comparison.validation("main")["nrmse_percent"].mean() for comparison in (found.before, found.after)
+        side.validation("velocity_main_m_s")["nrmse_percent"].mean() for side in (found.before, found.after)
     )
     assert after > before
     assert [told.evaluation for told in seen] == [1, 2, 3]
@@ -273,7 +275,7 @@ def test_what_moves_together_has_one_factor_and_an_interval_each(stopped):
 
 def test_the_main_lifts_tables_are_5_2_and_5_5(stopped):
     found, _ = stopped
-    said = plain(parameters_table(found.parameters, "main")) + plain(change_table(found, "main"))
+    said = plain(parameters_table(found, "main")) + plain(change_table(found, "velocity_main_m_s"))
     assert "Estimated parameters of the main lift, as Table 5.2" in said
     assert "as Table 5.5" in said
-    assert set(found.parameters["lift"]) == {"main"}
+    assert set(found.parameters["part"]) == {"main"}

@@ -16,6 +16,7 @@ from forklift.app.main import app
 from forklift.diagnosis.diagnose import diagnose
 from forklift.diagnosis.result import Diagnosis
 from forklift.report.of_diagnosis import diagnosis_page
+from motor_bench import motor_bench
 from pages import Text
 from test_machines import folder, tutorial
 from test_plant_report import line, recorded
@@ -111,19 +112,7 @@ def test_every_cause_has_its_number_with_a_95_per_cent_interval(found):
 
 
 def test_the_command_diagnoses_a_machine_of_ones_own(tmp_path):
-    import polars as pl
-
-    _, blocks = tutorial()
-    names: dict[str, object] = {}
-    for block in blocks[:2]:
-        exec(compile(block, "machines.md", "exec"), names)
-    (tmp_path / "motor.py").write_text(f"{blocks[0]}\nmachine = plant\n", encoding="utf-8")
-    campaign = ['name = "bench"', "[channels]", '"speed sensor" = { channel = "omega", unit = "rpm" }']
-    for one in names["recordings"]:
-        outputs = {"speed sensor": one.y["omega"] * 60.0 / (2.0 * np.pi)}
-        pl.DataFrame({"time_s": one.time_s, **one.u, **outputs}).write_csv(tmp_path / f"{one.file}.csv")
-        campaign += ["[[recording]]", f'file = "{one.file}.csv"', f'role = "{one.role}"']
-    (tmp_path / "campaign.toml").write_text("\n".join(campaign), encoding="utf-8")
+    motor_bench(tmp_path)
     out = tmp_path / "found"
     given = ["diagnose", str(tmp_path), "--machine", str(tmp_path / "motor.py"), "--out", str(out)]
     result = CliRunner().invoke(app, given)
@@ -134,7 +123,9 @@ def test_the_command_diagnoses_a_machine_of_ones_own(tmp_path):
     assert told["campaign"] == "bench"
     assert "--machine" in told["command"]
     assert json.loads((out / "parameters.json").read_text(encoding="utf-8"))["present"] == ["drag"]
-    assert (out / "predictions" / "final" / f"{names['recordings'][0].file}.csv").exists()
+    assert {path.name for path in (out / "predictions" / "final").iterdir()} == {
+        path.name for path in tmp_path.glob("*.csv")
+    }
 
 
 @pytest.mark.parametrize(

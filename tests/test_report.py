@@ -249,7 +249,8 @@ def test_thirty_recordings_fit_a_mail():
         for one in null.recordings
     )[:30]  # fmt: skip
     both = compare(Campaign("many", null.sample_rate_hz, many), Truck.read("thesis"))
-    recordings = replays({"before": both, "after": both}, lambda file, channel: "")
+    sides = {"before": both.agreement, "after": both.agreement}
+    recordings = replays(both.machine, sides, lambda file, channel: "", {})
     explorer = Explorer("", "", ["before", "after"], recordings)
     page = html(Page("", "", "", (), (), [Section("evidence", "Evidence", "", [explorer])], {}))
     assert len(page.encode()) < 0.95 * ROOMY_BYTES  # tables and the other figures come on top

@@ -1,12 +1,12 @@
 """The pages in a real browser, as wide as a desk's and as a telephone's: drawn, zoomed, nothing cut off."""
 
-import shutil
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from browser import CHROMIUM, api, holds_whole, scrolled_through
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare, simulate
@@ -16,30 +16,9 @@ from forklift.diagnosis.result import Diagnosis
 from forklift.report.of_simulation import simulation_page
 from test_plant_report import line, recorded
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-if CHROMIUM is None:
-    pytest.skip("there is no Chromium (on Debian: apt-get install chromium)", allow_module_level=True)
-api = pytest.importorskip("playwright.sync_api", reason="playwright (the extra test) is not installed")
-
 PAGES = ("diagnosis", "fit", "comparison", "simulation", "plant")
 WIDTHS = (1280, 390)
 EXPLORED = PAGES[:3]
-
-BEYOND = """() => [...document.querySelectorAll("body *")].filter(one => {
-  const style = getComputedStyle(one), box = one.getBoundingClientRect();
-  const apart = one.closest(".scroll, .plot, .skip, #js-plotly-tester");
-  if (apart || style.display === "inline" || !box.width) return false;
-  const spilt = one.scrollWidth > one.clientWidth + 1 && one.clientWidth > 0 && style.overflowX === "visible";
-  return box.right > innerWidth + 1 || box.left < -1 || spilt;
-}).map(one => one.tagName + " " + one.className + ": " + one.textContent.slice(0, 40))"""
-"""What reaches beyond the window, or beyond its own box without a scroll bar."""
-
-UNDRAWN = """() => [...document.querySelectorAll(".plot")].filter(place => {
-  const values = trace => trace.z ? trace.z.flat() : trace.y ?? [];
-  const points = (place.data ?? []).map(trace => values(trace).filter(v => v !== null).length);
-  return !place.querySelector("svg.main-svg") || !points.length || Math.min(...points) < 2;
-}).map(place => place.closest("figure").textContent.slice(0, 60))"""
-"""Figures without an image or with a curve of no points."""
 
 RANGE = "place => place._fullLayout.xaxis.range"
 
@@ -100,24 +79,11 @@ def _note_request(told: list[str], file: Path, request) -> None:
         told.append(f"fetched {request.url}")
 
 
-def scrolled_through(page) -> None:
-    """As a reader does, so that every figure comes near and is drawn."""
-    height = page.evaluate("document.documentElement.scrollHeight")
-    for top in range(0, height, 500):
-        page.evaluate("top => scrollTo(0, top)", top)
-        page.wait_for_timeout(20)
-    page.wait_for_function("[...document.querySelectorAll('.plot')].every(place => place.dataset.drawn)")
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("name", PAGES)
 def test_every_figure_is_drawn_with_data_and_nothing_reaches_beyond_the_edge(opened, name, width):
     page = opened(name, width)
-    scrolled_through(page)
-    assert page.evaluate(UNDRAWN) == []
-    page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert page.evaluate(BEYOND) == []
+    holds_whole(page, width)
 
 
 def test_figures_far_below_wait_until_they_come_near(opened):

@@ -362,24 +362,11 @@ def test_a_fits_covariance_is_drawn(null_fit):
 
 @pytest.mark.parametrize("width", [1280, 390])
 def test_in_a_browser_a_sweeps_page_is_drawn_and_nothing_reaches_beyond_the_edge(swept, tmp_path, width):
-    from test_report_browser import BEYOND, CHROMIUM, UNDRAWN, api, scrolled_through
+    from browser import shown_whole
 
     file = tmp_path / "report.html"
     file.write_text(forklift.base.present.page(swept), encoding="utf-8")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": width, "height": 800})
-        told = []
-        page.on("console", lambda message: told.append(message.text))
-        page.on("pageerror", lambda error: told.append(str(error)))
-        page.goto(file.as_uri())
-        scrolled_through(page)
-        assert page.evaluate(UNDRAWN) == []
-        page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert page.evaluate(BEYOND) == []
-        browser.close()
-    assert told == []
+    shown_whole(file, width)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs SIGKILL")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -112,7 +112,7 @@ def demo(
             measured(simulation, seed, stream).write_csv(folder / plan.file)
             progress()
         (folder / FILE).write_text(_campaign_toml(), encoding="utf-8", newline="\n")
-        campaign = Campaign.read(folder)
+        campaign = replace(Campaign.read(folder), folder=Path(out) / "campaign")
         compare(campaign, thesis, progress=lambda _: progress()).write(temporary / "compare")
         found = diagnose(campaign, thesis, progress=say)
         found.write(temporary / "found")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -22,6 +23,10 @@ class LiftName(StrEnum):
     MAIN = "main"
 
 
+Machine = Annotated[
+    Path | None,
+    typer.Option("--machine", help="Python file with a machine = Plant(...) of yours, instead of a truck."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, for a script.")]
 TruckName = Annotated[
     str, typer.Option("--truck", help="A shipped truck's name, or the path of a truck's TOML file.")

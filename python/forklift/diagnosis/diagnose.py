@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from forklift.base.errors import ForkliftError
 from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import confounded
@@ -21,7 +18,7 @@ from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
-from forklift.diagnosis.outcome import Location, Origin
+from forklift.diagnosis.outcome import Location
 from forklift.diagnosis.proposals import propose
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
@@ -29,13 +26,12 @@ from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.selection import Selection
 from forklift.fitting.agreement import Agreement, agreement
 from forklift.fitting.criteria import FAR
+from forklift.fitting.origin import given
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all
 from forklift.fitting.residuals import MOST_MOVES
 from forklift.plant.hypotheses import invalid_hypothesis
 from forklift.plant.subject import Subject
-from forklift.plant.subjects import is_machine, named, subject
-from forklift.recordings.campaign import FILE, Campaign
 from forklift.recordings.noise import Sensor
 
 HALF, LATER = 0.5, 0.2
@@ -82,21 +78,9 @@ def diagnose(
         errors of `forklift.plant.forklift.checks.suitability` and `forklift.plant.forklift.simulate`, of a
         plant ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
     """
-    machine, recordings = _read(machine), _read(recordings)
-    if isinstance(machine, Campaign) or (is_machine(recordings) and not is_machine(machine)):
-        machine, recordings = recordings, machine
-    start = subject(machine, candidates=candidates, **conditions)
-    if not hasattr(recordings, "recordings") and not isinstance(recordings, Sequence):
-        raise ForkliftError(
-            "argument-invalid",
-            f"recordings is {type(recordings).__name__}, where a campaign, its folder or a list of recordings"
-            " is wanted",
-            name="recordings",
-        )
+    start, each, origin = given(machine, recordings, candidates=candidates, **conditions)
     clock = Clock(progress)
-    origin = _origin(start, recordings)
-    given = recordings.recordings if hasattr(recordings, "recordings") else recordings
-    model, kept, findings = start.examined(tuple(given))
+    model, kept, findings = start.examined(each)
     every = model.sensors(kept)
     everyone = pose(model, kept, model.unknowns(findings.held), every)
     fitted = [one for one in everyone.samples if one.recording.role == "estimate"]
@@ -159,28 +143,6 @@ def diagnose(
         every,
         clock.seconds,
     )
-
-
-def _read(given: Any) -> Any:
-    """A campaign or a truck for a path or a name; anything else as it is."""
-    if not isinstance(given, str | Path):
-        return given
-    path = Path(given)
-    return Campaign.read(path) if path.name == FILE or (path / FILE).exists() else named(given)
-
-
-def _origin(start: Subject, recordings: Any) -> Origin:
-    if isinstance(recordings, Campaign):
-        command = start.command("diagnose", recordings.folder) if recordings.folder else None
-        return Origin(recordings.name, recordings.title, recordings.facts(), command)
-    each = getattr(recordings, "recordings", recordings)
-    rows = [{"file": one.file, "sha256": one.sha256} for one in each]
-    whole = hashlib.sha256("".join(row["sha256"] for row in rows).encode()).hexdigest()
-    name = getattr(recordings, "name", start.name)
-    folder = getattr(recordings, "folder", None)
-    facts = {"name": name, "sha256": whole, "recordings": rows}
-    command = start.command("diagnose", folder) if folder else None
-    return Origin(name, f"{len(rows)} recordings of {start.name}", facts, command)
 
 
 def _evidence(

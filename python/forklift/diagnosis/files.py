@@ -29,9 +29,8 @@ MODELS = ("truck.toml", "parameters.json")
 def write(found: Outcome, out: str | Path) -> Path:
     """See `Diagnosis.write`."""
     told = to_json.to_dict(found)
-    name = f"{found.origin.name} diagnosed from {found.machine.name}"
     with output.folder(out, earlier(out), MARK) as temporary:
-        found.machine.write(temporary, found.values, found.origin.source, name)
+        found.machine.write(temporary, found.values, found.source, found.title)
         found.before.write(temporary, "baseline")
         found.after.write(temporary, "final")
         if (corrected := _corrected(found)) is not None:

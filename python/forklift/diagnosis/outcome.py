@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from forklift.diagnosis.group_validation import outlying_groups
 from forklift.diagnosis.numbers import Number, numbers
 from forklift.diagnosis.refit import Refit
+from forklift.fitting.origin import Origin
 from forklift.plant.findings import Findings
 from forklift.plant.protocol import Hypothesis
 from forklift.plant.subject import Subject, Wanted
@@ -32,33 +33,6 @@ if TYPE_CHECKING:
 
 COMMAND = "next_recording.csv"
 """The file of what drives the next recording."""
-
-
-@dataclass(frozen=True)
-class Origin:
-    """What a diagnosis was made from.
-
-    Attributes
-    ----------
-    name
-        Of the campaign, or of the machine where the recordings have none.
-    title
-        The same as a page has it.
-    facts
-        Name, hash, and every recording's file and hash, for JSON.
-    command
-        That does the same; None if there is none.
-    """
-
-    name: str
-    title: str
-    facts: Mapping[str, Any]
-    command: str | None = None
-
-    @property
-    def source(self) -> str:
-        """As the source of what was found."""
-        return f"estimated by diagnosis of {self.title} (sha256 {self.facts['sha256'][:12]})"
 
 
 @dataclass(frozen=True)
@@ -176,21 +150,24 @@ class Outcome:
         return numbers(self.final)
 
     @property
-    def numbers_before(self) -> tuple[Number, ...]:
-        """Of the fitted machine."""
-        return numbers(self.baseline)
-
-    @property
     def values(self) -> Mapping[str, float]:
         """Parameters of the final model that are not as the machine started with them, by name."""
         return dict(self.final.found.problem.values(self.final.found.x))
 
     @property
+    def source(self) -> str:
+        """As the source of what was found."""
+        return f"estimated by diagnosis of {self.origin.title} (sha256 {self.origin.sha256[:12]})"
+
+    @property
+    def title(self) -> str:
+        """What the machine with what was found is called."""
+        return f"{self.origin.name} diagnosed from {self.machine.name}"
+
+    @property
     def truck(self) -> Any:
-        """Of a forklift: the `Truck` with what was found missing."""
-        return self.machine.named(  # type: ignore[attr-defined]
-            self.values, self.origin.source, f"{self.origin.name} diagnosed from {self.machine.name}"
-        )
+        """The machine with what was found, as its user has it: a `Truck`, a `Plant`."""
+        return self.machine.named(self.values, self.source, self.title)
 
     def rmse(self) -> tuple[float, float]:
         """Root mean square error before and after, over all samples of what was held out.

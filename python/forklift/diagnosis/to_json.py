@@ -40,8 +40,8 @@ def to_dict(found: Outcome) -> dict[str, Any]:
         "campaign": found.origin.name,
         "campaign_facts": dict(found.origin.facts),
         **found.machine.facts(),
-        **found.machine.facts_of(found.values, found.origin.source, found.origin.name),
-        "command": found.origin.command,
+        **found.machine.facts_of(found.values, found.source, found.title),
+        "command": found.origin.command(found.machine, "diagnose"),
         "verdict": found.verdict,
         "sentence": sentences.sentence(found),
         "location": None

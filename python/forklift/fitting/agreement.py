@@ -33,6 +33,9 @@ COLUMNS = {
 }
 """Of a table of fits; NMSE and NRMSE as (3.39) and (3.40) of Fri & Fahlén (2017), RMSE in the unit."""
 
+FITS = ("nmse_percent", "nrmse_percent", "rmse")
+"""Those of the columns that differ from one model to another."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
@@ -77,10 +80,17 @@ class Agreement:
 
     @cached_property
     def fits(self) -> pl.DataFrame:
-        """One row per recording and signal, with the columns of `COLUMNS`."""
-        return pl.DataFrame(
-            [row for one in self.predictions for row in _rows(one)], schema=COLUMNS, orient="row"
-        )
+        """One row per recording and signal: `COLUMNS`, with the recording's conditions after its part."""
+        names = list(dict.fromkeys(name for one in self.predictions for name in one.conditions))
+        head = list(COLUMNS)[:3]
+        rows = [
+            (row[:3] + tuple(one.conditions.get(name) for name in names) + row[3:])
+            for one in self.predictions
+            for row in _rows(one)
+        ]
+        own = dict.fromkeys(names, pl.Float64)
+        schema = {name: COLUMNS[name] for name in head} | own | COLUMNS
+        return pl.DataFrame(rows, schema=schema, orient="row")
 
     @property
     def held_out(self) -> pl.DataFrame:
@@ -147,9 +157,8 @@ def together(rows: pl.DataFrame) -> float:
 
 def change(before: Agreement, after: Agreement) -> pl.DataFrame:
     """`Agreement.fits` of both: fits end with ``_before`` and ``_after``."""
-    fits = ("nmse_percent", "nrmse_percent", "rmse")
-    told = after.fits.rename({name: f"{name}_after" for name in fits})
-    known = before.fits.select("file", "channel", *fits).rename({name: f"{name}_before" for name in fits})
+    told = after.fits.select(*COLUMNS).rename({name: f"{name}_after" for name in FITS})
+    known = before.fits.select("file", "channel", *FITS).rename({name: f"{name}_before" for name in FITS})
     return told.join(known, on=["file", "channel"], maintain_order="left")
 
 

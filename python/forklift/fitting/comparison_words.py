@@ -1,4 +1,4 @@
-"""A comparison in one plain sentence per lift: how good the fit is and where it is poor."""
+"""A comparison in one plain sentence per headline: how good the fit is and where it is poor."""
 
 from __future__ import annotations
 
@@ -7,67 +7,65 @@ from typing import TYPE_CHECKING
 import numpy as np
 import polars as pl
 
-from forklift.base.derivative import WINDOW
 from forklift.base.numbers import amount
-from forklift.plant.forklift.phases import IN_WORDS
-from forklift.recordings.channels import Lift, commanded
+from forklift.base.typeset import capital
 
 if TYPE_CHECKING:
-    from forklift.fitting.compare import Comparison
+    from forklift.fitting.compared import Compared
+    from forklift.plant.subject import Words
 
 
-def sentence(comparison: Comparison, lift: Lift) -> str | None:
-    """The fit of the lift's velocity, its worst recording and phase, and its poorest other signal.
+def verdict(comparison: Compared) -> tuple[str, ...]:
+    """Of each part its headlines, or why there is none."""
+    machine = comparison.machine
+    driven = {part for one in comparison.predictions for part in machine.driven(one.recording)}
+    said = []
+    for part in sorted(driven):
+        own = [channel for whose, channel in comparison.headlines if whose == part]
+        told = [text for channel in own if (text := _sentence(comparison, part, channel))]
+        said += told or [_without(comparison, part)]
+    return tuple(said)
 
-    Over the recordings of `Comparison.validation`. If none of them has a velocity that can be judged: why,
-    and how well the other signals fit. None if no recording commands the lift.
-    """
-    table = comparison.validation(lift).drop_nulls("nrmse_percent")
+
+def named(words: Words, channel: str) -> str:
+    """A channel at the start of a sentence."""
+    name = words.signal(channel)
+    return name if name == channel else f"The {name}"
+
+
+def _sentence(comparison: Compared, part: str, channel: str) -> str:
+    """The fit of a headline, its worst recording and phase, and the part's poorest other signal."""
+    table = comparison.validation(channel).drop_nulls("nrmse_percent")
     if not len(table):
-        return _without_velocity(comparison, lift)
+        return ""
     role = "validate" if (table["role"] == "validate").all() else "estimate"
     count = f"{len(table)} {role} recording{'s' if len(table) > 1 else ''}"
     mean = float(np.mean(table["nrmse_percent"].to_numpy()))
+    text = f"{named(comparison.machine.words, channel)} fits to {mean:.1f} %"
     if len(table) > 1:
         worst = table.sort("nrmse_percent").row(0, named=True)
-        text = (
-            f"{lift.capitalize()} lift: the velocity fits to {mean:.1f} % on average (NRMSE, {count}), "
-            f"worst to {worst['nrmse_percent']:.1f} % in {worst['file']}"
-        )
+        text += f" on average (NRMSE, {count}), worst to {worst['nrmse_percent']:.1f} % in {worst['file']}"
     else:
-        text = f"{lift.capitalize()} lift: the velocity fits to {mean:.1f} % (NRMSE, {count})"
-    return f"{text}{_phase(comparison, lift)}{_other(comparison, lift, table['file'])}."
+        text += f" (NRMSE, {count})"
+    return f"{text}{_phase(comparison, channel)}{_other(comparison, part, table['file'])}."
 
 
-def _without_velocity(comparison: Comparison, lift: Lift) -> str | None:
-    moved = [found for found in comparison.predictions if lift in commanded(found.recording.lift)]
-    if not moved:
-        return None
-    channels = [f"position_{lift}_m"]
-    if any(found.recording.lift == lift for found in moved):
-        channels.insert(0, "fork_height_m")
-    finite = [
-        int(np.isfinite(values).sum())
-        for found in moved
-        for name in channels
-        if (values := found.recording.channels.get(name)) is not None
-    ]
-    if len(comparison.validation(lift)):
-        why = "it is measured as constant throughout"
-    elif not any(finite):
-        why = f"no recording of it has {' or '.join(channels)}"
-    else:
-        why = f"no recording of it has {WINDOW} samples of {' or '.join(channels)} without a gap"
+def _without(comparison: Compared, part: str) -> str:
+    """Why a part has no headline that can be judged, and how well its other signals fit."""
+    machine = comparison.machine
+    moved = [one.recording for one in comparison.predictions if part in machine.driven(one.recording)]
+    own = {channel for whose, channel in comparison.headlines if whose == part}
+    why = "it is measured as constant throughout" if own else machine.unjudged(moved, part)
     means = (
-        comparison.fits.filter((pl.col("lift") == lift) & pl.col("commanded"))
-        .filter(~pl.col("channel").str.starts_with("velocity"))
-        .drop_nulls("nrmse_percent")
+        _others(comparison, part)
         .group_by("channel", maintain_order=True)
         .agg(pl.col("nrmse_percent").mean())
     )
     fits = ", ".join(f"{name} to {_fit(value)}" for name, value in means.iter_rows())
     others = f"the other signals fit on average (NRMSE): {fits}" if fits else "no other signal can be either"
-    return f"{lift.capitalize()} lift: no velocity can be judged: {why}; {others}."
+    what = f"no {machine.headline}" if machine.headline else "nothing"
+    whose = f"{capital(machine.words.part(part))}: " if part else ""
+    return capital(f"{whose}{what} can be judged: {why}; {others}.")
 
 
 def _fit(percent: float) -> str:
@@ -75,24 +73,29 @@ def _fit(percent: float) -> str:
     return f"{percent:.1f} %{', worse than its mean' if percent < 0 else ''}"
 
 
-def _phase(comparison: Comparison, lift: Lift) -> str:
-    most = comparison.where(lift).row(0, named=True)
+def _phase(comparison: Compared, channel: str) -> str:
+    most = comparison.where(channel).row(0, named=True)
     if not np.isfinite(most["share_of_misfit"]):
         return ""
+    phase = comparison.machine.phase_words[most["phase"]]
     return (
-        f"; {100 * most['share_of_misfit']:.0f} % of its misfit lies in {IN_WORDS[most['phase']]} "
+        f"; {100 * most['share_of_misfit']:.0f} % of its misfit lies in {phase} "
         f"({100 * most['share_of_time']:.0f} % of the time)"
     )
 
 
-def _other(comparison: Comparison, lift: Lift, files: pl.Series) -> str:
-    others = comparison.fits.filter(
-        (pl.col("lift") == lift)
-        & pl.col("commanded")
-        & pl.col("file").is_in(files.implode())
-        & ~pl.col("channel").str.starts_with("velocity")
+def _others(comparison: Compared, part: str) -> pl.DataFrame:
+    told = [channel for _, channel in comparison.headlines]
+    return comparison.fits.filter(
+        (pl.col("part") == part)
+        & pl.col("driven")
+        & ~pl.col("channel").is_in(told)
         & pl.col("nrmse_percent").is_not_null()
-    ).sort("nrmse_percent")
+    )
+
+
+def _other(comparison: Compared, part: str, files: pl.Series) -> str:
+    others = _others(comparison, part).filter(pl.col("file").is_in(files.implode())).sort("nrmse_percent")
     if not len(others):
         return ""
     poorest = others.row(0, named=True)

@@ -1,4 +1,4 @@
-"""Fit a truck to a campaign: all that the thesis estimated, with what is known of it and what is not."""
+"""Fit a machine to recordings: its parameters, with what is known of them and what is not."""
 
 from __future__ import annotations
 
@@ -16,28 +16,22 @@ import numpy as np
 from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-from forklift.fitting import words
-from forklift.fitting.compare import Comparison, compare, compare_fitted
+from forklift.fitting import files, fit_tables, words
+from forklift.fitting.agreement import agreement
+from forklift.fitting.compare import Comparison, replayed
+from forklift.fitting.fitted import Fitted
 from forklift.fitting.interface import Problem
-from forklift.fitting.intervals import QUANTILE, Knowledge, knowledge
+from forklift.fitting.intervals import Knowledge, knowledge
+from forklift.fitting.origin import Origin, given
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
-from forklift.fitting.starts import End, Ends, compare_ends, from_starts
-from forklift.fitting.widening import BIASED, widening
-from forklift.plant.findings import Caution
-from forklift.plant.forklift.checks.suitability import suitability
-from forklift.plant.forklift.model import Forklift
-from forklift.plant.forklift.sensors import sensors
-from forklift.plant.forklift.simulate import check_temperature
-from forklift.plant.forklift.truck import Truck
-from forklift.plant.forklift.unknowns import move, unknowns
+from forklift.fitting.starts import Ends, compare_ends, from_starts
 from forklift.plant.parameter import Unknown
-from forklift.recordings.campaign import Campaign
-from forklift.recordings.channels import Lift, commanded
+from forklift.plant.subject import Subject
 from forklift.recordings.noise import Sensor
 
 if TYPE_CHECKING:
@@ -70,75 +64,28 @@ class Progress:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit:
+class Fit(Fitted):
     """What `fit` gives; `write` puts all of it into a folder."""
-
-    campaign: Campaign
-    start: Truck
-    truck: Truck
-    """The fitted truck; its moved values carry their 95 % interval in their source."""
-    lifts: tuple[Lift, ...]
-    """The lifts that were fitted: those that some recording commands."""
-    unknowns: tuple[Unknown, ...]
-    found: Found
-    sensors: dict[str, Sensor]
-    noise: dict[str, float]
-    """What each channel was weighted by, in its unit; of an encoder the softness of its edges."""
-    knowledge: Knowledge
-    judged: tuple[ChannelResidual, ...]
-    """Every channel of every recording, against the sensors' noise."""
-    ends: tuple[End, ...]
-    profiles: tuple[Profile, ...]
-    cautions: tuple[Caution, ...]
-    before: Comparison
-    after: Comparison
-    interrupted: bool
-    seconds: float
-    options: Mapping[str, Any]
-    """What `fit` was called with beside campaign and truck."""
-
-    @property
-    def held_out(self) -> tuple[ChannelResidual, ...]:
-        """What is judged on: `validate` recordings, or without any, all."""
-        judged = tuple(found for found in self.judged if found.role == "validate")
-        return judged or self.judged
-
-    @property
-    def complete(self) -> bool:
-        """Whether the truck explains all that is judged to the sensors' noise."""
-        return all(found.explained for found in self.held_out)
 
     @cached_property
     def verdict(self) -> tuple[str, ...]:
         """In plain sentences: how good the fit is, what it leaves over and where, what it cannot tell."""
         return words.verdict(self)
 
-    def validation(self, lift: Lift) -> pl.DataFrame:
-        """`Comparison.validation` of one lift, before and after: Table 5.4 (free) or 5.5 (main)."""
-        from forklift.fitting import files as fit_files
-
-        return fit_files.validation(self, lift)
-
     @cached_property
     def fits(self) -> pl.DataFrame:
         """`Comparison.fits` before and after: one row per recording and signal."""
-        from forklift.fitting import files as fit_files
-
-        return fit_files.fits(self)
+        return fit_tables.fits(self)
 
     @cached_property
     def signals(self) -> pl.DataFrame:
         """What is left of each signal and role, as mean square in units of the sensors' noise."""
-        from forklift.fitting import files as fit_files
-
-        return fit_files.signals(self)
+        return fit_tables.signals(self)
 
     @cached_property
     def parameters(self) -> pl.DataFrame:
         """One row per parameter: start, value, 95 % intervals before and after, and how it is known."""
-        from forklift.fitting import files as fit_files
-
-        return fit_files.parameters(self)
+        return fit_tables.parameters(self)
 
     def profile(self, name: str) -> Profile:
         """The profile likelihood of one parameter: about as much work as the fit itself.
@@ -154,33 +101,30 @@ class Fit:
             return profile(self.found.problem, self.found.x, k, self.knowledge.estimates[k].deviation)
 
     def write(self, out: str | Path) -> Path:
-        """Write the fitted truck, the page to look at, and all that is known of the fit, into a folder.
+        """Write the fitted machine, the page to look at, and all that is known of the fit, into a folder.
 
-        ``truck.toml``, ``report.html``, ``fit.json``, ``fit.csv``, ``parameters.csv``,
-        ``predictions/baseline/FILE.csv``, and ``speed_table_free.csv`` or ``speed_table_main.csv`` of each
-        fitted lift. The folder appears whole or not at all; an earlier fit there is replaced.
+        ``truck.toml`` (of a plant ``parameters.json``), ``report.html``, ``fit.json``, ``fit.csv``,
+        ``parameters.csv``, ``predictions/baseline/FILE.csv``, and of a truck ``speed_table_free.csv`` or
+        ``speed_table_main.csv`` of each fitted lift. The folder appears whole or not at all; an
+        earlier fit there is replaced.
 
         Raises
         ------
         ForkliftError
             ``"output-exists"`` if `out` holds anything but an earlier fit, ``"not-writable"``.
         """
-        from forklift.fitting import files as fit_files
-
-        return fit_files.write(self, out)
+        return files.write(self, out)
 
     def to_dict(self) -> dict[str, Any]:
         """All but the curves as plain data, with version and hashes, for JSON."""
-        from forklift.fitting import files as fit_files
-
-        return fit_files.to_dict(self)
+        return files.to_dict(self)
 
     def _repr_html_(self) -> str:
         return present.summary(self)
 
     def __repr__(self) -> str:
         return (
-            f"Fit({self.campaign.name!r}, {len(self.unknowns)} unknowns, "
+            f"Fit({self.origin.name!r}, {len(self.unknowns)} unknowns, "
             f"{'complete' if self.complete else 'something left over'}, {self.seconds:.1f} s)"
         )
 
@@ -222,39 +166,35 @@ def _misfit(problem: Problem, every: Mapping[str, Sensor], x: Floats) -> float:
 
 
 def fit(
-    campaign: Campaign,
-    truck: Truck,
+    machine: Any,
+    recordings: Any,
     *,
     hold: Collection[str] = (),
     also: Collection[str] = (),
     together: Sequence[Sequence[str]] = (),
-    load_width_kg: float = 0.0,
-    oil_temperature_degc: float | None = None,
     starts: int | None = None,
     profiles: Collection[str] = (),
     seed: int = SEED,
     progress: Callable[[Progress], None] | None = None,
+    **conditions: Any,
 ) -> Fit:
-    """Estimate the truck's parameters from all ``estimate`` recordings at once, and judge it on the others.
+    """Estimate a machine's parameters from all ``estimate`` recordings at once, and judge it on the others.
 
-    Free-running simulation of both lifts; joint likelihood of positions (encoders as intervals), pressures
-    and fork height with each sensor's own noise; per recording an offset of the oil temperature and the
-    positions at the start. Least squares on exact derivatives, tempered, along the canyon of what nearly
-    makes up for one another (`forklift.fitting`).
+    Free-running simulation; joint likelihood of all channels with each sensor's own noise, encoders as
+    intervals; per recording what it has of its own: of a truck an offset of the oil temperature and the
+    positions at the start. Least squares, of a truck on exact derivatives, tempered, along the canyon of
+    what nearly makes up for one another (`forklift.fitting`).
 
     Parameters
     ----------
-    campaign, truck
-        What was measured, and where the fit starts: another truck of the same make will do.
+    machine, recordings
+        As `forklift.diagnose` takes them: where the fit starts (another truck of the same make will do), and
+        what was measured.
     hold, also, together
-        Parameters left as they are, estimated besides the thesis's, and groups that move together
-        (`forklift.plant.forklift.unknowns`).
-    load_width_kg
-        Standard deviation of each recording's entered load [kg]; 0: the loads are right.
-    oil_temperature_degc
-        For recordings without an oil temperature [°C].
+        Parameters left as they are, estimated besides the usual ones (of a truck the thesis's, see
+        `forklift.plant.forklift.unknowns`), and groups that move together.
     starts
-        How many starts: the truck itself and scattered ones. By default one, and if that leaves something
+        How many starts: the machine itself and scattered ones. By default one, and if that leaves something
         over three, so that a search gone astray is not taken for missing physics.
     profiles
         Parameters whose profile likelihood is wanted.
@@ -262,24 +202,26 @@ def fit(
         Of the scattered starts.
     progress
         Called after each evaluation. Ctrl-C ends the search and keeps the best so far.
+    conditions
+        Of a truck: ``oil_temperature_degc`` of recordings without one [°C]; ``load_width_kg``, the standard
+        deviation of each entered load [kg], by default 0: the loads are right.
 
     Raises
     ------
     ForkliftError
-        Those of `forklift.plant.forklift.checks.suitability` if the campaign cannot support a fit;
-        ``"parameter-unknown"``, ``"argument-invalid"``; those of `forklift.plant.forklift.simulate.predict`.
+        What the machine finds that its recordings cannot support: of a truck the errors of
+        `forklift.plant.forklift.checks.suitability`; ``"parameter-unknown"``, ``"argument-invalid"``; those
+        of `forklift.compare`.
     """
     began = time.monotonic()
-    arguments.of_kind(Campaign, campaign=campaign)
-    arguments.of_kind(Truck, truck=truck)
-    check_temperature(oil_temperature_degc)
     arguments.names(hold=hold, also=also, together=together, profiles=profiles)
     for group in together:
         arguments.names(together=group)
-    _check_numbers(starts, load_width_kg, seed)
-    suited = suitability(campaign.recordings, truck)
-    every = sensors(campaign.recordings)
-    moved = unknowns(truck, suited.lifts, hold=hold, also=also, together=together)
+    _check_numbers(starts, seed)
+    entered, each, origin = given(machine, recordings, weighed=False, **conditions)
+    model, kept, findings = entered.suited(each)
+    every = model.sensors(kept)
+    moved = model.unknowns(hold, also, together)
     if not moved:
         raise ForkliftError(
             "argument-invalid",
@@ -288,17 +230,12 @@ def fit(
         )
     _check_moved([*also, *(name for group in together for name in group)], moved)
     _check_profiles(profiles, moved)
-    conditions: dict[str, Any] = {
-        "load_width_kg": load_width_kg,
-        "oil_temperature_degc": oil_temperature_degc,
-    }
-    machine = Forklift(truck, suited.lifts, **conditions)
-    everyone = pose(machine, campaign.recordings, moved, every)
+    everyone = pose(model, kept, moved, every)
     problem = everyone.over(
         [
             found
             for found in everyone.samples
-            if found.recording.role == "estimate" and set(commanded(found.recording.lift)) & set(suited.lifts)
+            if found.recording.role == "estimate" and set(model.driven(found.recording)) & set(model.parts)
         ]
     )
     stop = _Stop()
@@ -308,23 +245,12 @@ def fit(
         ends = _search(problem, every, AGAIN, seed, progress, stop, earlier=ends)
         known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
     found = ends.best
-    best = _fitted_truck(campaign, truck, moved, found, known, judged)
-    before = stop.finish(lambda: compare(campaign, truck, oil_temperature_degc=oil_temperature_degc))
-    after = stop.finish(
-        lambda: compare_fitted(
-            campaign,
-            best,
-            predict_all(
-                everyone.weighted(found.problem.sigma, found.problem.substeps), found.x[: len(moved)]
-            ),
-            oil_temperature_degc,
-        )
-    )
+    before = stop.finish(lambda: replayed(entered, kept, origin))
+    after = stop.finish(lambda: _fitted(model, kept, origin, everyone, found))
     result = Fit(
-        campaign,
-        truck,
-        best,
-        suited.lifts,
+        model,
+        origin,
+        kept,
         moved,
         found,
         every,
@@ -333,13 +259,13 @@ def fit(
         judged,
         ends.ends,
         (),
-        suited.cautions,
+        findings.cautions,
         before,
         after,
         stop.asked,
         0.0,
-        conditions
-        | {
+        {
+            **conditions,
             "hold": [*hold],
             "also": [*also],
             "together": [[*group] for group in together],
@@ -358,6 +284,16 @@ def fit(
             drawn.append(result.profile(name))
     seconds = time.monotonic() - began
     return replace(result, profiles=tuple(drawn), interrupted=stop.asked, seconds=seconds)
+
+
+def _fitted(
+    model: Subject, recordings: Sequence[Any], origin: Origin, everyone: LeastSquares, found: Found
+) -> Comparison:
+    """The comparison with the model as it was judged: see `forklift.fitting.predict`."""
+    problem = everyone.weighted(found.problem.sigma, found.problem.substeps)
+    predicted = predict_all(problem, found.x[: len(found.problem.unknowns)])
+    adjusted = [[one.names[k] for k in one.free] for one in problem.samples]
+    return Comparison(model, origin, agreement(model, recordings, predicted, adjusted))
 
 
 class _Stop:
@@ -381,7 +317,7 @@ class _Stop:
         return work()
 
 
-def _check_numbers(starts: int | None, load_width_kg: float, seed: int) -> None:
+def _check_numbers(starts: int | None, seed: int) -> None:
     arguments.whole("seed", seed)
     if starts is not None and arguments.whole("starts", starts) < 1:
         raise ForkliftError(
@@ -390,15 +326,6 @@ def _check_numbers(starts: int | None, load_width_kg: float, seed: int) -> None:
             name="starts",
             value=starts,
             lower=1,
-        )
-    if not 0.0 <= arguments.number("load_width_kg", load_width_kg) < np.inf:
-        raise ForkliftError(
-            "argument-invalid",
-            f"the loads' standard deviation is {load_width_kg:g} kg; give zero or more",
-            name="load_width_kg",
-            value=load_width_kg,
-            lower=0.0,
-            unit="kg",
         )
 
 
@@ -463,33 +390,3 @@ def _judge(
         theta = found.x[: len(problem.unknowns)]
         weighted = found.problem.over(problem.samples)
         return known, tuple(judge(weighted, theta, known.covariance, every))
-
-
-def _fitted_truck(
-    campaign: Campaign,
-    start: Truck,
-    moved: Sequence[Unknown],
-    found: Found,
-    known: Knowledge,
-    judged: Sequence[ChannelResidual],
-) -> Truck:
-    """The truck at the optimum; each moved value has its interval as its source."""
-    from forklift.fitting import files as fit_files
-
-    from_campaign = f"estimated from campaign {campaign.name!r} (sha256 {campaign.sha256[:12]})"
-    truck = move(start, moved, found.x[: len(moved)], from_campaign)
-    sources = dict(truck.sources)
-    for estimate, theta in zip(known.estimates, found.x.tolist(), strict=False):
-        unknown = estimate.unknown
-        wide = widening(judged, unknown.name)
-        ends = fit_files.interval(unknown, theta, QUANTILE * wide * estimate.deviation)
-        for name, lower, upper in zip(unknown.names, *ends.tolist(), strict=True):
-            if name not in sources:
-                continue  # a knot: its table is one value in the file, and its interval stands in fit.json
-            biased = f", {BIASED}" if wide > 1.0 else ""
-            sources[name] = (
-                f"{from_campaign}, 95 % interval {lower:.6g} to {upper:.6g}{biased}"
-                if estimate.identifiable
-                else f"not told by campaign {campaign.name!r} alone; near truck {start.name!r} by its prior"
-            )
-    return Truck(f"{campaign.name} fitted from {start.name}", truck.values, sources)

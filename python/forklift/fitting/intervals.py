@@ -165,14 +165,15 @@ def _autocorrelation(residual: Floats, lags: int) -> Floats:
     return np.array([residual[k:] @ residual[:-k] / energy for k in range(1, lags + 1)])
 
 
-def ends(unknown: Unknown, theta: float, deviation: float) -> tuple[float, float]:
-    """The 95 % interval of the first parameter of an unknown: θ ± 1.96 deviations, within its bounds.
-
-    Every interval of the package is worked out here, at one level.
-    """
-    reach = QUANTILE * deviation
+def within(unknown: Unknown, theta: float, reach: float) -> Floats:
+    """(2, names) least and greatest of each parameter for an unknown within `reach` of θ and its bounds."""
     both = np.clip([theta - reach, theta + reach], unknown.lower, unknown.upper)
-    lower, upper = sorted(float(unknown.values(float(end))[0]) for end in both)
+    return np.sort([unknown.values(float(end)) for end in both], axis=0)
+
+
+def ends(unknown: Unknown, theta: float, deviation: float) -> tuple[float, float]:
+    """The 95 % interval of the first parameter of an unknown: θ ± 1.96 deviations, within its bounds."""
+    lower, upper = within(unknown, theta, QUANTILE * deviation)[:, 0].tolist()
     return lower, upper
 
 

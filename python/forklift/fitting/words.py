@@ -1,28 +1,27 @@
-"""A fit in plain sentences: what the truck explains, what is left over and where, what cannot be told."""
+"""A fit in plain sentences: what the machine explains, what is left over and where, what cannot be told."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from forklift.base.typeset import capital
 from forklift.fitting.residuals import ChannelResidual
-from forklift.plant.forklift.phases import IN_WORDS, PHASES, phases, shut_current
-from forklift.recordings.channels import Lift, commanded
 
 if TYPE_CHECKING:
-    from forklift.fitting.fit import Fit
+    from forklift.fitting.fitted import Fitted
     from forklift.fitting.intervals import Group
 
-WARM_K = 15.0
-"""Recordings this much warmer than the coldest are called warm."""
+MORE = 1.5
+"""Recordings of one operating point are told if they hold so many times their share of what is left over."""
 
 
-def verdict(fit: Fit) -> tuple[str, ...]:
+def verdict(fit: Fitted) -> tuple[str, ...]:
     """All sentences, the most important first."""
     said = [_interrupted(fit)] if fit.interrupted else []
-    said += [_lift(fit, lift) for lift in fit.lifts]
+    said += [_part(fit, part) for part in fit.parts]
     said += _left_over(fit)
     said += [caution.sentence for caution in fit.cautions]
     said += _starts(fit)
@@ -33,19 +32,36 @@ def verdict(fit: Fit) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _interrupted(fit: Fit) -> str:
+def _interrupted(fit: Fitted) -> str:
+    count, noun = fit.found.evaluations, fit.machine.words.noun
     return (
-        f"Interrupted after {fit.found.evaluations} evaluation"
-        f"{'s' * (fit.found.evaluations != 1)}: this is the best truck so far, and not the best there is."
+        f"Interrupted after {count} evaluation{'s' * (count != 1)}: this is the best {noun} so far, and not "
+        "the best there is."
     )
 
 
-def _lift(fit: Fit, lift: Lift) -> str:
-    """How well one lift's held-out recordings are explained."""
-    seen = [found for found in fit.held_out if lift in commanded(found.group)]  # type: ignore[arg-type]
+def _head(fit: Fitted, part: str) -> str:
+    """``"The main lift: "``; nothing where there is one part."""
+    return f"{capital(fit.machine.words.part(part))}: " if part else ""
+
+
+def _of_part(fit: Fitted, part: str) -> list[ChannelResidual]:
+    """What is judged on in recordings that drive a part."""
+    pieces = _pieces(fit)
+    return [one for one in fit.held_out if part in fit.machine.driven(pieces[one.file])]
+
+
+def _pieces(fit: Fitted) -> dict[str, Any]:
+    """By file, every recording or stretch of one."""
+    return {piece.file: piece for one in fit.recordings for piece in fit.machine.pieces(one)}
+
+
+def _part(fit: Fitted, part: str) -> str:
+    """How well one part's held-out recordings are explained."""
+    seen, noun = _of_part(fit, part), fit.machine.words.noun
     files = sorted({found.file for found in seen})
     if not seen:
-        return f"{lift.capitalize()} lift: no recording of it is judged on."
+        return f"{_head(fit, part)}no recording of it is judged on."
     what = f"{len(files)} {seen[0].role} recording{'s' * (len(files) > 1)}"
     worst = max(seen, key=lambda found: found.mean_square)
     size = (
@@ -54,47 +70,49 @@ def _lift(fit: Fit, lift: Lift) -> str:
     )
     if worst.explained:
         text = (
-            f"{lift.capitalize()} lift: the fitted truck explains all {what} to the sensors' noise; "
+            f"{_head(fit, part)}the fitted {noun} explains all {what} to the sensors' noise; "
             f"what is left is at most {size}"
         )
     else:
         bad = sorted({found.file for found in seen if not found.explained})
         text = (
-            f"{lift.capitalize()} lift: no values of these parameters explain the recordings: in "
+            f"{_head(fit, part)}no values of these parameters explain the recordings: in "
             f"{len(bad)} of {what} more than the sensors' noise is left over, up to {size}"
         )
-    return f"{text}{_velocity(fit, lift)}."
+    return capital(f"{text}{''.join(_gain(fit, part))}.")
 
 
-def _velocity(fit: Fit, lift: Lift) -> str:
-    before, after = (
-        table["nrmse_percent"].drop_nulls().to_numpy()
-        for table in (fit.before.validation(lift), fit.after.validation(lift))
-    )
-    if not len(after):
-        return ""
-    return (
-        f"; its velocity fits to {after.mean():.1f} % on average and {after.min():.1f} % at worst (NRMSE), "
-        f"from {before.mean():.1f} % and {before.min():.1f} % before"
-    )
+def _gain(fit: Fitted, part: str) -> Iterator[str]:
+    """How well the signals that the part is told by fit, and did before."""
+    for whose, channel in fit.after.headlines:
+        before, after = (
+            side.validation(channel)["nrmse_percent"].drop_nulls().to_numpy()
+            for side in (fit.before, fit.after)
+        )
+        if whose == part and len(after):
+            headline = fit.machine.headline
+            what = f"its {headline}" if headline else fit.machine.words.signal(channel)
+            was = f", from {before.mean():.1f} % and {before.min():.1f} % before" if len(before) else ""
+            now = f"to {after.mean():.1f} % on average and {after.min():.1f} % at worst (NRMSE)"
+            yield f"; {what} fits {now}{was}"
 
 
-def _left_over(fit: Fit) -> Iterator[str]:
+def _left_over(fit: Fitted) -> Iterator[str]:
     """Which signal and recordings, where in the motion and at which operating points something is left."""
-    for lift in fit.lifts:
-        own = [found for found in fit.held_out if found.group in (lift, "both")]
-        bad = [found for found in own if not found.explained]
+    for part in fit.parts:
+        bad = [found for found in _of_part(fit, part) if not found.explained]
         if not bad:
             continue
         excess = {found: found.samples * (found.mean_square - 1.0) for found in bad}
         total = sum(excess.values())
         signals = _shares(bad, excess, lambda found: found.channel)
-        said = [f"What is left over on the {lift} lift: {_listed(signals, total)} by signal"]
+        where = f" on {fit.machine.words.part(part)}" if part else ""
+        said = [f"What is left over{where}: {_listed(signals, total)} by signal"]
         files = _shares(bad, excess, lambda found: found.file)
         said.append(f"{_listed(files, total)} by recording")
         worst = next(iter(signals))
         said.append(_phase(fit, [found for found in bad if found.channel == worst], worst))
-        points = _operating_points(fit, bad, excess, total)
+        points = _operating_points(fit, part, files, total)
         yield "; ".join(filter(None, [*said, points])) + "."
 
 
@@ -110,44 +128,44 @@ def _listed(shares: dict[str, float], total: float, most: int = 3) -> str:
     return ", ".join(f"{100.0 * share / total:.0f} % {name}" for name, share in shown)
 
 
-def _phase(fit: Fit, bad: Sequence[ChannelResidual], channel: str) -> str:
+def _phase(fit: Fitted, bad: Sequence[ChannelResidual], channel: str) -> str:
     """In which phase of the motion the squared residuals of the worst signal lie."""
-    recordings = {found.file: found for found in fit.campaign.recordings}
-    square, seconds = np.zeros(len(PHASES)), np.zeros(len(PHASES))
+    machine, pieces = fit.machine, _pieces(fit)
+    count = len(machine.phases)
+    square, seconds = np.zeros(count), np.zeros(count)
     for found in bad:
-        recording = recordings[found.file]
-        lift: Lift = "main" if "main" in channel or recording.lift == "main" else "free"
-        current = recording.channels[f"current_{lift}_a"]
-        if not (current > shut_current(fit.truck, lift)).any():
-            continue
-        which = phases(recording.time_s, current, shut_current(fit.truck, lift))[found.rows]
-        square += np.bincount(which, found.left**2, len(PHASES))
-        seconds += np.bincount(which, minlength=len(PHASES))
+        which = machine.labels(pieces[found.file])[channel][found.rows]
+        square += np.bincount(which, found.left**2, count)
+        seconds += np.bincount(which, minlength=count)
     if not square.any():
         return ""
     most = int(np.argmax(square))
-    return (
-        f"{100 * square[most] / square.sum():.0f} % of {channel}'s in {IN_WORDS[PHASES[most]]} "
-        f"({100 * seconds[most] / seconds.sum():.0f} % of the time)"
-    )
+    phase = machine.phase_words[machine.phases[most]]
+    share, time = 100 * square[most] / square.sum(), 100 * seconds[most] / seconds.sum()
+    return f"{share:.0f} % of {channel}'s in {phase} ({time:.0f} % of the time)"
 
 
-def _operating_points(fit: Fit, bad: Sequence[ChannelResidual], excess, total: float) -> str:  # type: ignore[no-untyped-def]
-    """Whether warm or heavy recordings have more than their share."""
-    recordings = {found.recording.file: found for found in fit.after.predictions}
-    temperature = {file: found.oil_temperature_degc for file, found in recordings.items()}
-    judged = {found.file for found in fit.held_out}
-    coldest = min(temperature[file] for file in judged)
-    warm = {file for file in judged if temperature[file] > coldest + WARM_K}
-    if not warm or len(warm) == len(judged):
+def _operating_points(fit: Fitted, part: str, left: Mapping[str, float], total: float) -> str:
+    """Which recordings of one side of a condition have more than their share, if any have."""
+    judged = {found.file for found in _of_part(fit, part)}
+    pieces = [piece for file, piece in _pieces(fit).items() if file in judged]
+    found = []
+    for split in fit.machine.splits(pieces):
+        whole = [rows.all() or not rows.any() for rows in split.rows]
+        if not all(whole):
+            continue  # it parts moments, not recordings
+        for name, wanted in ((split.first, True), (split.second, False)):
+            own = [one.file for one, rows in zip(pieces, split.rows, strict=True) if rows.all() == wanted]
+            share = sum(left.get(file, 0.0) for file in own) / total
+            if 0 < len(own) < len(pieces):
+                found.append((share * len(pieces) / len(own), share, len(own), f"{name} ({split.name})"))
+    if not found or max(found)[0] < MORE:
         return ""
-    share = sum(value for found, value in excess.items() if found.file in warm) / total
-    mean = np.mean([temperature[file] for file in warm])
-    hold = f"about {mean:.0f} °C) hold {100 * share:.0f} % of it"
-    return f"the {len(warm)} warm recordings of {len(judged)} ({hold}"
+    _, share, count, name = max(found)
+    return f"{name} hold {100 * share:.0f} % of it, {count} of {len(pieces)}"
 
 
-def _starts(fit: Fit) -> Iterator[str]:
+def _starts(fit: Fitted) -> Iterator[str]:
     if len(fit.ends) < 2:
         return
     agreeing = sum(end.same for end in fit.ends)

@@ -158,6 +158,19 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
     return PlantCampaign(document.name or path.parent.resolve().name, path.parent, recordings)
 
 
+def inputs(path: str | Path, plant: Plant) -> Recording:
+    """What drives the plant, from one file of any format, with the machine's own names and units.
+
+    Raises
+    ------
+    ForkliftError
+        ``"column-missing"``, ``"unit-unknown"``; those of `forklift.recordings.formats.read`.
+    """
+    path = Path(path)
+    known = {one.name: one.unit for one in (*plant.inputs, *plant.outputs)}
+    return _recording(path.parent, _Entry(file=path.name), plant, {}, known)
+
+
 def _document(path: Path) -> _Document:
     try:
         text = path.read_text(encoding="utf-8-sig")

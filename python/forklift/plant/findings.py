@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
+
+import numpy as np
+
+from forklift.base.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,18 @@ class InvalidStretch:
         if self.how == "slip":
             return f"the signal slips in {self.file} at {self.from_s:.2f} s"
         return f"the signal stands still in {self.file} from {self.from_s:.2f} to {self.to_s:.2f} s"
+
+
+def without(
+    file: str, time_s: Floats, columns: Mapping[str, Floats], invalid: Iterable[InvalidStretch]
+) -> dict[str, Floats]:
+    """A recording's columns, (times,) each, with its invalid stretches missing."""
+    kept = dict(columns)
+    for one in invalid:
+        if one.file == file:
+            within = (time_s >= one.from_s) & (time_s <= one.to_s)
+            kept[one.channel] = np.where(within, np.nan, kept[one.channel])
+    return kept
 
 
 @dataclass(frozen=True)

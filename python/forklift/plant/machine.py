@@ -15,9 +15,10 @@ from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.parameter import Unknown
 from forklift.plant.parts import STEADY, Effect, Param, Plant, State, Values
+from forklift.plant.present import Present
 from forklift.plant.protocol import Addition, Case, Hypothesis, Place, Run, Steps
 from forklift.plant.recording import Recording
-from forklift.plant.run import Present, run
+from forklift.plant.run import run
 from forklift.recordings.noise import Sensor
 
 CORRELATED = 16

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log, pi, sqrt
 from pathlib import Path
@@ -16,7 +16,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.typeset import number, printed
-from forklift.plant.findings import Caution, Findings, InvalidStretch
+from forklift.plant.findings import Caution, Findings, InvalidStretch, without
 from forklift.plant.hypotheses import hypotheses
 from forklift.plant.machine import NumpyMachine, completed
 from forklift.plant.parameter import Unknown
@@ -24,7 +24,19 @@ from forklift.plant.parts import Plant
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.plant.recording import Recording
 from forklift.plant.sensors import sensors
-from forklift.plant.subject import Drive, Labels, Possible, Residual, Shown, Signal, Split, Term, Use
+from forklift.plant.subject import (
+    Drive,
+    Labels,
+    Possible,
+    Residual,
+    Shown,
+    Signal,
+    Sources,
+    Split,
+    Tabled,
+    Term,
+    Use,
+)
 from forklift.recordings.noise import Sensor, white_noise
 
 FILE = "parameters.json"
@@ -78,6 +90,14 @@ class PlantWords:
     def signal(self, channel: str) -> str:
         """As it is called."""
         return channel
+
+    def like(self, channel: str) -> str:
+        """As any."""
+        return ""
+
+    def parameters_like(self, part: str) -> str:
+        """As any."""
+        return ""
 
     def drawn(self, channel: str, unit: str) -> Shown:
         """In its own unit."""
@@ -137,6 +157,10 @@ class PlantSubject(NumpyMachine):
     origin: str = ""
     reaches_noise: ClassVar[bool] = False
     phases: ClassVar[Sequence[str]] = PHASES
+    phase_words: ClassVar[Mapping[str, str]] = {
+        "driven": "stretches in which an input has just changed",
+        "held": "stretches with steady inputs",
+    }
     phase_note: ClassVar[str] = "Phases: an input has changed lately (driven), or none has (held)."
     headline: ClassVar[str] = ""
     part_word: ClassVar[str] = "part"
@@ -151,11 +175,30 @@ class PlantSubject(NumpyMachine):
         """Its name and source."""
         return {"start": {"name": self.name, "source": self.plant.source}}
 
-    def facts_of(self, values: Mapping[str, float], source: str, name: str) -> Mapping[str, Any]:
-        """Values by name, and the effects that are present."""
-        return {
-            "plant": {"source": source, "values": self.parameters(values), "present": self._present(values)}
-        }
+    def facts_of(self, values: Mapping[str, float], sources: Sources, name: str) -> Mapping[str, Any]:
+        """Values by name, where they come from, and the effects that are present."""
+        return {"plant": self._told(values, sources)}
+
+    def _told(self, values: Mapping[str, float], sources: Sources) -> dict[str, Any]:
+        origin = {"source": sources} if isinstance(sources, str) else {"sources": dict(sources)}
+        return {**origin, "values": self.parameters(values), "present": self._present(values)}
+
+    def named(self, values: Mapping[str, float], sources: Sources, name: str) -> Plant:
+        """The plant with these values and another name; effects that are present are still candidates."""
+        known = {} if isinstance(sources, str) else sources
+        said = sources if isinstance(sources, str) else self.plant.source
+        params = tuple(
+            replace(one, value=values[one.name], source=known.get(one.name, said))
+            if one.name in values
+            else one
+            for one in self.plant.params
+        )
+        return replace(self.plant, name=name, params=params)
+
+    @property
+    def parts(self) -> Sequence[str]:
+        """One, which has no name."""
+        return ("",)
 
     def _present(self, values: Mapping[str, float]) -> list[str]:
         return [one.id for one in self.plant.effects if one.amplitude in values]
@@ -173,10 +216,25 @@ class PlantSubject(NumpyMachine):
         whole = [completed(self.plant, one) for one in recordings]
         if not any(one.role == "estimate" for one in whole):
             raise ForkliftError("estimate-missing", f"no recording of {self.name} may be fitted on")
-        invalid = tuple(found for one in whole for found in self._stuck(one, self.sensors(whole)))
-        kept = _blocked([_without(one, invalid) for one in whole])
-        cautions = tuple(self._cautions(kept))
-        return self, tuple(kept), Findings(invalid, cautions)
+        invalid = self._invalid(whole)
+        kept = _blocked([replace(r, y=without(r.file, r.time_s, r.y, invalid)) for r in whole])
+        return self, tuple(kept), Findings(invalid, tuple(self._missing(kept)))
+
+    def suited(
+        self, recordings: Sequence[Recording]
+    ) -> tuple[PlantSubject, tuple[Recording, ...], Findings]:
+        """As `examined`; what was left out is told among the cautions."""
+        model, kept, found = self.examined(recordings)
+        return model, kept, replace(found, cautions=(*_stuck_cautions(found.invalid), *found.cautions))
+
+    def cautions(self, recordings: Sequence[Recording]) -> Sequence[Caution]:
+        """Outputs that stand still, and samples that are missing."""
+        whole = [completed(self.plant, one) for one in recordings]
+        return (*_stuck_cautions(self._invalid(whole)), *self._missing(whole))
+
+    def _invalid(self, recordings: Sequence[Recording]) -> tuple[InvalidStretch, ...]:
+        known = self.sensors(recordings)
+        return tuple(found for one in recordings for found in self._stuck(one, known))
 
     def _stuck(self, recording: Recording, known: Mapping[str, Sensor]) -> Iterator[InvalidStretch]:
         """Equal samples in a row where the sensor's noise σ makes them impossible.
@@ -208,7 +266,7 @@ class PlantSubject(NumpyMachine):
                         recording.file, one.name, float(time[first]), float(time[last]), "stuck"
                     )
 
-    def _cautions(self, recordings: Sequence[Recording]) -> Iterator[Caution]:
+    def _missing(self, recordings: Sequence[Recording]) -> Iterator[Caution]:
         missing = {
             one.name: sum(int((~np.isfinite(r.y[one.name])).sum()) for r in recordings if one.name in r.y)
             for one in self.plant.outputs
@@ -228,9 +286,34 @@ class PlantSubject(NumpyMachine):
         """As given, or told from the samples."""
         return sensors(self.plant, recordings)
 
-    def unknowns(self, held: Sequence[str] = ()) -> tuple[Unknown, ...]:
-        """The plant's parameters that are not known, and shared free starts."""
-        return tuple(one for one in super().unknowns() if one.name not in held)
+    def unknowns(
+        self,
+        held: Collection[str] = (),
+        also: Collection[str] = (),
+        together: Sequence[Sequence[str]] = (),
+    ) -> tuple[Unknown, ...]:
+        """The plant's parameters that are not known, and shared free starts.
+
+        Raises
+        ------
+        ForkliftError
+            ``"parameter-unknown"``; ``"argument-invalid"`` for a group that mixes scales.
+        """
+        every = {one.name: one for one in super().unknowns()}
+        known = {one.name: one for one in self.plant.params if one.per == "plant"}
+        for name in (*held, *also, *(name for group in together for name in group)):
+            if name not in every and name not in known:
+                raise ForkliftError(
+                    "parameter-unknown",
+                    f"{self.name} has no parameter {name}; it has {', '.join({**known, **every})}",
+                    name=name,
+                )
+        every |= {name: known[name].unknown() for name in also if name not in every}
+        free = {name: one for name, one in every.items() if name not in held}
+        groups = [[name for name in group if name in free] for group in together]
+        joined = {group[0]: _joined([free[name] for name in group]) for group in groups if group}
+        rest = {name for group in groups for name in group[1:]}
+        return tuple(joined.get(name, one) for name, one in free.items() if name not in rest)
 
     def hypotheses(
         self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
@@ -265,6 +348,10 @@ class PlantSubject(NumpyMachine):
         """There is one part."""
         return ""
 
+    def driven(self, recording: Recording) -> Sequence[str]:
+        """The one part."""
+        return ("",)
+
     def rate_hz(self, recording: Recording, channel: str) -> float:
         """Of the recording [Hz]: the mean, if its steps differ."""
         return (len(recording) - 1) / float(np.ptp(recording.time_s))
@@ -278,6 +365,33 @@ class PlantSubject(NumpyMachine):
         last = np.maximum.accumulate(np.where(moved, np.arange(len(moved)), -len(moved)))
         held = (np.arange(len(moved)) - last > RECENT * len(moved)).astype(np.intp)
         return dict.fromkeys(recording.y, held)
+
+    def replay(self, recording: Recording, **settings: Any) -> Mapping[str, Floats]:
+        """As the plant is scored, from starts as the first samples or the plant tell them."""
+        if settings:
+            raise ForkliftError(
+                "argument-invalid",
+                f"a plant has its own steps (max_dt, order), and no setting {next(iter(settings))}",
+                name=next(iter(settings)),
+            )
+        whole = completed(self.plant, recording)
+        known = self.sensors([whole])
+        found = {name: np.full(len(whole), np.nan) for name in self.outputs}
+        for piece in self.pieces(whole):
+            case = self.case(piece, known)
+            run = self.run({}, [case], [case.centre], substeps=1)[0]
+            first = int(np.searchsorted(whole.time_s, piece.time_s[0]))
+            for name, column in zip(self.outputs, run.outputs.T, strict=True):
+                found[name][first : first + len(column)] = column
+        return found
+
+    def operating_points(self, conditions: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
+        """As they were given."""
+        return [dict(one) for one in conditions]
+
+    def unjudged(self, recordings: Sequence[Recording], part: str) -> str:
+        """None of its outputs was recorded."""
+        return f"no recording has {' or '.join(self.outputs)}"
 
     def splits(self, recordings: Sequence[Recording]) -> tuple[Split, ...]:
         """At the widest gap of every condition, and of every input at the middle of its range."""
@@ -384,11 +498,12 @@ class PlantSubject(NumpyMachine):
     ) -> None:
         """Its conditions are what was given."""
 
-    def command(self, verb: str, folder: Path) -> str | None:
+    def command(self, verb: str, folder: Path, options: Sequence[str] = ()) -> str | None:
         """With the file that the plant came from."""
         if not self.origin:
             return None
-        return shlex.join(["forklift", verb, str(folder), "--machine", self.origin, "--out", "result"])
+        words = ["forklift", verb, str(folder), "--machine", self.origin, *options, "--out", "result"]
+        return shlex.join(words)
 
     @property
     def runs(self) -> str:
@@ -404,16 +519,20 @@ class PlantSubject(NumpyMachine):
             "Simulations run free from the start of each recording: no state is corrected by a measurement."
         )
 
-    def write(self, folder: Path, values: Mapping[str, float], source: str, name: str) -> str:
+    def write(self, folder: Path, values: Mapping[str, float], sources: Sources, name: str) -> str:
         """As ``parameters.json``: name, source, parameters by name, and the effects that are present."""
-        told = {
-            "name": name,
-            "source": source,
-            "values": self.parameters(values),
-            "present": self._present(values),
-        }
+        told = {"name": name, **self._told(values, sources)}
         (folder / FILE).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return FILE
+
+    def tables(self, values: Mapping[str, float]) -> Mapping[str, Tabled]:
+        """None."""
+        return {}
+
+    @property
+    def table_files(self) -> Sequence[str]:
+        """None."""
+        return ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -462,13 +581,31 @@ class WantedRecording:
         }
 
 
-def _without(recording: Recording, invalid: Sequence[InvalidStretch]) -> Recording:
-    y = dict(recording.y)
+def _stuck_cautions(invalid: Sequence[InvalidStretch]) -> Iterator[Caution]:
     for one in invalid:
-        if one.file == recording.file:
-            within = (recording.time_s >= one.from_s) & (recording.time_s <= one.to_s)
-            y[one.channel] = np.where(within, np.nan, y[one.channel])
-    return replace(recording, y=y)
+        what = f"{one.channel}: {one.said}, which its noise does not; those samples count for nothing"
+        yield Caution("channel-stuck", f"{what}.", {"file": one.file, "channel": one.channel})
+
+
+def _joined(group: Sequence[Unknown]) -> Unknown:
+    """Numbers that move by the same factor, or the same amount."""
+    first = group[0]
+    if len({one.scale for one in group}) > 1:
+        names = " and ".join(one.name for one in group)
+        raise ForkliftError(
+            "argument-invalid",
+            f"{names} cannot move together: their scales differ; group like with like",
+            name=first.name,
+        )
+    return Unknown(
+        tuple(one.name for one in group),
+        first.unit,
+        first.scale,
+        tuple(one.start[0] for one in group),
+        first.width,
+        max(one.lower * one.width for one in group) / first.width,
+        min(one.upper * one.width for one in group) / first.width,
+    )
 
 
 def _blocked(recordings: Sequence[Recording]) -> list[Recording]:

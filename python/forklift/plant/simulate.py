@@ -11,8 +11,9 @@ from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.machine import completed
 from forklift.plant.parts import STEADY, Plant
+from forklift.plant.present import Present
 from forklift.plant.recording import Recording
-from forklift.plant.run import Present, run
+from forklift.plant.run import run
 
 
 def simulate_plant(

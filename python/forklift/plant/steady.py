@@ -18,7 +18,7 @@ from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
     from forklift.plant.parts import State, Values
-    from forklift.plant.run import Present
+    from forklift.plant.present import Present
 
 Rates = Callable[[Floats], Floats]
 """(states, lanes) of states, (states, lanes)."""

@@ -1,8 +1,8 @@
-"""What a diagnosis asks of a machine beside its runs: its recordings, its words, and what they may part."""
+"""What the verbs ask of a machine beside its runs: its recordings, its words, and what they may part."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
-from forklift.plant.findings import Findings
+from forklift.plant.findings import Caution, Findings
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Machine
 from forklift.recordings.noise import Sensor
 
 Labels = Mapping[str, NDArray[np.intp]]
 """By channel, (times,) the phase of each sample, an index into `Subject.phases`."""
+
+Sources = str | Mapping[str, str]
+"""Where values come from: one sentence for all, or one by name."""
 
 
 class Residual(Protocol):
@@ -136,6 +139,16 @@ class Written(Protocol):
         """Whole or not at all."""
 
 
+class Tabled(Protocol):
+    """A table made of a machine, for use elsewhere."""
+
+    def write(self, path: str | Path) -> Path:
+        """As a file."""
+
+    def facts(self) -> Mapping[str, Any]:
+        """What it is, for JSON."""
+
+
 class Shown(NamedTuple):
     """A quantity as text and figures have it: its name, its unit there, and how many of that one of its own
     is."""
@@ -185,6 +198,12 @@ class Words(Protocol):
     def signal(self, channel: str) -> str:
         """A channel in words."""
 
+    def like(self, channel: str) -> str:
+        """What a table of a channel's fits is laid out as; empty if it is as any."""
+
+    def parameters_like(self, part: str) -> str:
+        """The same of a table of a part's parameters."""
+
     def drawn(self, channel: str, unit: str) -> Shown:
         """A signal as a figure has it."""
 
@@ -225,8 +244,15 @@ class Subject(Machine, Protocol):
     def facts(self) -> Mapping[str, Any]:
         """What the fit started from, for JSON."""
 
-    def facts_of(self, values: Mapping[str, float], source: str, name: str) -> Mapping[str, Any]:
+    def facts_of(self, values: Mapping[str, float], sources: Sources, name: str) -> Mapping[str, Any]:
         """What the machine is with these values, for JSON."""
+
+    def named(self, values: Mapping[str, float], sources: Sources, name: str) -> Any:
+        """The machine as its user has it, with these values: a `Truck`, a `Plant`."""
+
+    @property
+    def parts(self) -> Sequence[str]:
+        """Those that are fitted; one without a name where there is one."""
 
     @property
     def reaches_noise(self) -> bool:
@@ -240,6 +266,22 @@ class Subject(Machine, Protocol):
     def phase_note(self) -> str:
         """What they mean, in a sentence."""
 
+    @property
+    def phase_words(self) -> Mapping[str, str]:
+        """By phase, as a sentence says it: ``"in {steady lowering}"``."""
+
+    def cautions(self, recordings: Sequence[Any]) -> Sequence[Caution]:
+        """What is wrong with recordings, as whoever only looks at them must know it."""
+
+    def suited(self, recordings: Sequence[Any]) -> tuple[Subject, tuple[Any, ...], Findings]:
+        """As `examined`, for a fit alone: what is no measurement is refused, not left out.
+
+        Raises
+        ------
+        ForkliftError
+            If they cannot support a fit.
+        """
+
     def examined(self, recordings: Sequence[Any]) -> tuple[Subject, tuple[Any, ...], Findings]:
         """The machine as these recordings tell it, the recordings without what is no measurement, findings.
 
@@ -252,8 +294,19 @@ class Subject(Machine, Protocol):
     def sensors(self, recordings: Sequence[Any]) -> dict[str, Sensor]:
         """By channel, noise and count."""
 
-    def unknowns(self, held: Sequence[str] = ()) -> tuple[Unknown, ...]:
-        """What is estimated, but for what is held."""
+    def unknowns(
+        self,
+        held: Collection[str] = (),
+        also: Collection[str] = (),
+        together: Sequence[Sequence[str]] = (),
+    ) -> tuple[Unknown, ...]:
+        """What is estimated: but for what is held, with what else is wanted, in groups that move together.
+
+        Raises
+        ------
+        ForkliftError
+            ``"parameter-unknown"``, ``"argument-invalid"``.
+        """
 
     def hypotheses(self, recordings: Sequence[Any], sensors: Mapping[str, Sensor]) -> tuple[Hypothesis, ...]:
         """What may be amiss."""
@@ -266,11 +319,29 @@ class Subject(Machine, Protocol):
     def part_where(self, where: str) -> str:
         """The part that a hypothesis acts on, or a word for all of them; empty where there is one."""
 
+    def driven(self, recording: Any) -> Sequence[str]:
+        """The parts that a recording drives."""
+
     def rate_hz(self, recording: Any, channel: str) -> float:
         """Of a channel [Hz]."""
 
     def labels(self, recording: Any) -> Labels:
         """The phase of every sample."""
+
+    def replay(self, recording: Any, **settings: Any) -> Mapping[str, Floats]:
+        """Its own outputs, (times,), free-running as it stands: nothing is adjusted to the recording.
+
+        Raises
+        ------
+        ForkliftError
+            If the run fails, or for a setting of the integrator that it does not have.
+        """
+
+    def operating_points(self, conditions: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
+        """Conditions of recordings as they were meant: nearly equal ones are one."""
+
+    def unjudged(self, recordings: Sequence[Any], part: str) -> str:
+        """Why a part has no signal by whose fit it is told."""
 
     def splits(self, recordings: Sequence[Any]) -> tuple[Split, ...]:
         """Every way to part these recordings into two regimes."""
@@ -320,7 +391,7 @@ class Subject(Machine, Protocol):
     ) -> Written | None:
         """The recordings with the conditions that were found, as a campaign; None if it has none."""
 
-    def command(self, verb: str, folder: Path) -> str | None:
+    def command(self, verb: str, folder: Path, options: Sequence[str] = ()) -> str | None:
         """The command that does the same with the recordings of a folder; None if there is none."""
 
     @property
@@ -331,5 +402,12 @@ class Subject(Machine, Protocol):
     def file(self) -> str:
         """What `write` writes."""
 
-    def write(self, folder: Path, values: Mapping[str, float], source: str, name: str) -> str:
+    def write(self, folder: Path, values: Mapping[str, float], sources: Sources, name: str) -> str:
         """Write the machine with these values; the file's name is given back, empty if there is none."""
+
+    def tables(self, values: Mapping[str, float]) -> Mapping[str, Tabled]:
+        """By file, what else a user of the machine with these values wants; none if there is nothing."""
+
+    @property
+    def table_files(self) -> Sequence[str]:
+        """All files that `tables` may name."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 from pathlib import Path
 from typing import Any
 
+from forklift.base import arguments
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.model import LOAD_ACCURACY
 from forklift.plant.forklift.simulate import check_temperature
@@ -15,6 +17,9 @@ from forklift.plant.own import PlantSubject
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 from forklift.plant.subject import Subject
+
+CONDITIONS = ("oil_temperature_degc", "load_width_kg")
+"""What `subject` may be told of recordings of a truck that do not tell it."""
 
 
 def named(name: str | Path) -> Truck:
@@ -38,7 +43,9 @@ def subject(
     *,
     candidates: Sequence[Recording] = (),
     origin: str = "",
+    weighed: bool = True,
     oil_temperature_degc: float | None = None,
+    load_width_kg: float = 0.0,
 ) -> Subject:
     """The machine behind the protocol.
 
@@ -50,8 +57,12 @@ def subject(
         Of a plant: recordings that could be made.
     origin
         Of a plant: the file it came from.
+    weighed
+        Of a truck: whether loads that were entered are as good as a scale only; else they are exact.
     oil_temperature_degc
         Of a truck: for recordings without an oil temperature [°C].
+    load_width_kg
+        Of a truck: standard deviation of each entered load [kg], if it is more.
 
     Raises
     ------
@@ -60,8 +71,25 @@ def subject(
     """
     if isinstance(machine, Truck):
         check_temperature(oil_temperature_degc)
+        if not 0.0 <= arguments.number("load_width_kg", load_width_kg) < inf:
+            raise ForkliftError(
+                "argument-invalid",
+                f"the loads' standard deviation is {load_width_kg:g} kg; give zero or more",
+                name="load_width_kg",
+                value=load_width_kg,
+                lower=0.0,
+                unit="kg",
+            )
         return ForkliftSubject(
-            machine, oil_temperature_degc=oil_temperature_degc, load_accuracy=LOAD_ACCURACY
+            machine,
+            oil_temperature_degc=oil_temperature_degc,
+            load_width_kg=load_width_kg,
+            load_accuracy=LOAD_ACCURACY if weighed else 0.0,
+        )
+    if oil_temperature_degc is not None or load_width_kg:
+        name = "load_width_kg" if load_width_kg else "oil_temperature_degc"
+        raise ForkliftError(
+            "argument-invalid", f"{name} is a truck's; a machine of your own has no such condition", name=name
         )
     if isinstance(machine, Plant):
         return PlantSubject(machine, tuple(candidates), origin)

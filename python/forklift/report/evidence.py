@@ -11,9 +11,9 @@ from forklift.diagnosis.laws import laws
 from forklift.report import charts, heat, law, parameters, rivals
 from forklift.report.answers import said
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
-from forklift.report.fits import every_fit, of_conditions
+from forklift.report.fits import every_fit, operating_points
 from forklift.report.tables import mean_square, percent, share
-from forklift.report.traces import BAND, READ, of_agreement, place
+from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 from forklift.report.unseen import beyond
 from forklift.report.words import REST, Quantity
 
@@ -44,7 +44,7 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
                 for one in told["unknown_inputs"]
             ]
         ),
-        *of_conditions(found, changed=changed),
+        *operating_points(found.machine, found.before if changed else None, found.after, found.sensors),
         _shares(found, told),
         every_fit(told["fit"], ["_before", "_after"] if changed else ["_after"]),
         *parameters.diagnosed(found, told["parameters"]),
@@ -87,11 +87,11 @@ def explorer(found: Diagnosis, told: Mapping[str, Any], *, changed: bool) -> Exp
         return "; ".join(notes)
 
     sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
-    recordings = of_agreement(found.machine, sides, note, found.sensors)
+    recordings = replays(found.machine, sides, note, found.sensors)
     worst = found.baseline.worst
     return Explorer(
         "Measured, before and after" if changed else "Measured and simulated",
-        f"{READ.format('what drove it')} {BAND}",
+        f"{HOW_TO_READ} {BAND}",
         list(sides),
         recordings,
         place(recordings, worst.file.partition(" from ")[0], words.signal(worst.channel)),

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from forklift.base.typeset import number, printed
+from forklift.base.typeset import capital, number, printed
 from forklift.fitting.agreement import change
 from forklift.report.blocks import Table
 from forklift.report.tables import percent
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.result import Diagnosis
+    from forklift.fitting.agreement import Agreement
+    from forklift.plant.subject import Subject
+    from forklift.recordings.noise import Sensor
 
 FITS = (
     "100 % is perfect; 0 % is no better than the measured signal's mean. NMSE and NRMSE are (3.39) and "
@@ -24,11 +26,20 @@ MANY = 14
 """A table with more rows is folded."""
 
 
-def of_conditions(found: Diagnosis, *, changed: bool) -> Iterator[Table]:
-    """One table per channel that the machine is told by: each recording held out, by its conditions."""
-    machine, words = found.machine, found.machine.words
-    own = {one.recording.file: one.conditions for one in found.after.predictions}
-    rows = change(found.before, found.after).filter(
+def operating_points(
+    machine: Subject,
+    before: Agreement | None,
+    after: Agreement,
+    sensors: Mapping[str, Sensor],
+) -> Iterator[Table]:
+    """One table per channel that the machine is told by: each recording held out, by its conditions.
+
+    `before`: what it is held against; None if there is nothing. `sensors`: by channel, as far as known.
+    """
+    words, changed = machine.words, before is not None
+    points = machine.operating_points([one.conditions for one in after.predictions])
+    own = {one.recording.file: at for one, at in zip(after.predictions, points, strict=True)}
+    rows = change(before or after, after).filter(
         pl.col("driven") & pl.col("channel").str.starts_with(machine.headline)
     )
     held = rows.filter(pl.col("role") == "validate")
@@ -36,18 +47,16 @@ def of_conditions(found: Diagnosis, *, changed: bool) -> Iterator[Table]:
     for channel, unit in rows.select("channel", "unit").unique(maintain_order=True).iter_rows():
         mine = rows.filter(pl.col("channel") == channel).to_dicts()
         names = list(dict.fromkeys(name for row in mine for name in own[row["file"]]))
-        mine.sort(key=lambda row: [own[row["file"]].get(name, np.nan) for name in reversed(names)])
-        noise = found.sensors.get(channel)
+        mine.sort(key=lambda row: [own[row["file"]].get(name, np.nan) for name in names])
+        noise, like = sensors.get(channel), words.like(channel)
         fine = words.fine(channel, unit)
         conditions = [words.condition(name) for name in names]
         when = ("before", "after") if changed else ("after",)
         yield Table(
-            f"{fine.name[:1].upper()}{fine.name[1:]}{', before → after' if changed else ''}{which}",
+            f"{fine.name if fine.name == channel else capital(fine.name)}"
+            f"{', before → after' if changed else ''}{f', {like}' if like else ''}{which}",
             [
-                *(
-                    f"{one.name[:1].upper()}{one.name[1:]}{f' [{one.unit}]' if one.unit else ''}"
-                    for one in conditions
-                ),
+                *(f"{capital(one.name)}{f' [{one.unit}]' if one.unit else ''}" for one in conditions),
                 "Fit (NRMSE) [%]",
                 *(["Gain (NRMSE)"] if changed else []),
                 f"Error{f' [{fine.unit}]' if fine.unit else ''}",
@@ -85,6 +94,11 @@ def _gain(row: Mapping[str, Any]) -> str:
 
 def _error(value: float | None, scale: float) -> str:
     return "—" if value is None else number(scale * value)
+
+
+def short(rows: pl.DataFrame) -> list[dict[str, Any]]:
+    """Rows of a table of fits as `every_fit` takes them."""
+    return rows.rename(lambda name: name.replace("_percent", "")).to_dicts()
 
 
 def every_fit(rows: Sequence[Mapping[str, Any]], sides: Sequence[str]) -> Table:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from forklift.diagnosis.numbers import of_hypothesis
-from forklift.recordings.channels import LIFTS
 from forklift.report import words
 from forklift.report.answers import said
-from forklift.report.gains import gains, validation
+from forklift.report.fits import operating_points
 from forklift.report.page import fragment
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.compare import Comparison
@@ -38,16 +37,18 @@ def of_diagnosis(found: Diagnosis) -> str:
 
 
 def of_fit(fit: Fit) -> str:
-    """The first sentence, and the velocity's fit before and after."""
-    return _summary(fit.verdict[:1], _tables(gains(fit.before, fit.after)))
+    """The first sentence, and how well each operating point fits before and after."""
+    sides = fit.before.agreement, fit.after.agreement
+    return _summary(fit.verdict[:1], _tables(operating_points(fit.machine, *sides, fit.sensors)))
 
 
 def of_comparison(comparison: Comparison) -> str:
-    """The verdict, and the velocity's fit."""
-    return _summary(comparison.verdict[: len(LIFTS)], _tables(validation(comparison)))
+    """The verdict, and how well each operating point fits."""
+    tables = operating_points(comparison.machine, None, comparison.agreement, {})
+    return _summary(comparison.verdict, _tables(tables))
 
 
-def _tables(tables: Sequence[Table]) -> list[tuple[Sequence[str], Sequence[Sequence[object]]]]:
+def _tables(tables: Iterable[Table]) -> list[tuple[Sequence[str], Sequence[Sequence[object]]]]:
     return [(table.head, table.rows) for table in tables]
 
 

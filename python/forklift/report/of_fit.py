@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from forklift.fitting import files as fit_files
-from forklift.plant.forklift.vocabulary import ForkliftWords
+from forklift.fitting.comparison_words import named
 from forklift.plant.parameter import SCALES
-from forklift.plant.subjects import subject
 from forklift.report import charts, heat, page, parameters
 from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, Section, Table
-from forklift.report.fits import every_fit
-from forklift.report.gains import gains
+from forklift.report.fits import every_fit, operating_points, short
 from forklift.report.provenance import provenance
 from forklift.report.tables import mean_square, percent
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
@@ -24,16 +22,14 @@ if TYPE_CHECKING:
     from forklift.fitting.fit import Fit
     from forklift.fitting.profile import Profile
 
-WORDS = ForkliftWords()
-
 
 def fit_page(fit: Fit) -> str:
     """The page of a fit."""
     said = fit.verdict
     return page.html(
         Page(
-            f"{capital(fit.campaign.title)} fitted from {fit.start.name}",
-            f"Fit of {fit.campaign.title}, starting from the truck “{fit.start.name}”",
+            f"{capital(fit.origin.title)} fitted from {fit.machine.name}",
+            f"Fit of {fit.origin.title}, starting from the {fit.machine.words.noun} “{fit.machine.name}”",
             said[0],
             (),
             _facts(fit),
@@ -41,15 +37,18 @@ def fit_page(fit: Fit) -> str:
                 _evidence(fit),
                 Section("parameters", "Parameters", "", parameters.fitted(fit)),
                 _doubts(fit),
-                provenance(
-                    fit.campaign,
-                    {"Start": fit.start, "Fitted truck, truck.toml": fit.truck},
-                    fit_files.command(fit),
-                    [_search(fit)],
-                ),
+                _provenance(fit),
             ],
             GLOSSARY,
         )
+    )
+
+
+def _provenance(fit: Fit) -> Section:
+    facts = {**fit.machine.facts(), **fit.machine.facts_of(fit.values, fit.sources, fit.title)}
+    options = fit_files.options(fit)
+    return provenance(
+        fit.origin, fit.machine, facts, fit.recordings, "fit", options=options, more=[_search(fit)]
     )
 
 
@@ -57,19 +56,19 @@ def _facts(fit: Fit) -> list[Fact]:
     told = fit.parameters["told"].to_list()
     worst = max(fit.held_out, key=lambda one: one.mean_square)
     bad = sum(not one.explained for one in fit.held_out)
-    facts = []
-    for lift in fit.lifts:
+    facts, words = [], fit.machine.words
+    for _, channel in fit.after.headlines:
         before, after = (
-            table["nrmse_percent"].drop_nulls().to_numpy()
-            for table in (fit.before.validation(lift), fit.after.validation(lift))
+            side.validation(channel)["nrmse_percent"].drop_nulls().to_numpy()
+            for side in (fit.before, fit.after)
         )
         if len(after) and len(before):
             facts.append(
                 Fact(
-                    f"How well does the {lift} lift fit?",
-                    f"Velocity fit {before.mean():.1f} → {after.mean():.1f} %",
+                    f"How well does {named(words, channel).replace('The ', 'the ')} fit?",
+                    f"{before.mean():.1f} → {after.mean():.1f} % (NRMSE)",
                     [
-                        f"NRMSE, mean over {len(after)} recordings; at worst {before.min():.1f} → "
+                        f"Mean over {len(after)} recordings; at worst {before.min():.1f} → "
                         f"{after.min():.1f} %. 100 % is perfect."
                     ],
                 )
@@ -85,7 +84,7 @@ def _facts(fit: Fit) -> list[Fact]:
             "What is left over?",
             left,
             [
-                f"At worst {number(worst.mean_square)} {NOISE}: the {WORDS.signal(worst.channel)} in "
+                f"At worst {number(worst.mean_square)} {NOISE}: the {words.signal(worst.channel)} in "
                 f"{worst.file}.",
                 *([] if fit.complete else ["forklift diagnose finds what is missing."]),
             ],
@@ -102,21 +101,16 @@ def _facts(fit: Fit) -> list[Fact]:
 
 
 def _evidence(fit: Fit) -> Section:
-    rows = [
-        row | {f"{fit_}_{when}": row[f"{fit_}_percent_{when}"] for fit_ in ("nmse", "nrmse")
-               for when in ("before", "after")}
-        for row in fit.fits.iter_rows(named=True)
-    ]  # fmt: skip
     blocks: list[Block] = [
         _explorer(fit),
-        heat.heat(subject(fit.start), fit.campaign.recordings, {"": fit.judged}),
-        *gains(fit.before, fit.after),
+        heat.heat(fit.machine, fit.recordings, {"": fit.judged}),
+        *operating_points(fit.machine, fit.before.agreement, fit.after.agreement, fit.sensors),
         _mean_squares(fit),
-        every_fit(rows, ["_before", "_after"]),
+        every_fit(short(fit.fits), ["_before", "_after"]),
     ]
     lead = (
-        "Before is the truck the fit started from; after is the fitted one. It was fitted on some of the "
-        "recordings only; what counts are the others, held out."
+        f"Before is the {fit.machine.words.noun} the fit started from; after is the fitted one. It was "
+        "fitted on some of the recordings only; what counts are the others, held out."
     )
     return Section("evidence", "Evidence", lead, blocks)
 
@@ -128,21 +122,22 @@ def _explorer(fit: Fit) -> Explorer:
     def note(file: str, channel: str) -> str:
         row = known[file, channel]
         said = []
-        if row["nrmse_percent_after"] is not None:
+        if None not in (row["nrmse_percent_before"], row["nrmse_percent_after"]):
             was, now = (percent(row[f"nrmse_percent_{when}"]) for when in ("before", "after"))
             said.append(f"fit {was} → {now} % (NRMSE)")
         if (file, channel) in left:
             said.append(f"left over {mean_square(left[file, channel])} times the noise")
         return "; ".join(said)
 
-    recordings = replays({"before": fit.before, "after": fit.after}, note, fit.sensors)
+    sides = {"before": fit.before.agreement, "after": fit.after.agreement}
+    recordings = replays(fit.machine, sides, note, fit.sensors)
     worst = max(fit.held_out, key=lambda one: one.mean_square)
     return Explorer(
         "Measured, before and after",
         f"{HOW_TO_READ} {BAND}",
         ["before", "after"],
         recordings,
-        place(recordings, worst.file, WORDS.signal(worst.channel)),
+        place(recordings, worst.file.partition(" from ")[0], fit.machine.words.signal(worst.channel)),
     )
 
 
@@ -152,7 +147,7 @@ def _mean_squares(fit: Fit) -> Table:
     files = sorted({(one.role != "validate", one.file, one.role) for one in fit.judged})
     return Table(
         "What is left over of every recording and signal",
-        ["Recording", "Role", *(WORDS.signal(channel) for channel in channels)],
+        ["Recording", "Role", *(fit.machine.words.signal(channel) for channel in channels)],
         [
             [
                 file, role,

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from forklift.fitting.files import PRIOR_QUANTILE
+from forklift.fitting.fit_tables import PRIOR_QUANTILE
 from forklift.fitting.intervals import QUANTILE
 from forklift.fitting.widening import BIASED, widening
-from forklift.recordings.channels import LIFTS, Lift
 from forklift.report.blocks import Bar, Table
-from forklift.report.tables import known, of_lift
-from forklift.report.words import printed
+from forklift.report.tables import known, of_part, parameters_titled, parts_of
+from forklift.report.words import capital, printed
 
 if TYPE_CHECKING:
     from typing import Any
@@ -26,23 +25,22 @@ BEFORE, AFTER = ["Before", "95 % before"], (["Fitted", "95 % interval"], ["After
 
 
 def fitted(fit: Fit) -> list[Table]:
-    """One table per lift: what was known before the fit, and what is after it."""
+    """One table per part: what was known before the fit, and what is after it."""
     bars = dict(zip(fit.parameters["name"], _bars(fit), strict=True))
-    lifts: list[Lift | None] = [*LIFTS, None]
-    tables = []
-    for lift in lifts:
+    tables, noun = [], fit.machine.words.noun
+    for part in parts_of(fit):
         rows = [
             [
                 row["name"], f"{row['start']:.5g}", f"{row['start_lower']:.3g} to {row['start_upper']:.3g}",
                 f"{row['value']:.5g}", f"{row['lower']:.4g} to {row['upper']:.4g}", printed(row["unit"]),
                 known(row), bars[row["name"]],
             ]
-            for row in of_lift(fit.parameters, lift).iter_rows(named=True)
+            for row in of_part(fit.parameters, part).iter_rows(named=True)
         ]  # fmt: skip
         if rows:
             tables.append(
                 Table(
-                    f"Parameters of {f'the {lift} lift' if lift else 'the truck'}",
+                    capital(parameters_titled(fit, part)),
                     ["Parameter", "Start", "95 % before", "Value", "95 % after", "Unit", "Known", ""],
                     rows,
                     [False, True, True, True, True, False, False, False],
@@ -50,7 +48,7 @@ def fitted(fit: Fit) -> list[Table]:
                     + (
                         ""
                         if fit.complete
-                        else f" Biased: the truck leaves something over; its interval is {BIASED}."
+                        else f" Biased: the {noun} leaves something over; its interval is {BIASED}."
                     ),
                 )
             )

@@ -11,40 +11,44 @@ from forklift.report.words import capital
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from typing import Any
 
-    from forklift.plant.forklift.truck import Truck
-    from forklift.recordings.campaign import Campaign
+    from forklift.fitting.origin import Origin
+    from forklift.plant.subject import Subject
 
 PACKAGES = ("numpy", "scipy", "polars", "plotly")
 ORIGINS = {"shipped": "shipped with forklift", "Python": "made in Python"}
-FREE_RUN = (
-    "Simulations run free from the start of each recording: no state is corrected by a measurement. "
-    "Velocities are the derivative of the fork height, or of the lift's own encoder, through a "
-    "Savitzky–Golay filter of 11 samples and second order, measured and simulated alike."
-)
 
 
 def provenance(
-    campaign: Campaign, trucks: Mapping[str, Truck], command: str | None, more: Sequence[Block] = ()
+    origin: Origin,
+    machine: Subject,
+    facts: Mapping[str, Any],
+    recordings: Sequence[Any],
+    verb: str,
+    *,
+    options: Sequence[str] = (),
+    lead: str = "",
+    more: Sequence[Block] = (),
 ) -> Section:
-    """Hashes, versions and the command; `trucks` by the part they play."""
-    made = [
-        [f"{capital(campaign.title)}, {len(campaign.recordings)} recordings", campaign.sha256],
-        *(
-            [f"{part}: “{truck.name}”, {ORIGINS.get(truck.origin, truck.origin)}", truck.sha256]
-            for part, truck in trucks.items()
-        ),
+    """Hashes, versions and the command; `facts` of the machine as it started and came out."""
+    made = [[f"{capital(origin.title)}, {len(recordings)} recordings", origin.sha256]]
+    made += [
+        [f"{part}: “{one['name']}”, {ORIGINS.get(one['origin'], one['origin'])}", one["sha256"]]
+        for part, one in (("Start", facts.get("start")), ("Fitted", facts.get(machine.words.noun)))
+        if one and "sha256" in one
     ]
+    command = origin.command(machine, verb, options)
     again: list[Block] = [Code("The same again", command)] if command else []
-    recordings = [[one.file, one.role, one.sha256] for one in campaign.recordings]
+    rows = [[one.file, one.role, one.sha256] for one in recordings]
     first = [*again, Table("Made from", ["What", "SHA-256"], made, [False, False])]
-    return made_from(FREE_RUN, first, recordings, more)
+    return made_from(lead or machine.runs, first, rows, more)
 
 
 def made_from(
     lead: str, first: Sequence[Block], recordings: Sequence[Sequence[str]], more: Sequence[Block] = ()
 ) -> Section:
-    """Of any machine: what it was made from, each recording's name, role and hash, and the versions."""
+    """What it was made from, each recording's name, role and hash, and the versions."""
     from forklift import __version__
 
     used = {"forklift": __version__, "Python": platform.python_version()} | {

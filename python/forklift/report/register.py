@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from forklift.base.present import draw_page, draw_summary, draw_tables
+from forklift.base.sheet import Listed, Sheeted
 from forklift.control.compare import ControlComparison
 from forklift.diagnosis.result import Diagnosis
 from forklift.ensemble.sweep import Sweep
 from forklift.fitting.compare import Comparison
 from forklift.fitting.fit import Fit
-from forklift.plant.forklift.simulate import Simulation
-from forklift.plant.forklift.truck import Truck
 from forklift.report import notebook
 from forklift.report.of_comparison import comparison_page
 from forklift.report.of_control import control_page
@@ -19,13 +18,13 @@ from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.of_fit import fit_page
 from forklift.report.of_simulation import simulation_page
 from forklift.report.of_sweep import sweep_page
-from forklift.report.tables import comparison_tables, fit_tables, plain, truck_table
+from forklift.report.tables import comparison_tables, fit_tables, listed, plain
 
 draw_page.register(Comparison, comparison_page)
 draw_page.register(ControlComparison, control_page)
 draw_page.register(Diagnosis, diagnosis_page)
 draw_page.register(Fit, fit_page)
-draw_page.register(Simulation, simulation_page)
+draw_page.register(Sheeted, simulation_page)
 draw_page.register(Sweep, sweep_page)
 
 draw_summary.register(Comparison, notebook.of_comparison)
@@ -44,5 +43,5 @@ def _(fit: Fit) -> Sequence[str]:
 
 
 @draw_tables.register
-def _(truck: Truck) -> Sequence[str]:
-    return [plain(truck_table(truck))]
+def _(one: Listed) -> Sequence[str]:
+    return [plain(listed(one.listing()))]

@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 from itertools import pairwise
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
+import polars as pl
 from rich import box
 from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from forklift.plant.forklift.tables import of_effect, outputs, parameters
-from forklift.recordings.channels import LIFTS, Lift
+from forklift.base.sheet import Listing
+from forklift.base.typeset import capital
 
 if TYPE_CHECKING:
-    import polars as pl
-
     from forklift.fitting.compare import Comparison
+    from forklift.fitting.compared import Compared
     from forklift.fitting.fit import Fit
-    from forklift.plant.forklift.simulate import Simulation
-    from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
     from forklift.recordings.inspect import Log
 
@@ -38,39 +35,9 @@ def plain(table: RenderableType) -> str:
     return "\n".join(line.rstrip() for line in stream.getvalue().rstrip().splitlines())
 
 
-def truck_table(truck: Truck) -> Table:
-    """Every parameter with value, unit and source."""
-    title = f"Truck {truck.name} ({truck.origin}, sha256 {truck.sha256[:12]})"
-    rows = (
-        (name, parameters()[name]["symbol"], _value(value), parameters()[name]["unit"], truck.sources[name])
-        for name, value in truck.values.items()
-    )
-    return _table(title, ["parameter", "symbol", ">value", "unit", "source"], rows)
-
-
-def parameter_table() -> Table:
-    """What a truck's file must give: every parameter of a lift with unit, bounds and meaning."""
-    from forklift import _core
-
-    rows = (
-        (spec["name"], spec["unit"], f"{spec['lower']:g}", f"{spec['upper']:g}", spec["meaning"])
-        for spec in _core.parameter_table()
-    )
-    title = "Parameters of each lift, in a truck's file below [free] and [main]"
-    return _table(title, ["parameter", "unit", ">least", ">greatest", "meaning"], rows)
-
-
-def effect_table() -> Table:
-    """The effects that a truck's parameters may add to the thesis's model."""
-    from forklift import _core
-
-    rows = (
-        (name, spec["unit"], f"{spec['lower']:g}", f"{spec['upper']:g}", effect["equation"])
-        for effect in _core.effect_table()
-        for name, spec in of_effect(effect).items()
-    )
-    title = "Effects, present if a truck's file gives their parameters"
-    return _table(title, ["parameter", "unit", ">least", ">greatest", "equation"], rows)
+def listed(one: Listing) -> Table:
+    """What a result says of itself, as a table."""
+    return _table(one.title, list(one.heads), one.rows)
 
 
 def campaign_table(campaign: Campaign) -> Table:
@@ -115,104 +82,101 @@ def log_table(log: Log) -> Table:
     return _table(f"{log.file} ({log.format}{seconds})", heads, rows)
 
 
-def simulation_table(simulation: Simulation) -> Table:
-    """Each output's first, last, least and greatest value."""
-    rows = (
-        (
-            name,
-            spec["unit"],
-            *(f"{value:.5g}" for value in (found[0], found[-1], found.min(), found.max())),
-        )
-        for name, spec in outputs().items()
-        for found in [simulation[name]]
-        if np.isfinite(found).any()
+def titled(comparison: Compared, channel: str) -> str:
+    """What a table of a headline's fits is called."""
+    words = comparison.machine.words
+    like = words.like(channel)
+    held = (comparison.validation(channel)["role"] == "validate").all()
+    name = words.signal(channel)
+    return (
+        f"{name if name == channel else capital(name)}{f', {like}' if like else ''}"
+        f"{'' if held else ' (no recordings are held out, so all of them)'}"
     )
-    title = (
-        f"{simulation.truck.name}: {simulation.load_kg:g} kg, {simulation.oil_temperature_degc.mean():.1f} °C"
-    )
-    return _table(title, ["output", "unit", ">first", ">last", ">least", ">greatest"], rows)
 
 
-def validation_table(comparison: Comparison, lift: Lift) -> Table:
-    """Laid out as Table 5.4 or 5.5: both velocity fits for each temperature and load."""
-    table = comparison.validation(lift)
-    role = "" if (table["role"] == "validate").all() else " (there are no validate recordings: all of them)"
-    title = f"Model fit of the velocity, {lift} lift, as Table {'5.4' if lift == 'free' else '5.5'}{role}"
-    names = [">temperature [°C]", ">load [kg]", ">fit (NMSE) [%]", ">fit (NRMSE) [%]", "recording"]
-    return _table(title, names, validation_rows(table))
-
-
-def validation_rows(table: pl.DataFrame) -> list[tuple[str, ...]]:
-    """The cells of `Comparison.validation`; a temperature is said once, as the thesis's tables do."""
-    temperature = table["temperature_degc"].to_list()
-    again = [before == here for before, here in pairwise([None, *temperature])]
+def validation_heads(comparison: Compared, table: pl.DataFrame, fits: Sequence[str]) -> list[str]:
+    """The heads of `validation_rows`, those of numbers after ``>``."""
+    words = comparison.machine.words
+    conditions = [words.condition(name) for name in conditions_of(table)]
     return [
-        (
-            "" if known else f"{row['temperature_degc']:.0f}",
-            f"{row['load_kg']:g}",
-            percent(row["nmse_percent"]),
-            percent(row["nrmse_percent"]),
-            row["file"],
-        )
-        for known, row in zip(again, table.iter_rows(named=True), strict=True)
+        *(f">{capital(one.name)}{f' [{one.unit}]' if one.unit else ''}" for one in conditions),
+        *(f">{fit}" for fit in fits),
+        "Recording",
     ]
 
 
-def fit_table(comparison: Comparison) -> Table:
-    """Every recording and signal."""
-    rows = (
-        (
-            row["file"],
-            row["role"],
-            row["channel"] if row["commanded"] else f"{row['channel']} (at rest)",
-            percent(row["nmse_percent"]),
-            percent(row["nrmse_percent"]),
-            "" if row["rmse"] is None else f"{row['rmse']:.3g}",
-            row["unit"],
-        )
-        for row in comparison.fits.iter_rows(named=True)
-    )
-    names = ["recording", "role", "signal", ">fit (NMSE) [%]", ">fit (NRMSE) [%]", ">RMSE", "unit"]
-    return _table("All signals", names, rows)
+def conditions_of(table: pl.DataFrame) -> list[str]:
+    """The conditions of `Comparison.validation`."""
+    return table.columns[: next(k for k, name in enumerate(table.columns) if name.startswith("nmse"))]
 
 
-def phase_table(comparison: Comparison, lift: Lift) -> Table:
-    """Where in the motion the velocity's misfit lies, over all recordings of one lift."""
+def validation_rows(table: pl.DataFrame) -> list[list[str]]:
+    """The cells of `Comparison.validation`; what leads is said once, as the thesis's tables do."""
+    names = conditions_of(table)
+    columns = [table[name].to_list() for name in names]
+    again = [before == here for before, here in pairwise([None, *columns[0]])] if columns else []
+    rows = []
+    for place, row in enumerate(table.iter_rows(named=True)):
+        cells = ["—" if row[name] is None else f"{row[name]:.4g}" for name in names]
+        if len(names) > 1 and again[place]:
+            cells[0] = ""
+        fits = [percent(row[name]) for name in ("nmse_percent", "nrmse_percent")]
+        rows.append([*cells, *fits, row["file"]])
+    return rows
+
+
+def validation_table(comparison: Comparison, channel: str) -> Table:
+    """Both fits of a headline, by operating point."""
+    table = comparison.validation(channel)
+    heads = validation_heads(comparison, table, ("Fit (NMSE) [%]", "Fit (NRMSE) [%]"))
+    return _table(titled(comparison, channel), heads, validation_rows(table))
+
+
+def phase_table(comparison: Comparison, channel: str) -> Table:
+    """Where in the motion a headline's misfit lies, over all recordings."""
     rows = (
-        (
-            row["phase"],
-            f"{row['seconds']:.1f}",
-            share(row["share_of_time"]),
-            share(row["share_of_misfit"]),
-        )
-        for row in comparison.where(lift).iter_rows(named=True)
+        (row["phase"], f"{row['seconds']:.1f}", share(row["share_of_time"]), share(row["share_of_misfit"]))
+        for row in comparison.where(channel).iter_rows(named=True)
     )
-    title = f"Where the misfit of the {lift} lift's velocity lies"
+    title = f"Where the misfit of {comparison.machine.words.signal(channel)} lies"
     return _table(title, ["phase", ">seconds", ">share of time [%]", ">share of misfit [%]"], rows)
 
 
 def comparison_tables(comparison: Comparison) -> list[Table]:
-    """The tables of a comparison that fit a page: validation and phases of each lift."""
-    lifts = [lift for lift in LIFTS if len(comparison.validation(lift))]
-    return [table(comparison, lift) for lift in lifts for table in (validation_table, phase_table)]
+    """The tables of a comparison that fit a page: each headline's operating points and phases."""
+    return [
+        table(comparison, channel)
+        for _, channel in comparison.headlines
+        for table in (validation_table, phase_table)
+    ]
 
 
 HOW_KNOWN = {"yes": "told", "together": "together", "no": "not told"}
-"""By the column ``told`` of `fit_files.parameters`."""
+"""By the column ``told`` of `Fit.parameters`."""
 
 
 def fit_tables(fit: Fit) -> list[Table]:
-    """The tables of a fit: parameters and velocity of each lift, and what is left of every signal."""
-    found = fit.parameters
-    lifts: list[Lift | None] = [*LIFTS, None]
-    tables = [parameters_table(found, lift) for lift in lifts if len(of_lift(found, lift))]
-    tables += [change_table(fit, lift) for lift in LIFTS if len(fit.after.validation(lift))]
+    """The tables of a fit: parameters of each part, each headline, and what is left of every signal."""
+    tables = [parameters_table(fit, part) for part in parts_of(fit)]
+    tables += [change_table(fit, channel) for _, channel in fit.after.headlines]
     return [*tables, mean_square_table(fit)]
 
 
-def of_lift(found: pl.DataFrame, lift: Lift | None) -> pl.DataFrame:
-    """The rows of `fit_files.parameters` of one lift; None: of neither."""
-    return found.filter(found["lift"].eq_missing(lift))
+def parts_of(fit: Fit) -> list[str | None]:
+    """The parts that have parameters, then None if some belong to none."""
+    seen = fit.parameters["part"].unique().to_list()
+    return [part for part in (*fit.parts, None) if part in seen]
+
+
+def of_part(found: pl.DataFrame, part: str | None) -> pl.DataFrame:
+    """The rows of `Fit.parameters` of one part; None: of none."""
+    return found.filter(found["part"].eq_missing(part))
+
+
+def parameters_titled(fit: Fit, part: str | None) -> str:
+    """Whose parameters they are."""
+    words = fit.machine.words
+    return f"parameters of {words.part(part)}" if part else f"parameters of the {words.noun}"
 
 
 def known(row: Mapping[str, Any]) -> str:
@@ -221,10 +185,10 @@ def known(row: Mapping[str, Any]) -> str:
     return f"{HOW_KNOWN[row['told']]}{biased}"
 
 
-def parameters_table(found: pl.DataFrame, lift: Lift | None) -> Table:
-    """Laid out as Table 5.1 or 5.2: what was estimated of one lift, or of neither."""
-    like = "" if lift is None else f", as Table {'5.1' if lift == 'free' else '5.2'}"
-    title = f"Estimated parameters of {f'the {lift} lift' if lift else 'the truck'}{like}"
+def parameters_table(fit: Fit, part: str | None) -> Table:
+    """What was estimated of one part, or of none."""
+    like = fit.machine.words.parameters_like(part or "")
+    title = f"Estimated {parameters_titled(fit, part)}{f', {like}' if like else ''}"
     rows = (
         (
             row["name"],
@@ -234,30 +198,30 @@ def parameters_table(found: pl.DataFrame, lift: Lift | None) -> Table:
             row["unit"],
             known(row),
         )
-        for row in of_lift(found, lift).iter_rows(named=True)
+        for row in of_part(fit.parameters, part).iter_rows(named=True)
     )
     return _table(title, ["parameter", ">start", ">value", ">95 % interval", "unit", "known"], rows)
 
 
-def change_table(fit: Fit, lift: Lift) -> Table:
-    """Laid out as Table 5.4 or 5.5: both velocity fits for each temperature and load, before and after."""
-    table = fit.validation(lift)
-    role = "" if (table["role"] == "validate").all() else " (there are no validate recordings: all of them)"
-    like = "5.4" if lift == "free" else "5.5"
-    title = f"Model fit of the velocity, {lift} lift, before → after, as Table {like}{role}"
-    names = [">temperature [°C]", ">load [kg]", ">fit (NMSE) [%]", ">fit (NRMSE) [%]", "recording"]
-    return _table(title, names, change_rows(table))
+def change_table(fit: Fit, channel: str) -> Table:
+    """Both fits of a headline, before and after, by operating point."""
+    table = fit.validation(channel)
+    heads = validation_heads(fit.after, table, ("Fit (NMSE) [%]", "Fit (NRMSE) [%]"))
+    return _table(f"{titled(fit.after, channel)}, before → after", heads, change_rows(table))
 
 
-def change_rows(table: pl.DataFrame) -> list[tuple[str, ...]]:
+def change_rows(table: pl.DataFrame) -> list[list[str]]:
     """The cells of `Fit.validation`."""
     fits = ("nmse_percent", "nrmse_percent")
+    kept = conditions_of(table)
     before, after = (
-        validation_rows(table.rename({f"{name}_{when}": name for name in fits}))
+        validation_rows(
+            table.select(*kept, *(pl.col(f"{name}_{when}").alias(name) for name in fits), "file")
+        )
         for when in ("before", "after")
     )
     return [
-        (*new[:2], *(f"{was} → {now}" for was, now in zip(old[2:4], new[2:4], strict=True)), new[4])
+        [*new[:-3], *(f"{was} → {now}" for was, now in zip(old[-3:-1], new[-3:-1], strict=True)), new[-1]]
         for old, new in zip(before, after, strict=True)
     ]
 
@@ -281,7 +245,7 @@ def mean_square_table(fit: Fit) -> Table:
     return _table(title, names, rows)
 
 
-def _table(title: str, names: list[str], rows: Iterable[tuple[str, ...]]) -> Table:
+def _table(title: str, names: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
     table = Table(
         title=escape(title), title_justify="left", box=box.SIMPLE_HEAD, title_style="bold", pad_edge=False
     )
@@ -295,10 +259,6 @@ def _table(title: str, names: list[str], rows: Iterable[tuple[str, ...]]) -> Tab
     for row in rows:
         table.add_row(*map(escape, row))
     return table
-
-
-def _value(value: float | tuple[float, ...]) -> str:
-    return " ".join(f"{knot:.6g}" for knot in (value if isinstance(value, tuple) else (value,)))
 
 
 def mean_square(value: float) -> str:

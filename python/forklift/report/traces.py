@@ -9,21 +9,15 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.fitting.intervals import QUANTILE
-from forklift.plant.forklift.tables import outputs
-from forklift.plant.forklift.vocabulary import SHOWN, ForkliftWords
-from forklift.recordings.channels import channels, commanded
 from forklift.report.blocks import Drive, Replay, Signal
 from forklift.report.words import Quantity, capital, number, printed
 
 if TYPE_CHECKING:
-    from forklift.fitting import agreement as fitted
-    from forklift.fitting.agreement import Agreement
-    from forklift.fitting.compare import Comparison, Prediction
+    from forklift.fitting.agreement import Agreement, Prediction
     from forklift.plant.subject import Subject
     from forklift.recordings.noise import Sensor
 
 
-FORKLIFT = ForkliftWords()
 MOST_POINTS = 1000
 """Of a curve: about as many as a figure has pixels."""
 BUDGET = 320_000
@@ -31,12 +25,10 @@ BUDGET = 320_000
 DIGITS = 5
 """Of a point: finer than a pixel."""
 
-READ = (
+HOW_TO_READ = (
     "Above: simulated less measured, which is zero of a perfect model; in the middle: both as they are; "
-    "below: {}. Drag over a stretch to zoom, double-click to see all again, or use the buttons."
+    "below: what drove it. Drag over a stretch to zoom, double-click to see all again, or use the buttons."
 )
-"""With what drove it."""
-HOW_TO_READ = READ.format("the command")
 
 BAND = (
     "Grey band: what the sensor's noise alone would leave, 95 times in 100. Of an encoder, which reads "
@@ -47,19 +39,6 @@ Note = Callable[[str, str], str]
 
 
 def replays(
-    sides: Mapping[str, Comparison], note: Note, sensors: Mapping[str, Sensor] | None = None
-) -> list[Replay]:
-    """Every recording in every comparison, those held out first; `note` by file and channel."""
-    bands = {name: band(sensor) for name, sensor in (sensors or {}).items()}
-    first, *others = sides.values()
-    by_file = [{one.recording.file: one for one in other.predictions} for other in others]
-    together = [[one, *(known[one.recording.file] for known in by_file)] for one in first.predictions]
-    together.sort(key=lambda told: told[0].recording.role != "validate")
-    curves = sum(len(told[0].signals) for told in together) * (2 + len(sides))
-    return [_replay(list(sides), told, note, points(curves), bands) for told in together]
-
-
-def of_agreement(
     machine: Subject, sides: Mapping[str, Agreement], note: Note, sensors: Mapping[str, Sensor]
 ) -> list[Replay]:
     """Every recording of any machine by every model, those held out first; `note` by file and channel."""
@@ -76,7 +55,7 @@ def of_agreement(
 def _recorded(
     machine: Subject,
     sides: Sequence[str],
-    told: Sequence[fitted.Prediction],
+    told: Sequence[Prediction],
     note: Note,
     most: int,
     sensors: Mapping[str, Sensor],
@@ -126,45 +105,10 @@ def place(recordings: Sequence[Replay], file: str, signal: str) -> tuple[int, in
     return 0, 0
 
 
-def conditions(prediction: Prediction) -> str:
-    """Lift, load and oil temperature in words."""
-    recording = prediction.recording
-    return (
-        f"{FORKLIFT.part(recording.lift)}, {recording.load_kg:g} kg on the forks, "
-        f"oil at {prediction.oil_temperature_degc:.0f} °C"
-    )
-
-
 def band(sensor: Sensor) -> tuple[float, float]:
     """Of simulated less measured: an encoder reads the count below."""
     half = 0.475 * sensor.count if sensor.count else QUANTILE * sensor.noise
     return 0.5 * sensor.count - half, 0.5 * sensor.count + half
-
-
-def _replay(
-    sides: Sequence[str],
-    told: Sequence[Prediction],
-    note: Note,
-    most: int,
-    bands: Mapping[str, tuple[float, float]],
-) -> Replay:
-    recording = told[0].recording
-    time = recording.time_s
-    signals = []
-    for one in told[0].signals:
-        said = [prediction.signal(one.channel) for prediction in told]
-        simulated = {side: s.simulated for side, s in zip(sides, said, strict=True) if s is not None}
-        what = Quantity(capital(FORKLIFT.signal(one.channel)), *shown(one.channel))
-        said_of = note(recording.file, one.channel)
-        signals.append(drawn(what, time, one.measured, simulated, said_of, most, bands.get(one.channel)))
-    currents = {lift: recording.channels[f"current_{lift}_a"] for lift in commanded(recording.lift)}
-    thin, *kept = decimate(most, time, *currents.values())
-    command = {"x": numbers(thin)} | {
-        f"command, {lift} lift": numbers(current) for lift, current in zip(currents, kept, strict=True)
-    }
-    group = "Held out" if recording.role == "validate" else "Fitted on"
-    drives = [Drive("command", "A", command)]
-    return Replay(recording.file, group, conditions(told[0]), signals, drives)
 
 
 def drawn(
@@ -184,12 +128,6 @@ def drawn(
     lines = {name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)}
     ends = ends and (scale * ends[0], scale * ends[1])
     return Signal(what.name, what.unit, note, {"x": numbers(thin)} | lines, ends)
-
-
-def shown(channel: str) -> tuple[str, float]:
-    """The unit that a channel is drawn in, and how many of it one of its own is."""
-    _, unit, scale = SHOWN[(outputs() | channels())[channel]["unit"]]
-    return unit, scale
 
 
 def decimate(most: int, time: Floats, *curves: Floats) -> tuple[Floats, ...]:

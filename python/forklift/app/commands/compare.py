@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from forklift.app.options import Json, TruckName
+from forklift.app.machines import asked_for
+from forklift.app.options import Json, Machine, TruckName
 from forklift.app.terminal import counting, print_json, print_tables, say_findings, say_written
 
 EXAMPLE = "Example: forklift compare campaign --truck thesis --out result"
@@ -20,30 +21,27 @@ def compare(
         Path | None,
         typer.Option("--out", help="Folder to write predictions, fit.csv, compare.json and report.html to."),
     ] = None,
+    machine: Machine = None,
     temperature: Annotated[
         float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Replay every recording of a campaign on a truck and tell how well it fits."""
+    """Replay every recording of a campaign on a truck, or a machine of your own: how well it fits."""
     from forklift import compare as verb
     from forklift.base import output
     from forklift.base.result_files import PAGE, earlier_files
     from forklift.fitting.compare import MARK, result_files
-    from forklift.plant.forklift.checks.faults import findings
-    from forklift.plant.forklift.truck import Truck
-    from forklift.recordings.campaign import Campaign
     from forklift.report import tables
 
     if out:
         output.check_folder(out, earlier_files(out, MARK, result_files), MARK)
-    chosen = Truck.read(truck)
-    found = Campaign.read(campaign)
+    chosen, found, conditions = asked_for(campaign, truck, machine, temperature)
     with counting("Replaying recordings", len(found.recordings)) as step:
-        result = verb(found, chosen, oil_temperature_degc=temperature, progress=lambda _: step())
+        result = verb(chosen, found, progress=lambda _: step(), **conditions)
     if out:
         result.write(out)
-    told = findings(found.recordings, chosen)
+    told = result.machine.cautions(found.recordings)
     if as_json:
         print_json(result.to_dict() | {"findings": [one.to_dict() for one in told]})
         return

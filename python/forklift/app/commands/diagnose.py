@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from forklift.app.options import Json, TruckName
+from forklift.app.machines import asked_for
+from forklift.app.options import Json, Machine, TruckName
 from forklift.app.terminal import print_json, say_written, telling
 
 EXAMPLE = "Example: forklift diagnose campaign --truck thesis --out found"
@@ -25,13 +26,7 @@ def diagnose(
     temperature: Annotated[
         float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
     ] = None,
-    machine: Annotated[
-        Path | None,
-        typer.Option(
-            "--machine",
-            help="Python file with a machine = Plant(...) of your own, instead of a truck.",
-        ),
-    ] = None,
+    machine: Machine = None,
     as_json: Json = False,
 ) -> None:
     """Find where model and recordings part, name what is missing, and show what the model gains by it."""
@@ -39,20 +34,11 @@ def diagnose(
     from forklift.base import output
     from forklift.base.result_files import PAGE
     from forklift.diagnosis import files as diagnosis_files
-    from forklift.plant import campaign as own
-    from forklift.plant.forklift.truck import Truck
-    from forklift.recordings.campaign import Campaign
 
     output.check_folder(out, diagnosis_files.earlier(out), diagnosis_files.MARK)
-    given: dict[str, Any]
-    if machine is not None:
-        plant = own.machine(machine)
-        given = {"machine": plant, "recordings": own.read(campaign, plant), "origin": str(machine)}
-    else:
-        chosen, found = Truck.read(truck), Campaign.read(campaign)
-        given = {"machine": chosen, "recordings": found, "oil_temperature_degc": temperature}
+    chosen, found, conditions = asked_for(campaign, truck, machine, temperature)
     with telling() as progress:
-        result = verb(progress=progress, **given)
+        result = verb(chosen, found, progress=progress, **conditions)
     result.write(out)
     if as_json:
         print_json(result.to_dict())

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from forklift.app.options import INTERRUPTED, Json, TruckName
+from forklift.app.machines import asked_for
+from forklift.app.options import INTERRUPTED, Json, Machine, TruckName
 from forklift.app.terminal import print_json, print_tables, say_written, searching
 
 EXAMPLE = "Example: forklift fit campaign --truck thesis --out fitted"
@@ -43,37 +44,35 @@ def fit(
     load_width: Annotated[
         float, typer.Option("--load-width", help="Standard deviation of the entered loads [kg].")
     ] = 0.0,
+    machine: Machine = None,
     temperature: Annotated[
         float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the scattered starts.")] = 1,
     as_json: Json = False,
 ) -> None:
-    """Fit a truck to a campaign's estimate recordings and judge it on the others; Ctrl-C keeps the best."""
+    """Fit a truck, or a machine of your own, to a campaign, judged on what is held out; Ctrl-C keeps it."""
     from forklift import fit as verb
     from forklift.base import output
     from forklift.base.result_files import PAGE
     from forklift.fitting import files as fit_files
-    from forklift.plant.forklift.truck import Truck
-    from forklift.recordings.campaign import Campaign
     from forklift.report import tables
 
     output.check_folder(out, fit_files.earlier(out), fit_files.MARK)
-    chosen = Truck.read(truck)
-    found = Campaign.read(campaign)
+    chosen, found, conditions = asked_for(campaign, truck, machine, temperature)
+    conditions |= {"load_width_kg": load_width} if load_width else {}
     with searching() as progress:
         result = verb(
-            found,
             chosen,
+            found,
             hold=hold or (),
             also=also or (),
             together=[group.split(",") for group in together or ()],
-            load_width_kg=load_width,
-            oil_temperature_degc=temperature,
             starts=starts,
             profiles=profile or (),
             seed=seed,
             progress=progress,
+            **conditions,
         )
     result.write(out)
     if as_json:
@@ -82,7 +81,8 @@ def fit(
         for sentence in result.verdict:
             typer.echo(sentence)
         print_tables(*tables.fit_tables(result))
-        say_written(*(out / name for name in (PAGE, fit_files.TRUCK, fit_files.MARK)))
+        say_written(*(out / name for name in (PAGE, result.machine.file, fit_files.MARK)))
     if result.interrupted:
-        print(f"forklift: interrupted; the best truck so far is in {out}.", file=sys.stderr)
+        noun = result.machine.words.noun
+        print(f"forklift: interrupted; the best {noun} so far is in {out}.", file=sys.stderr)
         raise typer.Exit(INTERRUPTED)

@@ -65,7 +65,7 @@ def info(
         from forklift.plant.forklift.truck import Truck
 
         truck = Truck.read(what)
-        print_json(truck.to_dict()) if as_json else print_tables(tables.truck_table(truck))
+        print_json(truck.to_dict()) if as_json else print_tables(tables.listed(truck.listing()))
 
 
 def _about() -> dict[str, Any]:
@@ -86,8 +86,9 @@ def _about() -> dict[str, Any]:
 
 def _print_about() -> None:
     from forklift import __version__
+    from forklift.plant.forklift.tables import effect_listing, parameter_listing
     from forklift.plant.forklift.truck import shipped
     from forklift.report import tables
 
     typer.echo(f"forklift {__version__}; trucks that ship with it: {', '.join(shipped())}")
-    print_tables(tables.effect_table(), tables.parameter_table())
+    print_tables(tables.listed(effect_listing()), tables.listed(parameter_listing()))

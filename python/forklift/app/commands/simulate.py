@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from forklift.app.options import Json, LiftName, TruckName
+from forklift.app.options import Json, LiftName, Machine, TruckName
 from forklift.app.terminal import busy, print_json, print_tables, say_written
 from forklift.base.errors import ForkliftError
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.commands import Command
+    from forklift.plant.forklift.simulate import Simulation
+    from forklift.plant.simulation import PlantSimulation
 
 EXAMPLE = (
     "Example: forklift simulate --lift free --load 800 --temperature 40 --command prms --seed 1 "
@@ -31,8 +33,10 @@ class _Solver(StrEnum):
 
 
 def simulate(
-    load: Annotated[float, typer.Option("--load", help="Mass on the forks [kg].")],
-    temperature: Annotated[float, typer.Option("--temperature", help="Oil temperature in the tank [°C].")],
+    load: Annotated[float | None, typer.Option("--load", help="Of a truck: mass on the forks [kg].")] = None,
+    temperature: Annotated[
+        float | None, typer.Option("--temperature", help="Of a truck: oil temperature in the tank [°C].")
+    ] = None,
     lift: Annotated[
         LiftName,
         typer.Option("--lift", help="The lifts to simulate, and to move if the command is generated."),
@@ -41,7 +45,8 @@ def simulate(
         str,
         typer.Option(
             "--command",
-            help="prms, staircase, or a CSV file with time_s, current_free_a, current_main_a.",
+            help="prms, staircase, or a CSV file with time_s, current_free_a, current_main_a; of a machine "
+            "of your own, a file with its inputs.",
         ),
     ] = "prms",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a generated prms.")] = 1,
@@ -49,6 +54,11 @@ def simulate(
         float, typer.Option("--duration", help="Length of a generated command [s], an hour at most.")
     ] = 12.0,
     truck: TruckName = "thesis",
+    machine: Machine = None,
+    values: Annotated[
+        Path | None,
+        typer.Option("--values", help="Of a machine of your own: the parameters.json of a fit or diagnosis."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Write all outputs over time: a .csv or .parquet file.")
     ] = None,
@@ -61,17 +71,27 @@ def simulate(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Simulate one lowering under a command, from rest."""
+    """Simulate one lowering under a command, from rest; or a machine of your own through its inputs."""
     from forklift.base import output
     from forklift.plant.forklift.simulate import FORMATS
     from forklift.plant.forklift.simulate import simulate as verb
     from forklift.plant.forklift.truck import Truck
-    from forklift.report import tables
 
     for path, suffixes in ((out, FORMATS), (plot, PAGES)):
         if path:
             output.check_file(path)
             output.check_suffix(path, suffixes)
+    if machine:
+        _own(machine, command, values, out, plot, as_json=as_json)
+        return
+    if load is None or temperature is None:
+        missing = "--load" if load is None else "--temperature"
+        raise ForkliftError(
+            "argument-missing",
+            f"missing option {missing}: a truck's lowering needs a load and an oil temperature; give it, or "
+            "name a machine of your own by --machine",
+            name=missing,
+        )
     chosen = Truck.read(truck)
     commanded = _command(command, lift.value, seed, duration)
     with busy("Simulating"):
@@ -85,17 +105,42 @@ def simulate(
             tolerance=tolerance,
             substeps=substeps,
         )
-    written = []
-    if out:
-        written.append(result.write(out, with_states=with_states))
-    if plot:
-        from forklift.report.of_simulation import simulation_page
+    _tell(result, [result.write(out, with_states=with_states)] if out else [], plot, as_json=as_json)
 
-        written.append(output.write_text(plot, simulation_page(result)))
+
+def _own(
+    machine: Path, inputs: str, values: Path | None, out: Path | None, plot: Path | None, *, as_json: bool
+) -> None:
+    """A machine of one's own through the inputs of a file."""
+    from forklift.plant import campaign, simulation
+
+    plant = campaign.machine(machine)
+    if not Path(inputs).is_file():
+        raise ForkliftError(
+            "file-unreadable",
+            f"there is no file {inputs}; name by --command a file with the inputs of {plant.name}: "
+            f"{', '.join(one.name for one in plant.inputs if one.derived is None)}",
+            file=inputs,
+        )
+    driven = campaign.inputs(inputs, plant)
+    known, effects = simulation.found(values, plant) if values else ({}, ())
+    with busy("Simulating"):
+        result = simulation.simulated(plant, driven, known, effects)
+    _tell(result, [result.write(out)] if out else [], plot, as_json=as_json)
+
+
+def _tell(
+    result: Simulation | PlantSimulation, written: list[Path], plot: Path | None, *, as_json: bool
+) -> None:
+    from forklift.base import output, present
+    from forklift.report import tables
+
+    if plot:
+        written.append(output.write_text(plot, present.page(result)))
     if as_json:
         print_json(result.to_dict() | {"written": [str(path) for path in written]})
     else:
-        print_tables(tables.simulation_table(result))
+        print_tables(tables.listed(result.listing()))
         say_written(*written)
 
 

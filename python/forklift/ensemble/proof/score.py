@@ -20,7 +20,6 @@ BINS = (0.0, 0.5, 0.7, 0.9, 1.0)
 SIZE_BINS = (0.0, 1.0, 2.0, 4.0, 8.0, np.inf)
 """Sizes of what is concealed, in units of the sensors' noise."""
 LEVEL = 0.95
-SENSOR_LIKE = ("sensor", "condition")
 
 
 def share(right: int, count: int) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -310,18 +310,6 @@ def _start(
     ]
     told = (float(known[0]) + 0.5 * sensor.count) / ratio
     return min(max(told, ends[0]), ends[1]), sensor.noise / ratio
-
-
-def truck_of(problem: Any, x: Floats, source: str = "fit") -> Truck:
-    """The truck at x of a problem that holds a `Forklift`.
-
-    Raises
-    ------
-    ForkliftError
-        As `Truck`, if it is impossible.
-    """
-    machine: Forklift = problem.machine
-    return machine.at(problem.values(x), source)
 
 
 def _lift(part: str) -> Lift:

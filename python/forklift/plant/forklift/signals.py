@@ -19,6 +19,17 @@ FORKS_PER_SENSOR: Mapping[Lift, float] = {"free": 1.0, "main": 2.0}
 """How far the forks move for a metre on the lift's own position sensor (x_G = 2 x_ML + x_FL, section 2.1)."""
 
 
+PREDICTED = (
+    "position_free_m",
+    "position_main_m",
+    "velocity_free_m_s",
+    "velocity_main_m_s",
+    "pressure_free_pa",
+    "pressure_main_pa",
+)
+"""The columns of a prediction after ``time_s``."""
+
+
 class Named(Protocol):
     """Outputs by name, each (times,): a simulation's, or what a fitted model says."""
 

@@ -15,6 +15,8 @@ from forklift import _core
 from forklift.base import arguments, output
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.base.numbers import amount
+from forklift.base.sheet import Curve, Curves, Listing, Sheet, Sheeted
 from forklift.plant.forklift.commands import COLUMNS, Command
 from forklift.plant.forklift.tables import outputs, states
 from forklift.plant.forklift.truck import Truck
@@ -36,7 +38,7 @@ generated command leaves the truck at rest."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation:
+class Simulation(Sheeted):
     """What `simulate` gives: outputs and states over time, in SI units, positive upward.
 
     ``simulation["velocity_free_m_s"]`` is one output, ``simulation["free.position"]`` one state, each
@@ -148,6 +150,59 @@ class Simulation:
                 for name, spec in outputs().items()
             },
         }
+
+    def listing(self) -> Listing:
+        """Each output's first, last, least and greatest value."""
+        return Listing(
+            f"{self.truck.name}: {self.load_kg:g} kg, {self.oil_temperature_degc.mean():.1f} °C",
+            ["output", "unit", ">first", ">last", ">least", ">greatest"],
+            [
+                (
+                    name,
+                    spec["unit"],
+                    *(f"{value:.5g}" for value in (found[0], found[-1], found.min(), found.max())),
+                )
+                for name, spec in outputs().items()
+                for found in [self[name]]
+                if np.isfinite(found).any()
+            ],
+        )
+
+    def sheet(self) -> Sheet:
+        """Command, velocity, pressure and position of each lift that was simulated."""
+        lifts = [lift for lift in LIFTS if np.isfinite(self[f"position_{lift}_m"]).any()]
+        degc, seconds = self.oil_temperature_degc.mean(), self.time_s[-1] - self.time_s[0]
+        return Sheet(
+            f"{self.truck.name} lowering {self.load_kg:g} kg",
+            f"Simulation of truck {self.truck.name}: {self.load_kg:g} kg on the forks, oil at {degc:.0f} °C, "
+            f"{seconds:.1f} s",
+            [self._lowering(lift) for lift in lifts],
+            [
+                Curves(
+                    f"{lift.capitalize()} lift",
+                    self.time_s,
+                    [
+                        Curve("Velocity", "m/s", self[f"velocity_{lift}_m_s"]),
+                        Curve("Pressure", "bar", 1e-5 * self[f"pressure_{lift}_pa"]),
+                        Curve("Position", "m", self[f"position_{lift}_m"]),
+                        Curve("Current", "A", self._driving()[f"current_{lift}_a"]),
+                    ],
+                )
+                for lift in lifts
+            ],
+            [(f"Truck {self.truck.name}", self.truck.sha256)],
+            [(name.replace("_", " "), str(value)) for name, value in self.statistics.items()],
+        )
+
+    def _lowering(self, lift: str) -> str:
+        """What one lift does, in a sentence."""
+        position, velocity = self[f"position_{lift}_m"], self[f"velocity_{lift}_m_s"]
+        pressure = self[f"pressure_{lift}_pa"]
+        return (
+            f"{lift.capitalize()} lift: from {position[0]:.2f} to {position[-1]:.2f} m, lowering at up to "
+            f"{max(-velocity.min(), 0.0):.2f} m/s, with {amount(float(pressure.min()), 'Pa')} to "
+            f"{amount(float(pressure.max()), 'Pa')} in its cylinder."
+        )
 
     def __repr__(self) -> str:
         return (

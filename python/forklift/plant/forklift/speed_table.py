@@ -106,15 +106,17 @@ class SpeedTable:
         output.check_suffix(path, (".csv",))
         return output.write_file(path, lambda temporary: self.to_polars().write_csv(temporary))
 
+    def facts(self) -> dict[str, Any]:
+        """Lift, load, oil temperature and greatest speed, for JSON."""
+        names = ("lift", "load_kg", "oil_temperature_degc", "fastest_m_s")
+        return {name: getattr(self, name) for name in names}
+
     def to_dict(self) -> dict[str, Any]:
         """The table and its conditions as plain data, for JSON."""
         return {
             "truck": self.truck.name,
             "truck_sha256": self.truck.sha256,
-            "lift": self.lift,
-            "load_kg": self.load_kg,
-            "oil_temperature_degc": self.oil_temperature_degc,
-            "fastest_m_s": self.fastest_m_s,
+            **self.facts(),
             "table": self.to_polars().to_dict(as_series=False),
         }
 

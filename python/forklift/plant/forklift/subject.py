@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,20 +11,24 @@ from typing import Any, ClassVar
 import numpy as np
 
 from forklift.base.arrays import Floats
+from forklift.base.derivative import WINDOW
 from forklift.base.errors import ForkliftError
 from forklift.plant.findings import Caution, Findings
 from forklift.plant.forklift import phases
 from forklift.plant.forklift.candidates import NextRecording, candidates, elsewhere, wanted
+from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
 from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses
 from forklift.plant.forklift.model import Forklift
+from forklift.plant.forklift.phases import IN_WORDS
 from forklift.plant.forklift.physical import physical
 from forklift.plant.forklift.ports import lift_of
 from forklift.plant.forklift.sensors import sensors
-from forklift.plant.forklift.signals import signals
-from forklift.plant.forklift.simulate import mean_temperature
+from forklift.plant.forklift.signals import PREDICTED, signals
+from forklift.plant.forklift.simulate import mean_temperature, predict
+from forklift.plant.forklift.speed_table import SpeedTable, speed_to_current
 from forklift.plant.forklift.splits import splits
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
@@ -33,7 +37,7 @@ from forklift.plant.forklift.variables import per_output
 from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis
-from forklift.plant.subject import Drive, Labels, Possible, Residual, Signal, Split, Term, Use
+from forklift.plant.subject import Drive, Labels, Possible, Residual, Signal, Sources, Split, Term, Use
 from forklift.recordings.campaign import Campaign
 from forklift.recordings.channels import LIFTS, Lift, channels, commanded
 from forklift.recordings.noise import Sensor
@@ -41,15 +45,8 @@ from forklift.recordings.recording import Recording
 
 FILE = "truck.toml"
 TEMPERATURE = "oil_temperature_degc"
-PREDICTED = (
-    "position_free_m",
-    "position_main_m",
-    "velocity_free_m_s",
-    "velocity_main_m_s",
-    "pressure_free_pa",
-    "pressure_main_pa",
-)
-"""The columns of a prediction."""
+SAME_TEMPERATURE_K = 5.0
+"""Recordings whose oil temperatures lie this closely above the coldest's count as one operating point."""
 CONDITIONS = {"one-temperature": "oil_temperature_degc", "one-load": "load_kg"}
 """By caution: which condition all recordings have in common."""
 
@@ -61,6 +58,7 @@ class ForkliftSubject(Forklift):
     words: ClassVar[ForkliftWords] = ForkliftWords()
     reaches_noise: ClassVar[bool] = True
     phases: ClassVar[Sequence[str]] = phases.PHASES
+    phase_words: ClassVar[Mapping[str, str]] = IN_WORDS
     phase_note: ClassVar[str] = (
         "Phases: the valve has just opened (start), its command has just moved (step change), neither "
         "(steady), it has just shut (stop), it stays shut (hold)."
@@ -73,9 +71,31 @@ class ForkliftSubject(Forklift):
         """The start truck."""
         return {"start": self.truck.facts()}
 
-    def facts_of(self, values: Mapping[str, float], source: str, name: str) -> Mapping[str, Any]:
+    def facts_of(self, values: Mapping[str, float], sources: Sources, name: str) -> Mapping[str, Any]:
         """The truck with these values."""
-        return {"truck": self.named(values, source, f"{name} diagnosed from {self.truck.name}").facts()}
+        return {"truck": self.named(values, sources, name).facts()}
+
+    @property
+    def parts(self) -> Sequence[str]:
+        """The lifts."""
+        return self.lifts
+
+    def cautions(self, recordings: Sequence[Recording]) -> Sequence[Caution]:
+        """The first error alone, else all cautions."""
+        return findings(recordings, self.truck)
+
+    def suited(
+        self, recordings: Sequence[Recording]
+    ) -> tuple[ForkliftSubject, tuple[Recording, ...], Findings]:
+        """The lifts that can be told.
+
+        Raises
+        ------
+        ForkliftError
+            Those of `forklift.plant.forklift.checks.suitability`.
+        """
+        found = suitability(recordings, self.truck)
+        return replace(self, lifts=found.lifts), tuple(recordings), Findings(cautions=found.cautions)
 
     def examined(
         self, recordings: Sequence[Recording]
@@ -106,9 +126,14 @@ class ForkliftSubject(Forklift):
         """Told from the samples."""
         return sensors(recordings)
 
-    def unknowns(self, held: Sequence[str] = ()) -> tuple[Unknown, ...]:
-        """Of the lifts that are fitted."""
-        return tuple(unknowns(self.truck, self.lifts, hold=list(held)))
+    def unknowns(
+        self,
+        held: Collection[str] = (),
+        also: Collection[str] = (),
+        together: Sequence[Sequence[str]] = (),
+    ) -> tuple[Unknown, ...]:
+        """Of the lifts that are fitted; see `forklift.plant.forklift.unknowns`."""
+        return unknowns(self.truck, self.lifts, hold=held, also=also, together=together)
 
     def hypotheses(
         self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
@@ -127,6 +152,10 @@ class ForkliftSubject(Forklift):
         """A lift as it is, a channel's lift; ``"both"`` of the whole truck."""
         return where if where in LIFTS else lift_of(where) or "both"
 
+    def driven(self, recording: Recording) -> Sequence[str]:
+        """The lifts that are commanded."""
+        return commanded(recording.lift)
+
     def rate_hz(self, recording: Recording, channel: str) -> float:
         """Of the channel's own clock [Hz]."""
         return recording.rate_hz(channel)
@@ -134,6 +163,39 @@ class ForkliftSubject(Forklift):
     def labels(self, recording: Recording) -> Labels:
         """By the command of the channel's lift."""
         return phases.of_recording(recording, self.truck)
+
+    def replay(self, recording: Recording, **settings: Any) -> Mapping[str, Floats]:
+        """By the adaptive integrator, or as `forklift.plant.forklift.simulate.simulate` is told."""
+        told = predict(self.truck, recording, oil_temperature_degc=self.oil_temperature_degc, **settings)
+        return {name: told[name] for name in self.outputs}
+
+    def operating_points(self, conditions: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
+        """Oil temperatures: the mean of those close above the coldest not yet grouped; then the load."""
+        degc = np.array([one[TEMPERATURE] for one in conditions])
+        left = np.argsort(degc)
+        while len(left):
+            close = degc[left] - degc[left[0]] <= SAME_TEMPERATURE_K
+            degc[left[close]] = round(float(degc[left[close]].mean()), 1)
+            left = left[~close]
+        return [
+            {TEMPERATURE: value, **{name: v for name, v in one.items() if name != TEMPERATURE}}
+            for value, one in zip(degc.tolist(), conditions, strict=True)
+        ]
+
+    def unjudged(self, recordings: Sequence[Recording], part: str) -> str:
+        """What its velocity would be told from."""
+        channels = [f"position_{part}_m"]
+        if any(one.lift == part for one in recordings):
+            channels.insert(0, "fork_height_m")
+        finite = [
+            int(np.isfinite(values).sum())
+            for one in recordings
+            for name in channels
+            if (values := one.channels.get(name)) is not None
+        ]
+        if not any(finite):
+            return f"no recording of it has {' or '.join(channels)}"
+        return f"no recording of it has {WINDOW} samples of {' or '.join(channels)} without a gap"
 
     def splits(self, recordings: Sequence[Recording]) -> tuple[Split, ...]:
         """By load, oil temperature and motion."""
@@ -234,14 +296,16 @@ class ForkliftSubject(Forklift):
             kept.append(replace(one, load_kg=load, channels=channels, sha256="", format="memory"))
         return Campaign(f"{name}, corrected", kept[0].sample_rate_hz, tuple(kept))
 
-    def command(self, verb: str, folder: Path) -> str | None:
+    def command(self, verb: str, folder: Path, options: Sequence[str] = ()) -> str | None:
         """With the truck's file, or its name if it is shipped."""
         if self.truck.origin == "Python":
             return None
         name = self.truck.name if self.truck.origin == "shipped" else self.truck.origin
         given = self.oil_temperature_degc
-        option = [] if given is None else ["--temperature", repr(given)]
-        return shlex.join(["forklift", verb, str(folder), "--truck", name, *option, "--out", "result"])
+        option = ["--load-width", repr(self.load_width_kg)] if self.load_width_kg else []
+        option += [] if given is None else ["--temperature", repr(given)]
+        words = ["forklift", verb, str(folder), "--truck", name, *options, *option, "--out", "result"]
+        return shlex.join(words)
 
     @property
     def runs(self) -> str:
@@ -252,15 +316,32 @@ class ForkliftSubject(Forklift):
             "Savitzky–Golay filter of 11 samples and second order, measured and simulated alike."
         )
 
-    def write(self, folder: Path, values: Mapping[str, float], source: str, name: str) -> str:
+    def write(self, folder: Path, values: Mapping[str, float], sources: Sources, name: str) -> str:
         """As ``truck.toml``."""
-        self.named(values, source, name).write(folder / FILE)
+        self.named(values, sources, name).write(folder / FILE)
         return FILE
 
-    def named(self, values: Mapping[str, float], source: str, name: str) -> Truck:
-        """The truck with these values and another name; those that moved carry `source`."""
-        truck = self.at(values, source)
-        return Truck(name, truck.values, truck.sources)
+    def named(self, values: Mapping[str, float], sources: Sources, name: str) -> Truck:
+        """The truck with these values and another name; those that moved carry their source."""
+        truck = self.at(values, sources if isinstance(sources, str) else "fit")
+        own = {} if isinstance(sources, str) else {k: v for k, v in sources.items() if k in truck.sources}
+        return Truck(name, truck.values, {**truck.sources, **own})
+
+    def tables(self, values: Mapping[str, float]) -> Mapping[str, SpeedTable]:
+        """The controller's table of each fitted lift that has a steady lowering at every current."""
+        found: dict[str, SpeedTable] = {}
+        for lift in self.lifts:
+            try:
+                found[f"speed_table_{lift}.csv"] = speed_to_current(self.at(values), lift)
+            except ForkliftError as error:
+                if error.code != "no-steady-state":
+                    raise
+        return found
+
+    @property
+    def table_files(self) -> Sequence[str]:
+        """Of both lifts."""
+        return [f"speed_table_{lift}.csv" for lift in LIFTS]
 
 
 def _held(cautions: Sequence[Caution]) -> tuple[str, ...]:

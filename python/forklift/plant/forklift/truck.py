@@ -15,6 +15,7 @@ from typing import Any
 from forklift import _core
 from forklift.base import arguments, output, present
 from forklift.base.errors import ForkliftError
+from forklift.base.sheet import Listed, Listing
 from forklift.plant.forklift import truck_file
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck_file import Value
@@ -23,7 +24,7 @@ SHIPPED = Path(__file__).parent / "trucks"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Truck:
+class Truck(Listed):
     """The parameters of both lifts of a truck, immutable and checked against the core's tables.
 
     `Truck.read` makes one. Names are full (``"free.viscosity.nu_0"``), values in the SI units of
@@ -127,11 +128,7 @@ class Truck:
 
     def to_dict(self) -> dict[str, Any]:
         """The truck as plain data, for JSON."""
-        return {
-            "name": self.name,
-            "origin": self.origin,
-            "sha256": self.sha256,
-            "effects": list(self.effects),
+        return self.facts() | {
             "parameters": {
                 name: {
                     "value": list(value) if isinstance(value, tuple) else value,
@@ -141,6 +138,18 @@ class Truck:
                 for name, value in self.values.items()
             },
         }
+
+    def listing(self) -> Listing:
+        """Every parameter with symbol, value, unit and source."""
+        return Listing(
+            f"Truck {self.name} ({self.origin}, sha256 {self.sha256[:12]})",
+            ["parameter", "symbol", ">value", "unit", "source"],
+            [
+                (name, spec["symbol"], _shown(value), spec["unit"], self.sources[name])
+                for name, value in self.values.items()
+                for spec in [parameters()[name]]
+            ],
+        )
 
     def __repr__(self) -> str:
         effects = f", effects={list(self.effects)}" if self.effects else ""
@@ -177,6 +186,10 @@ def _locate(name_or_path: str | Path) -> tuple[Path, str]:
             shipped=list(shipped()),
         )
     return path, str(path)
+
+
+def _shown(value: Value) -> str:
+    return " ".join(f"{knot:.6g}" for knot in (value if isinstance(value, tuple) else (value,)))
 
 
 def _number(name: str, value: float | Sequence[float]) -> Value:

@@ -24,6 +24,8 @@ SHOWN: Mapping[str, tuple[str, str, float]] = {
 }
 """By unit: what the quantity is called, and the unit and scale it is drawn in."""
 
+THESIS = "Fri & Fahlén (2017)"
+
 EQUATIONS: Mapping[Equation, str] = {
     "force-balance": "the balance of forces on the cylinder",
     "friction": "the friction of the cylinder",
@@ -84,6 +86,16 @@ class ForkliftWords:
         if known is None or lift is None or known["unit"] not in SHOWN:
             return channel.rpartition("_")[0].replace("_", " ") or channel
         return f"{SHOWN[known['unit']][0]} of the {lift} lift"
+
+    def like(self, channel: str) -> str:
+        """Velocities as Tables 5.4 and 5.5 of the thesis that the model is from."""
+        tables = {"velocity_free_m_s": "5.4", "velocity_main_m_s": "5.5"}
+        return f"as Table {tables[channel]} of {THESIS}" if channel in tables else ""
+
+    def parameters_like(self, part: str) -> str:
+        """As its Tables 5.1 and 5.2."""
+        tables = {"free": "5.1", "main": "5.2"}
+        return f"as Table {tables[part]} of {THESIS}" if part in tables else ""
 
     def drawn(self, channel: str, unit: str) -> Shown:
         """With the unit and scale of its kind."""

@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from forklift.base.errors import ForkliftError
-from forklift.plant.findings import InvalidStretch
+from forklift.plant.findings import InvalidStretch, without
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.faults import faults
 from forklift.plant.forklift.checks.timing import POSITIONS
@@ -36,7 +34,9 @@ def without_invalid(
         if not found:
             break
         taken += found
-        kept = tuple(_without(recording, found) for recording in kept)
+        kept = tuple(
+            replace(one, channels=without(one.file, one.time_s, one.channels, found)) for one in kept
+        )
     return kept, tuple(taken)
 
 
@@ -63,13 +63,3 @@ def _witnessed(recording: Recording, channel: str) -> bool:
     height = "fork_height_m"
     others = [name for name in POSITIONS if name != height] if channel == height else [height]
     return any(motion.measured(recording, name) is not None for name in others)
-
-
-def _without(recording: Recording, found: list[InvalidStretch]) -> Recording:
-    """The recording with those samples missing."""
-    columns = dict(recording.channels)
-    for one in found:
-        if one.file == recording.file:
-            within = (recording.time_s >= one.from_s) & (recording.time_s <= one.to_s)
-            columns[one.channel] = np.where(within, np.nan, columns[one.channel])
-    return replace(recording, channels=columns)
