@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,11 +26,11 @@ MOST_EVALUATIONS = 35
 """Of recordings with their derivatives, on null from the thesis's values."""
 
 
-def noise_at_rest(campaign: Campaign) -> dict[str, float]:
+def noise_at_rest(recordings: Sequence[Recording]) -> dict[str, float]:
     """Standard deviation of each analogue sensor until the valve's current comes, over all recordings."""
     out = {}
     for channel in ANALOGUE:
-        rest = [one[channel][: np.argmax(one.command.max(axis=1) > 0.2)] for one in campaign.recordings]
+        rest = [one[channel][: np.argmax(one.command.max(axis=1) > 0.2)] for one in recordings]
         square = sum(float(np.sum((values - values.mean()) ** 2)) for values in rest)
         out[channel] = np.sqrt(square / sum(len(values) - 1 for values in rest))
     return out
@@ -104,8 +105,8 @@ class Replay:
 
 
 def replays(found) -> list[Replay]:
-    noise = noise_at_rest(found.campaign)
-    return [Replay(found.truck, one, noise) for one in found.campaign.recordings if one.role == "validate"]
+    noise = noise_at_rest(found.recordings)
+    return [Replay(found.truck, one, noise) for one in found.recordings if one.role == "validate"]
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +159,7 @@ def test_the_work_on_null_is_pinned(null_fit):
 
 
 def test_the_noise_of_null_is_found(null_fit):
-    for channel, noise in noise_at_rest(Campaign.read(CAMPAIGNS / "null")).items():
+    for channel, noise in noise_at_rest(null_fit.recordings).items():
         assert null_fit.sensors[channel].noise == pytest.approx(noise, rel=0.05)
     assert null_fit.sensors["position_free_m"].count == pytest.approx(COUNT_M, rel=1e-4)
 
@@ -197,7 +198,7 @@ def phase_of(time: np.ndarray, current: np.ndarray, shut: float) -> list[str]:
 
 
 def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatched):
-    (lift,) = mismatched.lifts
+    (lift,) = mismatched.parts
     bad = [one for one in mismatched.judged if one.role == "validate" and not one.explained]
     excess = [one.samples * (one.mean_square - 1.0) for one in bad]
     signals: dict[str, float] = {}
@@ -219,7 +220,7 @@ def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatch
     samples: dict[str, int] = {}
     for one in bad:
         if one.channel == worst:
-            recording = next(found for found in mismatched.campaign.recordings if found.file == one.file)
+            recording = next(found for found in mismatched.recordings if found.file == one.file)
             phases = phase_of(recording.time_s, recording[f"current_{lift}_a"], shut)
             for phase, left in zip(phases, one.left, strict=True):
                 squares[phase] = squares.get(phase, 0.0) + left**2

@@ -37,7 +37,7 @@ def complete(null_fit):
 
 @pytest.fixture(scope="module")
 def asked(null_fit):
-    return {one.label: one for one in hypotheses(null_fit.start, ["free"], list(null_fit.sensors), {})}
+    return {one.label: one for one in hypotheses(null_fit.machine.truck, ["free"], list(null_fit.sensors), {})}
 
 
 def could_be(recordings, fit):
@@ -52,7 +52,7 @@ def next_recording(proposal):
 
 @pytest.fixture(scope="module")
 def possible(complete, null_fit):
-    return could_be(null_fit.campaign.recordings, null_fit)
+    return could_be(null_fit.recordings, null_fit)
 
 
 def rival(refit, hypothesis, amplitude):
@@ -172,9 +172,9 @@ def test_no_command_reaches_the_end_of_a_stroke(lift):
 
 
 def test_limits_are_as_wide_as_what_was_recorded(null_fit):
-    found = limits(null_fit.campaign.recordings)
+    found = limits(null_fit.recordings)
     assert found == Limits((0.0, 1500.0), (10.0, 65.0))
-    heavy = replace(null_fit.campaign.recordings[0], load_kg=2000.0, sha256="")
+    heavy = replace(null_fit.recordings[0], load_kg=2000.0, sha256="")
     assert limits([heavy]).load_kg == (0.0, 2000.0)
 
 

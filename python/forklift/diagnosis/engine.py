@@ -111,7 +111,7 @@ def verdict(selection: Selection, found: Sequence[Cause], *, hopeless: bool = Fa
     baseline = selection.baseline
     if found:
         return VERDICTS[found[0].hypothesis.kind]
-    doubtful = baseline.worst.mean_square <= DOUBTFUL
+    doubtful = baseline.worst.mean_square <= DOUBTFUL and not baseline.strained
     return "no-mismatch" if hopeless or baseline.complete or doubtful else "unknown-effect"
 
 

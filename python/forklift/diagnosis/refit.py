@@ -25,6 +25,7 @@ from forklift.diagnosis.criteria import (
     NEAR,
     SETTLED,
     SLIGHT,
+    STRAIN,
     TWICE,
 )
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
@@ -123,9 +124,14 @@ class Refit:
         return all(found.explained for found in self.held_out)
 
     @property
+    def strained(self) -> bool:
+        """Whether a recording held out has conditions further from what was entered than chance has them."""
+        return any(found.strain > STRAIN for found in self.held_out)
+
+    @property
     def slight(self) -> bool:
         """Whether what is left over is so little that no parameter needs to go far to make up for it."""
-        return self.finished and self.worst.mean_square <= SLIGHT
+        return self.finished and self.worst.mean_square <= SLIGHT and not self.strained
 
     @cached_property
     def squares(self) -> float:

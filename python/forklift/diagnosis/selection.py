@@ -466,13 +466,15 @@ def _replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
 
 def _helps(refit: Refit, best: Refit, share: float) -> bool:
     """Whether the refit is told from none, and removes this share of what `best` leaves over; if that is
-    nothing, whether recordings foretell each other better with it."""
+    nothing, whether recordings foretell each other better with it. Where `best` strains what was entered, it
+    is enough to leave nothing over: the strain is little beside the slack of many samples."""
     gained = best.squares - refit.squares
     if not refit.finished:
         return False
     if best.complete:
         return refit.identifiable and gained >= -AS_NEAR and (refit.loo_log_score or 0.0) >= CONFIRMED
-    return refit.identifiable and gained >= max(CLEARLY, share * best.excess)
+    eased = best.strained and refit.complete
+    return refit.identifiable and gained >= (CLEARLY if eased else max(CLEARLY, share * best.excess))
 
 
 def _choice(enough: Sequence[Refit]) -> Refit | None:

@@ -28,7 +28,8 @@ FAR = 0.3
 that was entered wrongly, say."""
 STRAIN = 25.0
 """Sum of squares of a recording's own unknowns, in their priors' deviations, that chance explains: χ² of five
-degrees exceeds this once in seven thousand recordings."""
+degrees exceeds this once in seven thousand recordings. What exceeds it twice over (once in 10⁹) is left
+unexplained, however many samples there are."""
 NUISANCE_GAIN = 0.5
 """Fall of −ln posterior by less than which the search for what recordings have of their own ends: a
 likelihood ratio of 1.6 tells nothing."""

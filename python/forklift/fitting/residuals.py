@@ -101,8 +101,11 @@ class ChannelResidual:
 
     @property
     def explained(self) -> bool:
-        """Whether nothing is left over that the sensor's noise does not explain."""
-        return self.mean_square <= self.bound
+        """Whether nothing is left over that the sensor's noise does not explain, and nothing is strained.
+
+        What would be lost among many samples (a load that is ten deviations off) must not count as noise.
+        """
+        return self.mean_square <= self.bound and self.strain <= STRAIN
 
     @property
     def excess(self) -> float:
