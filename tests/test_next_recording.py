@@ -37,7 +37,8 @@ def complete(null_fit):
 
 @pytest.fixture(scope="module")
 def asked(null_fit):
-    return {one.label: one for one in hypotheses(null_fit.machine.truck, ["free"], list(null_fit.sensors), {})}
+    truck = null_fit.machine.truck
+    return {one.label: one for one in hypotheses(truck, ["free"], list(null_fit.sensors), {})}
 
 
 def could_be(recordings, fit):

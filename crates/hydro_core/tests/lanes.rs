@@ -76,15 +76,38 @@ impl<S: Scalar, X: Physics<S>> Work for Lower<S, X> {
     }
 }
 
+/// How a work is run: each way is built for every scalar that it is asked for.
+trait Way {
+    fn run<W: Work>(work: W) -> W::Output;
+}
+
+/// As this code is built.
+struct Plain;
+
+impl Way for Plain {
+    fn run<W: Work>(work: W) -> W::Output {
+        work.run()
+    }
+}
+
+/// With the widest vectors of this machine, which the compiler may use as it likes.
+struct Widest;
+
+impl Way for Widest {
+    fn run<W: Work>(work: W) -> W::Output {
+        widest(work)
+    }
+}
+
 /// Runs members over any scalar; `number(f)` builds a scalar from f(member) in each lane.
-fn lower<S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f64) -> S, set: &[Member]) -> Vec<S> {
+fn lower<R: Way, S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f64) -> S, set: &[Member]) -> Vec<S> {
     let truck = truck();
     let load = number(&|lane| set[lane].load);
     let value = |k: usize, v: f64| number(&|lane| v * set[lane].factors[k]);
     let (lifts, effects) = truck.build(LiftName::BOTH, load, value).unwrap();
     let temperature = number(&|lane| set[lane].temperature);
     let command = (0..TICKS).map(|k| [0, 1].map(|lift| number(&|lane| set[lane].command[lift][k]))).collect::<Vec<_>>();
-    fn go<S: Scalar, X: Physics<S>>(mast: Mast<S, X, 2>, command: Vec<[S; 2]>, temperature: S) -> Vec<S> {
+    fn go<R: Way, S: Scalar, X: Physics<S>>(mast: Mast<S, X, 2>, command: Vec<[S; 2]>, temperature: S) -> Vec<S> {
         let mut mast = mast;
         mast.set_inputs(command[0], temperature);
         let mut start = vec![S::zero(); mast.dim()];
@@ -93,19 +116,23 @@ fn lower<S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f64) -> S,
             mast.lifts[k].at_rest(at).write(&mut start[k * STATES..(k + 1) * STATES]);
         }
         let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, VALVE_STEPS);
-        widest(Lower { fixed, command, temperature })
+        R::run(Lower { fixed, command, temperature })
     }
     let zero = S::zero();
     if extended {
         let physics = Extended::new(&effects, &lifts);
-        go(Mast { lifts, physics, command: [zero; 2], oil_temperature_degc: zero }, command, temperature)
+        go::<R, _, _>(Mast { lifts, physics, command: [zero; 2], oil_temperature_degc: zero }, command, temperature)
     } else {
-        go(Mast { lifts, physics: Thesis, command: [zero; 2], oil_temperature_degc: zero }, command, temperature)
+        go::<R, _, _>(
+            Mast { lifts, physics: Thesis, command: [zero; 2], oil_temperature_degc: zero },
+            command,
+            temperature,
+        )
     }
 }
 
-fn in_lanes<const N: usize>(extended: bool, set: &[Member]) -> Vec<Lanes<N>> {
-    lower(extended, |f| Lanes(std::array::from_fn(f)), set)
+fn in_lanes<R: Way, const N: usize>(extended: bool, set: &[Member]) -> Vec<Lanes<N>> {
+    lower::<R, _>(extended, |f| Lanes(std::array::from_fn(f)), set)
 }
 
 struct Together<'a> {
@@ -117,17 +144,17 @@ impl<const N: usize> LaneWork<N> for Together<'_> {
     type Output = Vec<[f64; N]>;
     fn run<S: LaneScalar<N>>(self) -> Self::Output {
         let number = |f: &dyn Fn(usize) -> f64| S::from_lanes(std::array::from_fn(f));
-        lower(self.extended, number, self.set).into_iter().map(S::lanes).collect()
+        lower::<Plain, _>(self.extended, number, self.set).into_iter().map(S::lanes).collect()
     }
 }
 
 fn alone(extended: bool, member: Member) -> Vec<u64> {
-    lower(extended, |f| f(0), &[member]).into_iter().map(f64::to_bits).collect()
+    lower::<Plain, _>(extended, |f| f(0), &[member]).into_iter().map(f64::to_bits).collect()
 }
 
-fn each_lane_is_the_scalar_run<const N: usize>(extended: bool) {
+fn each_lane_is_the_scalar_run<R: Way, const N: usize>(extended: bool) {
     for seed in 0..3 {
-        let together = in_lanes::<N>(extended, &members(N, seed));
+        let together = in_lanes::<R, N>(extended, &members(N, seed));
         for (lane, member) in members(N, seed).into_iter().enumerate() {
             let bits: Vec<u64> = together.iter().map(|x| x.0[lane].to_bits()).collect();
             assert_eq!(bits, alone(extended, member), "lane {lane} of {N}, seed {seed}");
@@ -137,18 +164,18 @@ fn each_lane_is_the_scalar_run<const N: usize>(extended: bool) {
 
 #[test]
 fn four_lanes_of_the_thesis_model_are_four_scalar_runs() {
-    each_lane_is_the_scalar_run::<4>(false);
+    each_lane_is_the_scalar_run::<Plain, 4>(false);
 }
 
 #[test]
 fn eight_lanes_of_the_thesis_model_are_eight_scalar_runs() {
-    each_lane_is_the_scalar_run::<8>(false);
+    each_lane_is_the_scalar_run::<Widest, 8>(false);
 }
 
 #[test]
 fn lanes_with_effects_are_scalar_runs_too() {
-    each_lane_is_the_scalar_run::<4>(true);
-    each_lane_is_the_scalar_run::<8>(true);
+    each_lane_is_the_scalar_run::<Plain, 4>(true);
+    each_lane_is_the_scalar_run::<Widest, 8>(true);
 }
 
 #[test]
@@ -156,7 +183,7 @@ fn the_fastest_eight_lanes_of_this_machine_are_any_eight_lanes() {
     for extended in [false, true] {
         let mut set = members(8, 4);
         set[2].load = f64::NAN;
-        let (fastest, any) = (with_eight(Together { extended, set: &set }), in_lanes::<8>(extended, &set));
+        let (fastest, any) = (with_eight(Together { extended, set: &set }), in_lanes::<Widest, 8>(extended, &set));
         for (fastest, any) in fastest.iter().zip(&any) {
             for lane in [0, 1, 3, 4, 5, 6, 7] {
                 assert_eq!(fastest[lane].to_bits(), any.0[lane].to_bits(), "lane {lane}");
@@ -180,13 +207,13 @@ fn sixteen_lanes_are_sixteen_scalar_runs_whatever_one_of_them_holds() {
 
 #[test]
 fn a_lane_does_not_see_its_neighbours() {
-    let together = in_lanes::<8>(false, &members(8, 5));
+    let together = in_lanes::<Widest, 8>(false, &members(8, 5));
     let mut turned = members(8, 5);
     turned.rotate_left(3);
     // A neighbour that runs away must not disturb the others.
     turned[0].factors = vec![1.0; turned[0].factors.len()];
     turned[0].load = f64::NAN;
-    let turned = in_lanes::<8>(false, &turned);
+    let turned = in_lanes::<Widest, 8>(false, &turned);
     for lane in 1..8 {
         let same = together.iter().zip(&turned).all(|(a, b)| a.0[(lane + 3) % 8].to_bits() == b.0[lane].to_bits());
         assert!(same, "lane {lane}");
@@ -221,9 +248,9 @@ fn duals_over_lanes_are_duals_and_their_values_are_the_plain_run() {
             mast.lifts[k].at_rest(at).write(&mut start[k * STATES..(k + 1) * STATES]);
         }
         let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, VALVE_STEPS);
-        widest(Lower { fixed, command, temperature })
+        Plain::run(Lower { fixed, command, temperature })
     };
-    let plain = in_lanes::<4>(false, &set);
+    let plain = in_lanes::<Plain, 4>(false, &set);
     let together = run(None);
     for lane in 0..4 {
         let single = run(Some(lane));
@@ -240,7 +267,7 @@ fn duals_over_lanes_are_duals_and_their_values_are_the_plain_run() {
 fn debug_and_release_and_every_machine_give_these_bits() {
     // FNV-1a (Fowler, Noll & Vo) over the final states of eight members, made once by this test.
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
-    for x in in_lanes::<8>(true, &members(8, 1)) {
+    for x in in_lanes::<Widest, 8>(true, &members(8, 1)) {
         for lane in x.0 {
             for byte in lane.to_bits().to_le_bytes() {
                 hash = (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
