@@ -15,7 +15,7 @@ from forklift.plant.forklift import free_curve
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.ports import equation, lift_of, ports
 from forklift.plant.forklift.sensors import MEASURED
-from forklift.plant.forklift.simulate import START_WITHIN_S, mean_temperature, simulate
+from forklift.plant.forklift.simulate import START_WITHIN_S, has_temperature, mean_temperature, simulate
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import grouped, rising
@@ -38,6 +38,10 @@ temperature and how much it rises from start to end [K], cylinder positions at t
 TEMPERATURE_WIDTH_K = 0.15
 """Standard deviation of a recording's mean oil temperature: a sensor that reads in steps of 0.5 K. Known to
 0.5 K only, oil of another law in the cold would be taken for oil that is four kelvin warmer."""
+
+ENTERED_TEMPERATURE_WIDTH_K = 1.0
+"""The same where it was not recorded but entered: one number for recordings between which the oil warms up,
+by as much as in each of them (`WARMING_WIDTH_K`)."""
 
 LOAD_ACCURACY = 0.01
 """Standard deviation of a load that was weighed and entered, as a share of it: scales of trucks and of
@@ -158,7 +162,8 @@ class Forklift:
         )
         starts = [_start(recording, lift, at_rest, sensors) for lift in LIFTS]
         load_width_kg = max(self.load_width_kg, self.load_accuracy * recording.load_kg)
-        widths = [load_width_kg, TEMPERATURE_WIDTH_K, self.warming_width_k]
+        known_k = TEMPERATURE_WIDTH_K if has_temperature(recording) else ENTERED_TEMPERATURE_WIDTH_K
+        widths = [load_width_kg, known_k, self.warming_width_k]
         return Case(
             recording,
             OWN,
@@ -261,6 +266,7 @@ class Forklift:
                 case.recording,
                 {name: run.outputs[:, place[name]] for name in MEASURED if _has(case.recording, name)},
                 _lift(part),
+                mean_temperature(case.recording, self.oil_temperature_degc),
             )
             for case, run in zip(cases, runs, strict=True)
         ]
