@@ -1,4 +1,4 @@
-"""A load that was weighed is known to one per cent, an empty fork's exactly; oil better if it was recorded."""
+"""A load that was weighed is known to 1 %, an empty fork's exactly; oil better if it was recorded."""
 
 from __future__ import annotations
 
