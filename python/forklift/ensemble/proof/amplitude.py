@@ -228,9 +228,7 @@ def _left(
     ]
     base = np.concatenate(rows[0])
     d = np.concatenate(rows[1]) - base
-    columns = [
-        (np.concatenate(one) - base) / step for one, (_, step) in zip(rows[2:], steps, strict=True)
-    ]
+    columns = [(np.concatenate(one) - base) / step for one, (_, step) in zip(rows[2:], steps, strict=True)]
     return imitated(d, np.array(columns).T) * len(given.plans) / count
 
 

@@ -216,9 +216,7 @@ def _faulty(
     return replace(seen, temperature_stuck_degc=30.0), kept, {"stands_at": 30.0}, []
 
 
-def _as_read(
-    given: Draw, seen: sensors.Sensors, conditions: Sequence[run.Condition]
-) -> list[run.Condition]:
+def _as_read(given: Draw, seen: sensors.Sensors, conditions: Sequence[run.Condition]) -> list[run.Condition]:
     """Conditions with the oil's temperature as its sensor reads, where one does."""
     off = dict(seen.offsets).get("oil_temperature_degc", 0.0)
     stands = seen.temperature_stuck_degc
