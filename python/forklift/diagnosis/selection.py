@@ -20,6 +20,7 @@ from forklift.diagnosis.criteria import (
     BEYOND_DOUBT,
     CLEARLY,
     CONFIRMED,
+    DOUBTFUL,
     FIRST,
     FURTHER,
     LAW,
@@ -178,7 +179,7 @@ def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General
     """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
     much: what repeats along the stroke, say."""
     promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
-    if best.slight or best.complete or not promised:
+    if best.slight or best.complete or _chance(best) or not promised:
         return []
     if max(promised) >= MOST_OF * _excess(best, screening):
         return []
@@ -375,7 +376,8 @@ def _unnamed(
     """Hypotheses without a name, alone and beside the first name; where more names explain everything, too.
 
     They may be needed only because the first has another law than the catalogue's. Beside all of them nothing
-    is asked for any more. `shapes` were tried before.
+    is asked for any more, nor where a machine without any leaves what may be chance. `shapes` were tried
+    before.
     """
     first = named[:1]
     if best.slight and best.hypotheses:
@@ -384,7 +386,7 @@ def _unnamed(
         doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
         beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
     else:
-        beside = [*first, baseline]
+        beside = [*first, *(() if _chance(baseline) else (baseline,))]
     refits = list(shapes)
     for refit in beside:
         if any(one.complete for one in refits):
@@ -404,6 +406,11 @@ def _unnamed(
                 tried = race.beside(refit, screened.hypotheses[0], tried)
         refits += [one for one in tried if one not in refits]
     return tuple(sorted(refits, key=rank))
+
+
+def _chance(best: Refit) -> bool:
+    """Whether what no name explains is put down to chance: a curve follows whatever there is."""
+    return not best.hypotheses and best.worst.mean_square <= DOUBTFUL
 
 
 def _explains(one: Refit, best: Refit) -> bool:

@@ -18,6 +18,7 @@ from forklift.plant.forklift.candidates import NextRecording, candidates, elsewh
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
 from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.covariates import covariates
+from forklift.plant.forklift.dither import dither
 from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.physical import physical
@@ -107,8 +108,8 @@ class ForkliftSubject(Forklift):
         return sensors(recordings)
 
     def unknowns(self, held: Sequence[str] = ()) -> tuple[Unknown, ...]:
-        """Of the lifts that are fitted."""
-        return tuple(unknowns(self.truck, self.lifts, hold=list(held)))
+        """Of the lifts that are fitted, and the dither."""
+        return (*unknowns(self.truck, self.lifts, hold=list(held)), dither())
 
     def hypotheses(
         self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
