@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from forklift import Truck
-from forklift.diagnosis.criteria import AS_NEAR, LIVES_BEYOND, MISFIT, SAME_PLACE
+from forklift.diagnosis.criteria import AS_NEAR, LEAST_GAIN, LIVES_BEYOND, MISFIT, SAME_PLACE
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
@@ -154,6 +154,7 @@ class Asked:
     loo_log_score: float | None = None
     complete: bool = True
     squares: float = 100.0
+    excess: float = 0.0
 
     def deviations(self, hypothesis: Hypothesis) -> float:
         return 0.0
@@ -174,3 +175,24 @@ def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need()
     assert unconfirmed.hypotheses == (gain,)
     confirmed = _needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
     assert load in confirmed.hypotheses
+
+
+@pytest.mark.parametrize(("removed", "stays"), [(0.5 * LEAST_GAIN, False), (2.0 * LEAST_GAIN, True)])
+def test_no_name_stays_that_removes_less_than_a_first_one_must(removed, stays):
+    """However surely its amplitude is told from none: many samples tell anything from none."""
+    much, little = (Hypothesis(id, "physics", "", "", "", id, Addition()) for id in ("much", "little"))
+
+    class Sure(Asked):
+        def deviations(self, hypothesis: Hypothesis) -> float:
+            return 100.0
+
+    class Left:
+        def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
+            rest = tuple(one for one in refit.hypotheses if one is not hypothesis)
+            excess = 1e5 if hypothesis is much else 1e4
+            share = 0.9 if hypothesis is much else removed
+            return Sure(rest, complete=False, squares=refit.squares + share * excess, excess=excess)
+
+    race = Race(cast(Refitter, Left()), lambda said: None)
+    best = Sure((much, little), complete=False, squares=2e4, excess=1e4)
+    assert _needed(race, cast(Refit, best)).hypotheses == ((much, little) if stays else (much,))

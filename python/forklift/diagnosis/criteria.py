@@ -70,13 +70,14 @@ AHEAD, MOST_OF = 2.0, 0.5
 """How many times as much as the next the most promising promises, and which share of what is left over it
 removes, if no other is tried in its place."""
 BEYOND_DOUBT = 25.0
-"""An amplitude so many of its deviations from none is needed: without it −ln posterior would rise by some
-three hundred."""
+"""An amplitude so many of its deviations from none is needed where nothing is left over: without it −ln
+posterior would rise by some three hundred."""
 LEAST_ROUGH = 2.0
 """A hypothesis stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what
 it has with the best one, and by no less than this."""
 LEAST_GAIN = 0.1
-"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`."""
+"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`. And what
+each name of the last fit must remove of what is left over without it."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
 CONFIRMED = 5.0

@@ -538,16 +538,19 @@ def _needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
     variable can always take them over; it says then that the law is another, not that there is none.
 
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
-    and what a curve takes over needs no name beside it.
+    and what a curve takes over needs no name beside it. Whatever else is named, each name must remove what
+    the first one must; two at once may hide that one of them does not.
     """
     for hypothesis in best.hypotheses:
         named = hypothesis.kind != "unknown" and hypothesis not in kept
         if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
             continue  # recordings foretell each other by it, though none needs it for itself
-        if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
+        sure = best.complete and best.deviations(hypothesis) >= BEYOND_DOUBT
+        if len(best.hypotheses) > 1 and named and not sure:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
-            if refit.complete or refit.squares <= best.squares + CLEARLY:
+            least = max(CLEARLY, LEAST_GAIN * refit.excess)
+            if refit.complete or refit.squares <= best.squares + least:
                 best = refit
     return best
 
