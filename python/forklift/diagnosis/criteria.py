@@ -76,8 +76,8 @@ LEAST_ROUGH = 2.0
 """A hypothesis stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what
 it has with the best one, and by no less than this."""
 LEAST_GAIN = 0.1
-"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`. And what
-each name of the last fit must remove of what is left over without it."""
+"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`. The same
+is asked again of each name of the last fit."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
 CONFIRMED = 5.0

@@ -538,9 +538,10 @@ def _needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
     variable can always take them over; it says then that the law is another, not that there is none.
 
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
-    and what a curve takes over needs no name beside it. Whatever else is named, each name must remove what
-    the first one must; two at once may hide that one of them does not.
+    and what a curve takes over needs no name beside it. Of what is left over without it each name must remove
+    what it must to be accepted after the others: two that entered at once may hide that one does not.
     """
+    first = best.hypotheses[:1]
     for hypothesis in best.hypotheses:
         named = hypothesis.kind != "unknown" and hypothesis not in kept
         if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
@@ -549,7 +550,8 @@ def _needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
         if len(best.hypotheses) > 1 and named and not sure:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
-            least = max(CLEARLY, LEAST_GAIN * refit.excess)
+            share = LEAST_GAIN if hypothesis in first else race.refitter.later
+            least = max(CLEARLY, share * refit.excess)
             if refit.complete or refit.squares <= best.squares + least:
                 best = refit
     return best
