@@ -9,12 +9,12 @@ from typing import Any, cast
 import pytest
 
 from forklift import Truck
-from forklift.diagnosis.criteria import AS_NEAR, LIVES_BEYOND, MISFIT, SAME_PLACE
+from forklift.diagnosis.criteria import AS_NEAR, LEAST_FAULT, LIVES_BEYOND, MISFIT, SAME_PLACE
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
-from forklift.diagnosis.screening import Screened
-from forklift.diagnosis.selection import _choice, _may_help, _mended, _needed, _replaces
+from forklift.diagnosis.screening import Screened, Screening
+from forklift.diagnosis.selection import _choice, _foresees, _may_help, _mended, _needed, _replaces, alarming
 from forklift.plant.forklift.unnamed import curves
 from forklift.plant.protocol import Addition, Hypothesis
 
@@ -200,3 +200,20 @@ def test_no_name_stays_that_removes_less_than_it_must_to_be_accepted(removed, st
     race = Race(cast(Refitter, Left()), lambda said: None)
     best = Sure((much, little), complete=False, squares=2e4, excess=1e4)
     assert _needed(race, cast(Refit, best)).hypotheses == ((much, little) if stays else (much,))
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "asked"), [("sensor", 0.5, 0), ("sensor", 2.0, 1), ("physics", 0.5, 1)]
+)
+def test_a_sensor_that_is_off_by_next_to_nothing_is_not_asked_for(kind, size, asked):
+    one = cast(Hypothesis, Name("gain", kind))
+    screened = Screened((one,), 1e4, (size * LEAST_FAULT,), (1e-4,))
+    assert len(alarming(Screening(0.0, (screened,), (), ()), 1.0).singles) == asked
+
+
+@pytest.mark.parametrize(("left_out", "chosen"), [(0.5, True), (2.0, False)])
+def test_a_curve_must_hold_in_groups_that_are_left_out(monkeypatch, left_out, chosen):
+    folds = (SimpleNamespace(before=1.0, after=left_out), SimpleNamespace(before=1.0, after=0.9))
+    monkeypatch.setattr("forklift.diagnosis.selection.group_folds", lambda *given: folds)
+    refits = [cast(Refit, Tried()), cast(Refit, Tried((CURVE,)))]
+    assert _foresees(cast(Refitter, None), *refits) is chosen

@@ -24,6 +24,7 @@ from forklift.diagnosis.criteria import (
     FIRST,
     FURTHER,
     LAW,
+    LEAST_FAULT,
     LEAST_GAIN,
     LITTLE,
     LIVES_BEYOND,
@@ -41,6 +42,7 @@ from forklift.diagnosis.criteria import (
     SIMPLER,
     WORTH,
 )
+from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.race import Race, Say, rank
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening, screen
@@ -91,9 +93,15 @@ class Selection:
 def alarming(screening: Screening, together: float) -> Screening:
     """Only the hypotheses that promise so much that they are asked for although no channel shows anything.
 
-    What slow noise promises by chance is `together` times as much as what white noise does.
+    What slow noise promises by chance is `together` times as much as what white noise does. A sensor that is
+    off by next to nothing is not asked for.
     """
-    loud = [one for one in screening.singles if one.gain >= together * ALARM[one.hypotheses[0].kind]]
+    loud = [
+        one
+        for one in screening.singles
+        if one.gain >= together * ALARM[one.hypotheses[0].kind]
+        and not (one.hypotheses[0].kind == "sensor" and abs(one.amplitudes[0]) < LEAST_FAULT)
+    ]
     return replace(screening, singles=tuple(loud), pairs=())
 
 
@@ -134,7 +142,7 @@ def select(
     chosen = _mended(unnamed, best) or _choice(
         [refit for refit in unnamed if _replaces(refit, best, baseline, refitter.later)]
     )
-    final = chosen or best
+    final = chosen if chosen and _foresees(refitter, best, chosen) else best
     if final is not best:
         most = best.excess <= (1.0 - MOST_OF) * baseline.excess
         final = _needed(race, final, kept=best.hypotheses if most else ())
@@ -447,6 +455,13 @@ def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
         ),
         None,
     )
+
+
+def _foresees(refitter: Refitter, best: Refit, refit: Refit) -> bool:
+    """Whether groups of recordings are foretold from each other better with a curve than without, if there
+    are any: a curve over what is constant in each of them follows whatever each has of its own."""
+    folds = group_folds(refitter, best, refit)
+    return not folds or sum(one.after for one in folds) < sum(one.before for one in folds)
 
 
 def _replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
