@@ -216,4 +216,5 @@ def test_a_curve_must_hold_in_groups_that_are_left_out(monkeypatch, left_out, ch
     folds = (SimpleNamespace(before=1.0, after=left_out), SimpleNamespace(before=1.0, after=0.9))
     monkeypatch.setattr("forklift.diagnosis.selection.group_folds", lambda *given: folds)
     refits = [cast(Refit, Tried()), cast(Refit, Tried((CURVE,)))]
-    assert _foresees(cast(Refitter, None), *refits) is chosen
+    assert _foresees(cast(Refitter, SimpleNamespace(strict=True)), *refits) is chosen
+    assert _foresees(cast(Refitter, SimpleNamespace(strict=False)), *refits)

@@ -36,8 +36,8 @@ ALARM: Mapping[Kind, float] = {
 }
 """By kind."""
 LEAST_FAULT = 0.02
-"""In a prior's deviations: a sensor that is off by less is as it should be. A gain of a thousandth, a lag of a
-millisecond, a fiftieth of a bar: no truck's sensor is specified to less, and rounding that is alike in all
+"""In a prior's deviations: a sensor that is off by less is as it should be. A gain of a thousandth, a lag of
+a millisecond, a fiftieth of a bar: no truck's sensor is specified to less, and rounding that is alike in all
 recordings looks like as much."""
 
 # Which names are tried, accepted and compared.
