@@ -9,12 +9,12 @@ from typing import Any, cast
 import pytest
 
 from forklift import Truck
-from forklift.diagnosis.criteria import AS_NEAR, LIVES_BEYOND, MISFIT, SAME_PLACE
+from forklift.diagnosis.criteria import AS_NEAR, LEAST_FAULT, LIVES_BEYOND, MISFIT, SAME_PLACE
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
-from forklift.diagnosis.screening import Screened
-from forklift.diagnosis.selection import _choice, _may_help, _mended, _needed, _replaces
+from forklift.diagnosis.screening import Screened, Screening
+from forklift.diagnosis.selection import _choice, _foresees, _may_help, _mended, _needed, _replaces, alarming
 from forklift.plant.forklift.unnamed import curves
 from forklift.plant.protocol import Addition, Hypothesis
 
@@ -154,6 +154,7 @@ class Asked:
     loo_log_score: float | None = None
     complete: bool = True
     squares: float = 100.0
+    excess: float = 0.0
 
     def deviations(self, hypothesis: Hypothesis) -> float:
         return 0.0
@@ -161,6 +162,8 @@ class Asked:
 
 class Without:
     """A refitter that says that nothing is needed."""
+
+    later = 0.5
 
     def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
         return Asked(tuple(one for one in refit.hypotheses if one is not hypothesis))
@@ -174,3 +177,44 @@ def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need()
     assert unconfirmed.hypotheses == (gain,)
     confirmed = _needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
     assert load in confirmed.hypotheses
+
+
+@pytest.mark.parametrize(("removed", "stays"), [(0.4, False), (0.6, True)])
+def test_no_name_stays_that_removes_less_than_it_must_to_be_accepted(removed, stays):
+    """However surely its amplitude is told from none: many samples tell anything from none."""
+    much, little = (Hypothesis(id, "physics", "", "", "", id, Addition()) for id in ("much", "little"))
+
+    class Sure(Asked):
+        def deviations(self, hypothesis: Hypothesis) -> float:
+            return 100.0
+
+    class Left:
+        later = 0.5
+
+        def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
+            rest = tuple(one for one in refit.hypotheses if one is not hypothesis)
+            excess = 1e5 if hypothesis is much else 1e4
+            share = 0.9 if hypothesis is much else removed
+            return Sure(rest, complete=False, squares=refit.squares + share * excess, excess=excess)
+
+    race = Race(cast(Refitter, Left()), lambda said: None)
+    best = Sure((much, little), complete=False, squares=2e4, excess=1e4)
+    assert _needed(race, cast(Refit, best)).hypotheses == ((much, little) if stays else (much,))
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "asked"), [("sensor", 0.5, 0), ("sensor", 2.0, 1), ("physics", 0.5, 1)]
+)
+def test_a_sensor_that_is_off_by_next_to_nothing_is_not_asked_for(kind, size, asked):
+    one = cast(Hypothesis, Name("gain", kind))
+    screened = Screened((one,), 1e4, (size * LEAST_FAULT,), (1e-4,))
+    assert len(alarming(Screening(0.0, (screened,), (), ()), 1.0).singles) == asked
+
+
+@pytest.mark.parametrize(("left_out", "chosen"), [(0.5, True), (2.0, False)])
+def test_a_curve_must_hold_in_groups_that_are_left_out(monkeypatch, left_out, chosen):
+    folds = (SimpleNamespace(before=1.0, after=left_out), SimpleNamespace(before=1.0, after=0.9))
+    monkeypatch.setattr("forklift.diagnosis.selection.group_folds", lambda *given: folds)
+    refits = [cast(Refit, Tried()), cast(Refit, Tried((CURVE,)))]
+    assert _foresees(cast(Refitter, SimpleNamespace(strict=True)), *refits) is chosen
+    assert _foresees(cast(Refitter, SimpleNamespace(strict=False)), *refits)

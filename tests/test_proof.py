@@ -17,11 +17,14 @@ import pytest
 from forklift import ForkliftError
 from forklift.ensemble.proof import bounds, kinds, prove, seal, sensitivity
 from forklift.ensemble.proof import open as opened
+from forklift.ensemble.proof.amplitude import HIDDEN, left_of_fault
 from forklift.ensemble.proof.conceal import Made, conceal
 from forklift.ensemble.proof.draw import RECORDINGS, draw, kind_of
 from forklift.ensemble.proof.judge import intervals, judged, removed
 from forklift.ensemble.proof.random import DEVELOPMENT
 from forklift.ensemble.proof.score import reliability, score, share
+from forklift.ensemble.proof.truth import run, sensors
+from forklift.ensemble.proof.truth.truck import scattered
 from forklift.report.of_proof import proof_page, proof_text
 
 # What is drawn
@@ -98,6 +101,23 @@ def recorded(folder):
         nuisances=spoilt,
     )
     return given, conceal(given, folder)
+
+
+@pytest.mark.parametrize("off_by", ["oil_temperature_degc", "pressure_free_pa"])
+def test_a_fault_that_another_truck_imitates_is_hidden(small, off_by):
+    """Viscosity is exponential in temperature: oil that is warmer throughout is thinner oil."""
+    _, given, _ = small
+    trucks, command = scattered(1), np.zeros((2, 160))
+    command[0, 20:] = 0.6
+    true = [run.Condition(command, load, degc) for load, degc in ((0.0, 20.0), (500.0, 45.0))]
+    offset = {"oil_temperature_degc": 5.0, "pressure_free_pa": 3e5}[off_by]
+    entered = [
+        replace(one, temperature_degc=one.temperature_degc + offset) if "oil" in off_by else one
+        for one in true
+    ]
+    seen = sensors.Sensors(offsets=((off_by, offset),))
+    left = left_of_fault(given, (), entered, true, seen, trucks, run.TICK_S)
+    assert (left < HIDDEN) is (off_by == "oil_temperature_degc")
 
 
 def test_the_folder_holds_recordings_and_not_a_word_of_the_answer(small):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import cast
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
+from forklift.diagnosis.criteria import DOUBTFUL
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.selection import General, _unnamed
@@ -20,6 +22,7 @@ class Tried:
     complete: bool = False
     told: float = 4.0
     slight: bool = False
+    worst: Any = field(default_factory=lambda: SimpleNamespace(mean_square=10.0))
 
     def deviations(self, hypothesis):
         return self.told
@@ -64,3 +67,17 @@ def test_who_is_asked_for_beside_whom(accepted, asked_beside):
     race = Race(cast(Refitter, None), lambda said: None)
     _unnamed(race, cast(Refit, NOTHING), named, best, cast(General, general))
     assert asked == asked_beside
+
+
+@pytest.mark.parametrize(("left", "asked_for"), [(0.9 * DOUBTFUL, 0), (1.1 * DOUBTFUL, 1)])
+def test_what_may_be_chance_is_no_curve_s(left, asked_for):
+    nothing = Tried((), worst=SimpleNamespace(mean_square=left))
+    asked = []
+
+    def general(refit):
+        asked.append(refit)
+        return []
+
+    race = Race(cast(Refitter, None), lambda said: None)
+    _unnamed(race, cast(Refit, nothing), [], cast(Refit, nothing), cast(General, general))
+    assert len(asked) == asked_for

@@ -35,6 +35,10 @@ ALARM: Mapping[Kind, float] = {
     "unknown": float("inf"),
 }
 """By kind."""
+LEAST_FAULT = 0.02
+"""In a prior's deviations: a sensor that is off by less is as it should be. A gain of a thousandth, a lag of
+a millisecond, a fiftieth of a bar: no truck's sensor is specified to less, and rounding that is alike in all
+recordings looks like as much."""
 
 # Which names are tried, accepted and compared.
 FIRST, FURTHER = 3, 4
@@ -70,13 +74,14 @@ AHEAD, MOST_OF = 2.0, 0.5
 """How many times as much as the next the most promising promises, and which share of what is left over it
 removes, if no other is tried in its place."""
 BEYOND_DOUBT = 25.0
-"""An amplitude so many of its deviations from none is needed: without it −ln posterior would rise by some
-three hundred."""
+"""An amplitude so many of its deviations from none is needed where nothing is left over: without it −ln
+posterior would rise by some three hundred."""
 LEAST_ROUGH = 2.0
 """A hypothesis stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what
 it has with the best one, and by no less than this."""
 LEAST_GAIN = 0.1
-"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`."""
+"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`. The same
+is asked again of each name of the last fit."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
 CONFIRMED = 5.0

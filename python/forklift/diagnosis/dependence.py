@@ -45,9 +45,9 @@ class Shape:
 def shapes(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> list[Shape]:
     """The input against every variable, the best first.
 
-    `variables` holds each recording's, at the times of its hats.
+    `variables` holds each recording's, at the times of its hats; what not all of them have is none.
     """
-    names = list(variables[0])
+    names = [name for name in variables[0] if all(name in given for given in variables)]
     fitted = [_shape(found, name, [given[name] for given in variables]) for name in names]
     return sorted((shape for shape in fitted if shape), key=lambda shape: -shape.explained)
 

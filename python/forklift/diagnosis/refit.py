@@ -17,6 +17,7 @@ from forklift.diagnosis.criteria import (
     BOUND,
     CLEAR,
     ENDED,
+    LEAST_FAULT,
     LESS,
     LIVES_UP,
     MISFIT,
@@ -150,9 +151,11 @@ class Refit:
 
     def clear(self, hypothesis: Hypothesis) -> bool:
         """Whether the hypothesis's amplitude is told from none, its deviation widened by what is left
-        over."""
+        over; of a sensor, from what any sensor is off by."""
         if hypothesis.amplitude is None or hypothesis.kind == "unknown":
             return True
+        if hypothesis.kind == "sensor" and abs(self._amplitude(hypothesis.amplitude)[0]) < LEAST_FAULT:
+            return False
         return self.deviations(hypothesis) >= CLEAR
 
     def deviations(self, hypothesis: Hypothesis) -> float:
@@ -160,9 +163,13 @@ class Refit:
         left over; none, where there is no one amplitude."""
         if hypothesis.amplitude is None:
             return 0.0
-        place = [unknown.name for unknown in self.found.problem.unknowns].index(hypothesis.amplitude)
-        deviation = self.knowledge.estimates[place].deviation * self.widening
-        return float(abs(self.found.x[place]) / max(deviation, 1e-300))
+        at, deviation = self._amplitude(hypothesis.amplitude)
+        return abs(at) / max(deviation * self.widening, 1e-300)
+
+    def _amplitude(self, name: str) -> tuple[float, float]:
+        """Where it lies, and its deviation as the fit has it, both in its prior's."""
+        place = [unknown.name for unknown in self.found.problem.unknowns].index(name)
+        return float(self.found.x[place]), float(self.knowledge.estimates[place].deviation)
 
     @property
     def widening(self) -> float:

@@ -20,9 +20,11 @@ from forklift.diagnosis.criteria import (
     BEYOND_DOUBT,
     CLEARLY,
     CONFIRMED,
+    DOUBTFUL,
     FIRST,
     FURTHER,
     LAW,
+    LEAST_FAULT,
     LEAST_GAIN,
     LITTLE,
     LIVES_BEYOND,
@@ -40,6 +42,7 @@ from forklift.diagnosis.criteria import (
     SIMPLER,
     WORTH,
 )
+from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.race import Race, Say, rank
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening, screen
@@ -90,9 +93,15 @@ class Selection:
 def alarming(screening: Screening, together: float) -> Screening:
     """Only the hypotheses that promise so much that they are asked for although no channel shows anything.
 
-    What slow noise promises by chance is `together` times as much as what white noise does.
+    What slow noise promises by chance is `together` times as much as what white noise does. A sensor that is
+    off by next to nothing is not asked for.
     """
-    loud = [one for one in screening.singles if one.gain >= together * ALARM[one.hypotheses[0].kind]]
+    loud = [
+        one
+        for one in screening.singles
+        if one.gain >= together * ALARM[one.hypotheses[0].kind]
+        and not (one.hypotheses[0].kind == "sensor" and abs(one.amplitudes[0]) < LEAST_FAULT)
+    ]
     return replace(screening, singles=tuple(loud), pairs=())
 
 
@@ -133,7 +142,7 @@ def select(
     chosen = _mended(unnamed, best) or _choice(
         [refit for refit in unnamed if _replaces(refit, best, baseline, refitter.later)]
     )
-    final = chosen or best
+    final = chosen if chosen and _foresees(refitter, best, chosen) else best
     if final is not best:
         most = best.excess <= (1.0 - MOST_OF) * baseline.excess
         final = _needed(race, final, kept=best.hypotheses if most else ())
@@ -178,7 +187,7 @@ def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General
     """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
     much: what repeats along the stroke, say."""
     promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
-    if best.slight or best.complete or not promised:
+    if best.slight or best.complete or _chance(best) or not promised:
         return []
     if max(promised) >= MOST_OF * _excess(best, screening):
         return []
@@ -375,7 +384,8 @@ def _unnamed(
     """Hypotheses without a name, alone and beside the first name; where more names explain everything, too.
 
     They may be needed only because the first has another law than the catalogue's. Beside all of them nothing
-    is asked for any more. `shapes` were tried before.
+    is asked for any more, nor where a machine without any leaves what may be chance. `shapes` were tried
+    before.
     """
     first = named[:1]
     if best.slight and best.hypotheses:
@@ -384,7 +394,7 @@ def _unnamed(
         doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
         beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
     else:
-        beside = [*first, baseline]
+        beside = [*first, *(() if _chance(baseline) else (baseline,))]
     refits = list(shapes)
     for refit in beside:
         if any(one.complete for one in refits):
@@ -404,6 +414,11 @@ def _unnamed(
                 tried = race.beside(refit, screened.hypotheses[0], tried)
         refits += [one for one in tried if one not in refits]
     return tuple(sorted(refits, key=rank))
+
+
+def _chance(best: Refit) -> bool:
+    """Whether what no name explains is put down to chance: a curve follows whatever there is."""
+    return not best.hypotheses and best.worst.mean_square <= DOUBTFUL and not best.strained
 
 
 def _explains(one: Refit, best: Refit) -> bool:
@@ -440,6 +455,18 @@ def _mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
         ),
         None,
     )
+
+
+def _foresees(refitter: Refitter, best: Refit, refit: Refit) -> bool:
+    """Whether groups of recordings are foretold from each other better with a curve than without: one over
+    what is constant in each of them follows whatever each has of its own.
+
+    Where the sensors' noise can be reached, what recordings held out leave over tells as much.
+    """
+    if not refitter.strict:
+        return True
+    folds = group_folds(refitter, best, refit)
+    return not folds or sum(one.after for one in folds) < sum(one.before for one in folds)
 
 
 def _replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
@@ -533,16 +560,21 @@ def _needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
     variable can always take them over; it says then that the law is another, not that there is none.
 
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
-    and what a curve takes over needs no name beside it.
+    and what a curve takes over needs no name beside it. Of what is left over without it each name must remove
+    what it must to be accepted after the others: two that entered at once may hide that one does not.
     """
+    first = best.hypotheses[:1]
     for hypothesis in best.hypotheses:
         named = hypothesis.kind != "unknown" and hypothesis not in kept
         if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
             continue  # recordings foretell each other by it, though none needs it for itself
-        if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
+        sure = best.complete and best.deviations(hypothesis) >= BEYOND_DOUBT
+        if len(best.hypotheses) > 1 and named and not sure:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
-            if refit.complete or refit.squares <= best.squares + CLEARLY:
+            share = LEAST_GAIN if hypothesis in first else race.refitter.later
+            least = max(CLEARLY, share * refit.excess)
+            if refit.complete or refit.squares <= best.squares + least:
                 best = refit
     return best
 

@@ -218,7 +218,7 @@ def fit(
     for group in together:
         arguments.names(together=group)
     _check_numbers(starts, seed)
-    entered, each, origin = given(machine, recordings, weighed=False, **conditions)
+    entered, each, origin = given(machine, recordings, doubts=False, **conditions)
     model, kept, findings = entered.suited(each)
     every = model.sensors(kept)
     moved = model.unknowns(hold, also, together)

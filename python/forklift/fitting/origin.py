@@ -46,7 +46,7 @@ class Origin:
 
 
 def given(
-    machine: Any, recordings: Any, *, weighed: bool = True, **conditions: Any
+    machine: Any, recordings: Any, *, doubts: bool = True, **conditions: Any
 ) -> tuple[Subject, tuple[Any, ...], Origin]:
     """The machine behind the protocol, its recordings, and what they are.
 
@@ -55,8 +55,8 @@ def given(
     machine, recordings
         A `Truck`, its name or file, a `Plant`, or anything with the protocol of `forklift.plant.subject`;
         a `Campaign` or its folder, or recordings of the machine's own kind. The two may change places.
-    weighed
-        Whether loads that were entered are as good as a scale only; else they are exact.
+    doubts
+        Whether what was entered, and what no recording shows, is as uncertain as it is in a workshop.
     conditions
         As `forklift.plant.subjects.subject` takes them.
 
@@ -68,7 +68,7 @@ def given(
     machine, recordings = _read(machine), _read(recordings)
     if isinstance(machine, Campaign) or (is_machine(recordings) and not is_machine(machine)):
         machine, recordings = recordings, machine
-    start = subject(machine, weighed=weighed, **conditions)
+    start = subject(machine, doubts=doubts, **conditions)
     each = getattr(recordings, "recordings", recordings)
     if not isinstance(each, Sequence) or isinstance(each, str):
         raise ForkliftError(

@@ -43,7 +43,7 @@ def subject(
     *,
     candidates: Sequence[Recording] = (),
     origin: str = "",
-    weighed: bool = True,
+    doubts: bool = True,
     oil_temperature_degc: float | None = None,
     load_width_kg: float = 0.0,
 ) -> Subject:
@@ -57,8 +57,9 @@ def subject(
         Of a plant: recordings that could be made.
     origin
         Of a plant: the file it came from.
-    weighed
-        Of a truck: whether loads that were entered are as good as a scale only; else they are exact.
+    doubts
+        Of a truck: whether loads that were entered are as good as a scale only, and the dither that no
+        recording shows is unknown; else loads are exact, and there is no dither.
     oil_temperature_degc
         Of a truck: for recordings without an oil temperature [°C].
     load_width_kg
@@ -84,7 +85,8 @@ def subject(
             machine,
             oil_temperature_degc=oil_temperature_degc,
             load_width_kg=load_width_kg,
-            load_accuracy=LOAD_ACCURACY if weighed else 0.0,
+            load_accuracy=LOAD_ACCURACY if doubts else 0.0,
+            doubts=doubts,
         )
     if oil_temperature_degc is not None or load_width_kg:
         name = "load_width_kg" if load_width_kg else "oil_temperature_degc"

@@ -179,29 +179,56 @@ def left(
     tick_s: float,
 ) -> float:
     """Chi-square that the best imitating truck leaves of the law at `place`, scaled to all recordings."""
-    chosen = probes(given, conditions)
-    law = laws[place]
-    plain = [_probe(law.name, conditions[n]) for n in chosen]
+    law, chosen = laws[place], probes(given, conditions)
+    shown = [_probe(law.name, conditions[n]) for n in chosen]
     key, full = next(iter(law.values.items()))
     quiet = {f"{law.name}.{key}": np.multiply(full, 0.0)}
-    asked: list[run.Condition] = []
-    asked += [replace(one, values=quiet) for one in plain]
-    asked += plain
+    without = [replace(one, values=quiet) for one in shown]
+    return _left(given, laws, chosen, without, shown, sensors.Sensors(), trucks, tick_s)
+
+
+def left_of_fault(
+    given: Draw,
+    laws: Sequence[Law],
+    entered: Sequence[run.Condition],
+    true: Sequence[run.Condition],
+    seen: sensors.Sensors,
+    trucks: Trucks,
+    tick_s: float,
+) -> float:
+    """The same of conditions that are not as they were entered, and of sensors that read wrongly: what
+    another truck leaves, under the conditions as entered and read rightly."""
+    chosen = probes(given, true)
+    believed, shown = ([_probe("", each[n]) for n in chosen] for each in (entered, true))
+    return _left(given, laws, chosen, believed, shown, seen, trucks, tick_s)
+
+
+def _left(
+    given: Draw,
+    laws: Sequence[Law],
+    chosen: Sequence[int],
+    without: Sequence[run.Condition],
+    shown: Sequence[run.Condition],
+    seen: sensors.Sensors,
+    trucks: Trucks,
+    tick_s: float,
+) -> float:
+    """What is left of the way from `without` to what is `shown`, by trucks other than that of `without`."""
     moved = {
         lift for n in chosen for lift in (LIFTS if given.plans[n].lift == "both" else (given.plans[n].lift,))
     }
     steps = [*_steps(trucks, sorted(moved))]
+    asked = [*without, *shown]
     for other, _ in steps:
-        asked += [replace(one, values=quiet, trucks=other) for one in plain]
-    ran = run.simulate(trucks, laws, asked, ROUGH, tick_s)
-    count = len(plain)
-    rows = [_whitened(given, ran[n * count : (n + 1) * count], chosen) for n in range(2 + len(steps))]
-    base = rows[0]
-    d = np.concatenate(rows[1]) - np.concatenate(base)
-    columns = [
-        (np.concatenate(one) - np.concatenate(base)) / step
-        for one, (_, step) in zip(rows[2:], steps, strict=True)
+        asked += [replace(one, trucks=other) for one in without]
+    ran, count = run.simulate(trucks, laws, asked, ROUGH, tick_s), len(chosen)
+    rows = [
+        _whitened(given, ran[n * count : (n + 1) * count], seen if n == 1 else sensors.Sensors())
+        for n in range(2 + len(steps))
     ]
+    base = np.concatenate(rows[0])
+    d = np.concatenate(rows[1]) - base
+    columns = [(np.concatenate(one) - base) / step for one, (_, step) in zip(rows[2:], steps, strict=True)]
     return imitated(d, np.array(columns).T) * len(given.plans) / count
 
 
@@ -242,17 +269,20 @@ def _steps(trucks: Trucks, moved: Sequence[str]) -> Any:
         yield other(m=trucks[place]["m"] + STEP * PRIORS["load"] * 1000.0), STEP
 
 
-def _whitened(given: Draw, found: Sequence[run.Trajectory], chosen: Sequence[int]) -> list[Floats]:
-    """All channels of all probes, in units of the sensors' noise."""
+def _whitened(given: Draw, found: Sequence[run.Trajectory], seen: sensors.Sensors) -> list[Floats]:
+    """All channels of all probes as the sensors see them, in units of their noise; an encoder from where it
+    starts, as nobody knows where on its wheel that is."""
     keep = np.exp(-run.TICK_S / given.nuisances.colour_s) if given.nuisances.colour_s > 0.0 else 0.0
     pressure = sensors.PRESSURE_NOISE_PA * given.nuisances.noise * np.sqrt((1 + keep) / (1 - keep))
     rows = []
     for one in found:
-        encoder = one.encoder if one.encoder is not None else np.stack([2 * one.x[0], one.x[1]])
-        rows += [
-            (encoder / (sensors.COUNT_M / np.sqrt(12.0))).ravel(),
-            (one.p_A / pressure).ravel(),
-        ]
+        read = sensors.read(one, seen)
+        for lift in LIFTS:
+            way = read[f"position_{lift}_m"]
+            rows += [
+                (way - way[0]) / (sensors.COUNT_M / np.sqrt(12.0)),
+                read[f"pressure_{lift}_pa"] / pressure,
+            ]
         if given.nuisances.height:
-            rows.append(one.fork_height / (sensors.HEIGHT_NOISE_M * given.nuisances.noise))
+            rows.append(read["fork_height_m"] / (sensors.HEIGHT_NOISE_M * given.nuisances.noise))
     return rows

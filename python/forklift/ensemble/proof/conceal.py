@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.ensemble.proof import kinds
-from forklift.ensemble.proof.amplitude import END_M, found_for, left
+from forklift.ensemble.proof.amplitude import END_M, found_for, left, left_of_fault
 from forklift.ensemble.proof.amplitude import HIDDEN as HIDDEN
 from forklift.ensemble.proof.draw import Draw, Plan
 from forklift.ensemble.proof.random import Purpose, stream
@@ -69,8 +69,13 @@ def conceal(given: Draw, folder: Path, *, judge_hidden: bool = True) -> Made:
         where = _where(given, name, random)
         cause: dict[str, Any] = {"id": name, "where": where, "of": right.of, "hidden": False}
         if right.kind in ("sensor", "condition"):
+            entered = conditions
             seen, conditions, values, damage = _faulty(given, name, where, seen, conditions, random)
             damages += damage
+            if judge_hidden and not damage:  # a signal that stands still or slips is seen in itself
+                believed = _as_read(given, seen, entered)
+                left_over = left_of_fault(given, laws, believed, conditions, seen, trucks, tick_s)
+                cause |= {"imitation_leaves": left_over, "hidden": left_over < HIDDEN}
             cause |= {"values": values, "size": None}
         else:
             law, _, has = found_for(given, name, where, wanted, trucks, conditions, random, tick_s)
@@ -209,6 +214,20 @@ def _faulty(
         value = sign * (4.0 + 6.0 * share)
         return replace(seen, offsets=(("oil_temperature_degc", value),)), kept, {"offset": value}, []
     return replace(seen, temperature_stuck_degc=30.0), kept, {"stands_at": 30.0}, []
+
+
+def _as_read(given: Draw, seen: sensors.Sensors, conditions: Sequence[run.Condition]) -> list[run.Condition]:
+    """Conditions with the oil's temperature as its sensor reads, where one does."""
+    off = dict(seen.offsets).get("oil_temperature_degc", 0.0)
+    stands = seen.temperature_stuck_degc
+    return [
+        one
+        if not plan.has_temperature
+        else replace(one, temperature_degc=one.temperature_degc + off)
+        if stands is None
+        else replace(one, temperature_degc=stands, warming_k=0.0)
+        for plan, one in zip(given.plans, conditions, strict=True)
+    ]
 
 
 def cut(trajectory: run.Trajectory, lift: str, end_m: float) -> run.Trajectory:

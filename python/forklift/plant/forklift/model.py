@@ -13,9 +13,10 @@ from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.plant.forklift import free_curve
 from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.dither import DITHER, USUAL_TICK_S, dithered, without_dither
 from forklift.plant.forklift.ports import equation, lift_of, ports
 from forklift.plant.forklift.sensors import MEASURED
-from forklift.plant.forklift.simulate import START_WITHIN_S, mean_temperature, simulate
+from forklift.plant.forklift.simulate import START_WITHIN_S, has_temperature, mean_temperature, simulate
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import grouped, rising
@@ -39,6 +40,10 @@ TEMPERATURE_WIDTH_K = 0.15
 """Standard deviation of a recording's mean oil temperature: a sensor that reads in steps of 0.5 K. Known to
 0.5 K only, oil of another law in the cold would be taken for oil that is four kelvin warmer."""
 
+ENTERED_TEMPERATURE_WIDTH_K = 1.0
+"""The same where it was not recorded but entered: one number for recordings between which the oil warms up,
+by as much as in each of them (`WARMING_WIDTH_K`)."""
+
 LOAD_ACCURACY = 0.01
 """Standard deviation of a load that was weighed and entered, as a share of it: scales of trucks and of
 workshops are good to about one per cent. A load moves the pressure at rest by as much as its own share, many
@@ -47,9 +52,6 @@ times what the mean over a recording is uncertain by, so that it must not be tak
 WARMING_WIDTH_K = 1.0
 """Standard deviation of how much the oil warms up during a recording: lowering heats it, and a sensor in the
 tank lags by more than a recording lasts."""
-
-USUAL_TICK_S = 0.02
-"""Of the commands: the control unit's, to which a number of substeps refers [s]."""
 
 START_WIDTH_M = 3e-4
 """Standard deviation of a cylinder's position at the start where no encoder tells it better."""
@@ -61,18 +63,52 @@ class Prepared:
 
     Attributes
     ----------
-    case
-        Times of the outputs, and what drives the lifts on a clock of its own.
+    time_s
+        Of the outputs.
+    clock, command, temperature
+        What drives the lifts on a clock of its own [s], (ticks, lifts) [A], (ticks,) [°C].
     tick_s
         Step of that clock [s].
     """
 
-    case: _core.Case
+    time_s: Floats
+    clock: Floats
+    command: Floats
+    temperature: Floats
     tick_s: float
+
+    def case(self, dither_a: float) -> _core.Case:
+        """With a dither of this amplitude, see `forklift.plant.forklift.dither`."""
+        command = dithered(self.command, dither_a, self.tick_s)
+        return _core.Case(self.time_s, self.clock, command, self.temperature)
 
     def substeps(self, usual: int) -> int:
         """Substeps of a tick, where the usual tick has so many: as long ones, whatever the command's rate."""
         return max(1, round(usual * self.tick_s / USUAL_TICK_S))
+
+
+def _differentiated(
+    core: _core.Truck,
+    cases: Sequence[Case],
+    conditions: Sequence[Floats],
+    substeps: int,
+    dither_a: float,
+    along: Sequence[str],
+) -> list[Run]:
+    """Every recording at once, on all cores, with exact slopes."""
+    runs: list[Run] = [Run(np.empty(0), np.empty(0))] * len(cases)
+    each = [case.prepared.substeps(substeps) for case in cases]
+    for count in sorted(set(each)):
+        some = [k for k, one in enumerate(each) if one == count]
+        found = core.differentiate(
+            [cases[k].prepared.case(dither_a) for k in some],
+            np.array([conditions[k] for k in some]),
+            along,
+            substeps=count,
+        )
+        for k, run in zip(some, found, strict=True):
+            runs[k] = Run(*run)
+    return runs
 
 
 @dataclass(frozen=True)
@@ -158,7 +194,8 @@ class Forklift:
         )
         starts = [_start(recording, lift, at_rest, sensors) for lift in LIFTS]
         load_width_kg = max(self.load_width_kg, self.load_accuracy * recording.load_kg)
-        widths = [load_width_kg, TEMPERATURE_WIDTH_K, self.warming_width_k]
+        known_k = TEMPERATURE_WIDTH_K if has_temperature(recording) else ENTERED_TEMPERATURE_WIDTH_K
+        widths = [load_width_kg, known_k, self.warming_width_k]
         return Case(
             recording,
             OWN,
@@ -166,18 +203,18 @@ class Forklift:
             np.array([*widths, *(start[1] for start in starts)]),
             np.where(np.array(OWN) == "load", 0.0, -np.inf),  # no load is below zero
             np.full(len(OWN), np.inf),
-            Prepared(_core.Case(recording.time_s, clock, command, temperature), tick_s),
+            Prepared(recording.time_s, clock, command, temperature, tick_s),
         )
 
     def at(self, values: Mapping[str, float], source: str = "fit") -> Truck:
-        """The truck with these values; those that moved carry `source`.
+        """The truck with these values; those that moved carry `source`. A dither is none of its own.
 
         Raises
         ------
         ForkliftError
             As `Truck`, if it is impossible.
         """
-        return self.truck.with_values(grouped(self.truck, values), source=source)
+        return self.truck.with_values(grouped(self.truck, without_dither(values)), source=source)
 
     def check(self, values: Mapping[str, float]) -> None:
         """Whether the core takes such a truck; see `forklift.plant.protocol.Machine`."""
@@ -194,21 +231,23 @@ class Forklift:
         own: Sequence[int] = (),
         steps: Steps | None = None,
     ) -> list[Run]:
-        """Every recording at once, on all cores, with exact slopes; see `forklift.plant.protocol.Machine`."""
-        core, wanted = self.at(values).core, [*along, *(OWN[place] for place in own)]
-        runs: list[Run] = [Run(np.empty(0), np.empty(0))] * len(cases)
-        each = [case.prepared.substeps(substeps) for case in cases]
-        for count in sorted(set(each)):
-            some = [k for k, one in enumerate(each) if one == count]
-            found = core.differentiate(
-                [cases[k].prepared.case for k in some],
-                np.array([conditions[k] for k in some]),
-                wanted,
-                substeps=count,
-            )
-            for k, run in zip(some, found, strict=True):
-                runs[k] = Run(*run)
-        return runs
+        """Every recording at once, on all cores; see `forklift.plant.protocol.Machine`.
+
+        Slopes are exact; along the dither a difference quotient, as it is part of the command.
+        """
+        core, dither_a = self.at(values).core, values.get(DITHER, 0.0)
+        wanted = [*along, *(OWN[place] for place in own)]
+        exact = [name for name in wanted if name != DITHER]
+        runs = _differentiated(core, cases, conditions, substeps, dither_a, exact)
+        if DITHER not in wanted or steps is None:
+            return runs
+        place = wanted.index(DITHER)
+        step = float(steps.along[place])
+        further = _differentiated(core, cases, conditions, substeps, dither_a + step, ())
+        return [
+            Run(run.outputs, np.insert(run.slopes, place, (more.outputs - run.outputs) / step, axis=2))
+            for run, more in zip(runs, further, strict=True)
+        ]
 
     def respond(
         self,
@@ -225,7 +264,12 @@ class Forklift:
         core = self.at(values).core
         own: Prepared = case.prepared
         answers = core.responses(
-            own.case, conditions, [port], centres, width_s, substeps=own.substeps(substeps)
+            own.case(values.get(DITHER, 0.0)),
+            conditions,
+            [port],
+            centres,
+            width_s,
+            substeps=own.substeps(substeps),
         )
         return answers[:, :, 0, :]
 
@@ -261,6 +305,7 @@ class Forklift:
                 case.recording,
                 {name: run.outputs[:, place[name]] for name in MEASURED if _has(case.recording, name)},
                 _lift(part),
+                mean_temperature(case.recording, self.oil_temperature_degc),
             )
             for case, run in zip(cases, runs, strict=True)
         ]

@@ -360,11 +360,16 @@ def check_temperature(oil_temperature_degc: float | None) -> None:
         )
 
 
+def has_temperature(recording: Recording) -> bool:
+    """Whether the oil's temperature was recorded."""
+    measured = recording.channels.get("oil_temperature_degc")
+    return measured is not None and bool(np.isfinite(measured).any())
+
+
 def mean_temperature(recording: Recording, otherwise: float | None = None) -> float:
     """The recording's mean oil temperature [°C], or `otherwise` if it has none."""
-    measured = recording.channels.get("oil_temperature_degc")
-    if measured is not None and np.isfinite(measured).any():
-        return float(np.nanmean(measured))
+    if has_temperature(recording):
+        return float(np.nanmean(recording.channels["oil_temperature_degc"]))
     if otherwise is not None:
         return otherwise
     raise ForkliftError(

@@ -20,6 +20,7 @@ from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
 from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.covariates import covariates
+from forklift.plant.forklift.dither import dither
 from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.phases import IN_WORDS
@@ -53,8 +54,15 @@ CONDITIONS = {"one-temperature": "oil_temperature_degc", "one-load": "load_kg"}
 
 @dataclass(frozen=True)
 class ForkliftSubject(Forklift):
-    """See `forklift.plant.subject.Subject`."""
+    """See `forklift.plant.subject.Subject`.
 
+    Attributes
+    ----------
+    doubts
+        Whether the dither, which no recording shows, is an unknown.
+    """
+
+    doubts: bool = False
     words: ClassVar[ForkliftWords] = ForkliftWords()
     reaches_noise: ClassVar[bool] = True
     phases: ClassVar[Sequence[str]] = phases.PHASES
@@ -132,8 +140,9 @@ class ForkliftSubject(Forklift):
         also: Collection[str] = (),
         together: Sequence[Sequence[str]] = (),
     ) -> tuple[Unknown, ...]:
-        """Of the lifts that are fitted; see `forklift.plant.forklift.unknowns`."""
-        return unknowns(self.truck, self.lifts, hold=held, also=also, together=together)
+        """Of the lifts that are fitted, see `forklift.plant.forklift.unknowns`; and the dither, if in doubt."""
+        own = unknowns(self.truck, self.lifts, hold=held, also=also, together=together)
+        return (*own, dither()) if self.doubts else own
 
     def hypotheses(
         self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]

@@ -17,7 +17,9 @@ MOVED_M, MOVED_A = 0.005, 0.01
 """By how much a cylinder, or a command, must have moved to have moved at all; likewise."""
 
 
-def variables(recording: Recording, model: Mapping[str, Floats], lift: Lift) -> dict[str, Floats]:
+def variables(
+    recording: Recording, model: Mapping[str, Floats], lift: Lift, oil_temperature_degc: float
+) -> dict[str, Floats]:
     """Each variable at every time of a recording, for what happens on one lift; by the names of `words`.
 
     Those of `forklift.plant.forklift.free_curve.variables`, as far as they are known, and the accelerations.
@@ -26,6 +28,8 @@ def variables(recording: Recording, model: Mapping[str, Floats], lift: Lift) -> 
     ----------
     model
         (times,) by channel, as the model has them: of channels that were measured.
+    oil_temperature_degc
+        The recording's mean, or what was entered.
     """
     time, current = recording.time_s, recording[f"current_{lift}_a"]
     other = next(one for one in LIFTS if one != lift)
@@ -34,9 +38,7 @@ def variables(recording: Recording, model: Mapping[str, Floats], lift: Lift) -> 
         "command": current,
         "other_command": recording[f"current_{other}_a"],
     }
-    temperature = recording.channels.get("oil_temperature_degc")
-    if temperature is not None and np.isfinite(temperature).any():
-        known["oil_temperature"] = np.full(len(time), np.nanmean(temperature))
+    known["oil_temperature"] = np.full(len(time), oil_temperature_degc)
     known["time_since_command"] = _since(time, current, MOVED_A)
     positions = {
         one: model[f"position_{one}_m"] * per_output("position", one)

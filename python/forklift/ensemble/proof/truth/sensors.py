@@ -47,6 +47,26 @@ class Sensors:
 def measured(trajectory: Trajectory, sensors: Sensors, random: np.random.Generator) -> dict[str, Floats]:
     """The channels of a recording, but for time and commands."""
     n = len(trajectory.time_s)
+    true = read(trajectory, sensors)
+    seen = {}
+    for channel, signal in true.items():
+        if channel.startswith("position"):
+            seen[channel] = np.floor(signal / COUNT_M) * COUNT_M
+        elif channel.startswith("pressure"):
+            noise = PRESSURE_NOISE_PA * sensors.noise * coloured(random, n, sensors.colour_s)
+            seen[channel] = stepped(signal + noise, PRESSURE_STEP_PA)
+        elif channel == "fork_height_m":
+            seen[channel] = signal + HEIGHT_NOISE_M * sensors.noise * random.standard_normal(n)
+        else:
+            seen[channel] = stepped(
+                signal + TEMPERATURE_NOISE_K * random.standard_normal(n), TEMPERATURE_STEP_K
+            )
+    return seen
+
+
+def read(trajectory: Trajectory, sensors: Sensors) -> dict[str, Floats]:
+    """The channels of a recording, but for time and commands, before noise and counts."""
+    n = len(trajectory.time_s)
     encoder = trajectory.encoder
     if encoder is None:  # made by hand: what the cylinders do
         encoder = np.stack([2.0 * trajectory.x[0], trajectory.x[1]])
@@ -67,20 +87,7 @@ def measured(trajectory: Trajectory, sensors: Sensors, random: np.random.Generat
         true[channel] = true[channel] + offset
     if sensors.temperature_stuck_degc is not None:
         true["oil_temperature_degc"] = np.full(n, sensors.temperature_stuck_degc)
-    seen = {}
-    for channel, signal in true.items():
-        if channel.startswith("position"):
-            seen[channel] = np.floor(signal / COUNT_M) * COUNT_M
-        elif channel.startswith("pressure"):
-            noise = PRESSURE_NOISE_PA * sensors.noise * coloured(random, n, sensors.colour_s)
-            seen[channel] = stepped(signal + noise, PRESSURE_STEP_PA)
-        elif channel == "fork_height_m":
-            seen[channel] = signal + HEIGHT_NOISE_M * sensors.noise * random.standard_normal(n)
-        else:
-            seen[channel] = stepped(
-                signal + TEMPERATURE_NOISE_K * random.standard_normal(n), TEMPERATURE_STEP_K
-            )
-    return seen
+    return true
 
 
 def slipped(channel: Floats, at_s: float, by_m: float) -> Floats:
