@@ -140,7 +140,7 @@ class ForkliftSubject(Forklift):
         also: Collection[str] = (),
         together: Sequence[Sequence[str]] = (),
     ) -> tuple[Unknown, ...]:
-        """Of the lifts that are fitted, see `forklift.plant.forklift.unknowns`; and the dither, if in doubt."""
+        """Of the lifts that are fitted, see `forklift.plant.forklift.unknowns`; if in doubt the dither."""
         own = unknowns(self.truck, self.lifts, hold=held, also=also, together=together)
         return (*own, dither()) if self.doubts else own
 
