@@ -10,23 +10,25 @@ from typing import Any
 import numpy as np
 
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis import sentences
+from forklift.diagnosis import files, sentences
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import confounded
 from forklift.diagnosis.criteria import MOVES, NEAR
 from forklift.diagnosis.deficiency import Deficiency, deficiency
 from forklift.diagnosis.dependence import Shape
-from forklift.diagnosis.engine import Clock, investigate, loudest, verdict
+from forklift.diagnosis.engine import investigate, loudest, verdict
 from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.outcome import Location, Origin
+from forklift.diagnosis.progress import Clock, Progress
 from forklift.diagnosis.proposals import propose
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.selection import Selection
+from forklift.diagnosis.unfinished import Unfinished
 from forklift.fitting.agreement import Agreement, agreement
 from forklift.fitting.criteria import FAR
 from forklift.fitting.posing import pose
@@ -49,7 +51,8 @@ def diagnose(
     recordings: Any,
     *,
     candidates: Sequence[Any] = (),
-    progress: Callable[[str], None] | None = None,
+    out: str | Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
     **conditions: Any,
 ) -> Diagnosis:
     """Fit a machine, find where it and its recordings part, and what would mend that.
@@ -70,17 +73,21 @@ def diagnose(
     candidates
         Of a plant: recordings that could be made, with inputs only. The one is named that would part the
         rivals best.
+    out
+        Folder that the diagnosis will be written to (`Diagnosis.write`). Until then what was computed is kept
+        in its folder ``unfinished``: after Ctrl-C the same call goes on from there, and comes to the same.
     progress
-        Told what is being done.
+        Told how far it is, a `forklift.diagnosis.progress.Progress`.
     conditions
         Of recordings that do not tell them: of a truck ``oil_temperature_degc`` [°C].
 
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"``; what the machine finds that its recordings cannot support: of a truck the
-        errors of `forklift.plant.forklift.checks.suitability` and `forklift.plant.forklift.simulate`, of a
-        plant ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
+        ``"argument-invalid"``; ``"output-exists"``, ``"not-writable"`` of `out`; what the machine finds that
+        its recordings cannot support: of a truck the errors of `forklift.plant.forklift.checks.suitability`
+        and `forklift.plant.forklift.simulate`, of a plant ``"estimate-missing"``,
+        ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
     """
     machine, recordings = _read(machine), _read(recordings)
     if isinstance(machine, Campaign) or (is_machine(recordings) and not is_machine(machine)):
@@ -93,8 +100,9 @@ def diagnose(
             " is wanted",
             name="recordings",
         )
-    clock = Clock(progress)
     origin = _origin(start, recordings)
+    unfinished = Unfinished.within(out and files.check(out), origin.facts, start, conditions)
+    clock = Clock(progress, spared=lambda: unfinished.spared_s)
     given = recordings.recordings if hasattr(recordings, "recordings") else recordings
     model, kept, findings = start.examined(tuple(given))
     every = model.sensors(kept)
@@ -104,6 +112,7 @@ def diagnose(
         everyone.over(fitted),
         everyone,
         every,
+        unfinished=unfinished,
         strict=not model.reaches_noise,
         later=HALF if model.reaches_noise else LATER,
     )

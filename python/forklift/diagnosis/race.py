@@ -7,15 +7,14 @@ machine is nor on how many threads it has; the most promising come first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from forklift.diagnosis.criteria import ALIKE, LEAST_ROUGH, MUCH, NEARLY, VARIANTS
+from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Bars, Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.plant.protocol import Hypothesis
-
-Say = Callable[[str], None]
 
 
 @dataclass
@@ -29,7 +28,7 @@ class Race:
     """
 
     refitter: Refitter
-    say: Say
+    clock: Clock
     skipped: list[tuple[Hypothesis, ...]] = field(default_factory=list)
 
     def run(
@@ -85,7 +84,7 @@ class Race:
         if self.refitter.work.spent:
             self.skipped.append(hypotheses)
             return False
-        self.say(f"{what} {_words(hypotheses)}")
+        self.clock.trial(f"{what} {_words(hypotheses)}")
         return True
 
     @staticmethod
@@ -107,7 +106,7 @@ class Race:
         for refit in rough:
             keeps_up = best.rough - refit.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
             if keeps_up:
-                self.say(f"fitting {_words(refit.hypotheses)}")
+                self.clock.say(f"fitting {_words(refit.hypotheses)}")
             refits.append(self.to_the_end(best, refit) if keeps_up else refit)
         return refits
 

@@ -40,7 +40,8 @@ from forklift.diagnosis.criteria import (
     SIMPLER,
     WORTH,
 )
-from forklift.diagnosis.race import Race, Say, rank
+from forklift.diagnosis.progress import Clock
+from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.plant.protocol import Hypothesis
@@ -101,14 +102,14 @@ def select(
     baseline: Refit,
     screening: Screening,
     hypotheses: Sequence[Hypothesis],
-    say: Say,
+    clock: Clock,
     general: General,
 ) -> Selection:
     """Rounds until nothing is left over, or no hypothesis removes enough of it; then shapes without a name.
 
     `screening` is the baseline's: of a baseline that explains everything only what is `alarming`.
     """
-    race = Race(refitter, say)
+    race = Race(refitter, clock)
     best, steps, shapes = _named(race, baseline, screening, hypotheses, general)
     if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
         step = _near(race, best, steps, shapes, hypotheses, general)
@@ -116,17 +117,17 @@ def select(
             steps.append(step)
             best = step.accepted or best
     best = _needed(race, best)
-    law = _law_instead(refitter, baseline, best, steps, say, general) if best.complete else None
+    law = _law_instead(refitter, baseline, best, steps, clock, general) if best.complete else None
     if law is not None:
         steps.append(law)
         return Selection(baseline, tuple(steps), law.accepted or best, skipped=tuple(race.skipped))
     named = [step.accepted for step in steps if step.accepted]
     curve = None
     if (best.complete or best.slight) and len(best.hypotheses) == 1 and not refitter.work.spent:
-        say("checking the law")
+        clock.say("checking the law")
         curve = _curve(refitter, best, general)
     unnamed = (
-        _with_curve(refitter, best, curve, say)
+        _with_curve(refitter, best, curve, clock)
         if curve
         else _unnamed(race, baseline, named, best, general, shapes)
     )
@@ -164,7 +165,7 @@ def _named(
             left = [one for one in left if one.kind == "parameter"]
         if not left or len(best.hypotheses) >= MOST_ACCEPTED or race.refitter.work.spent:
             return best, steps, shapes
-        race.say("screening the hypotheses")
+        race.clock.say("screening the hypotheses")
         faint = best.complete or best.slight
         at = race.refitter.everywhere(best) if faint else best.told_from
         screening = screen(at.problem, at.x, left)
@@ -231,7 +232,9 @@ def _near(
     screening = screen(best.told_from.problem, best.told_from.x, left)
     beside = [refit for refit in shapes if refit.finished and own <= _labels(refit)]
     refits = list(beside)
-    for screened in screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]:
+    entered = screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]
+    race.clock.plan(len(entered))
+    for screened in entered:
         refits = race.cold(best, screened.hypotheses[0], refits)
         if refits and refits[-1].complete and refits[-1].identifiable:
             break
@@ -265,12 +268,14 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
     refits: list[Refit] = list(shapes)
+    race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
         accepted = _choice(_helping(refits[len(shapes) :], best, race.refitter, shapes))
         enough = accepted is not None and (accepted.complete or accepted.slight)
         if accepted is not None and (enough or _leads(accepted, best, screening)):
             rivals = _rivals(accepted, refits, screening)
+            race.clock.plan(len(rivals))
             refits = race.run(best, rivals, screening, refits, quick=True)
             break
     refits = refits[len(shapes) :]
@@ -323,7 +328,7 @@ def _law_instead(
     baseline: Refit,
     best: Refit,
     steps: Sequence[Step],
-    say: Say,
+    clock: Clock,
     general: General,
 ) -> Step | None:
     """One law with a curve that mends it, in place of a condition entered wrongly.
@@ -347,7 +352,7 @@ def _law_instead(
     if not curves:
         return None
     curve = max(curves, key=lambda one: one.evidence).hypotheses[0]
-    say(f"fitting {law.hypotheses[0].label} with {curve.name}")
+    clock.say(f"fitting {law.hypotheses[0].label} with {curve.name}")
     mended = refitter.finish(refitter.rough((*law.hypotheses, curve), law))
     if not mended.complete or mended.squares > best.squares + AS_NEAR:
         return None
@@ -391,7 +396,9 @@ def _unnamed(
             break
         tried = [one for one in refits if set(refit.hypotheses) < set(one.hypotheses)]
         known = {one.hypotheses[-1] for one in tried}
-        for screened in general(refit)[: SHAPES_BESIDE if first else None]:
+        curves = general(refit)[: SHAPES_BESIDE if first else None]
+        race.clock.plan(len(curves))
+        for screened in curves:
             if any(_explains(one, refit) for one in tried):
                 break
             faint = refit.slight and screened.gain < race.refitter.together * LAW
@@ -419,8 +426,8 @@ def _curve(refitter: Refitter, best: Refit, general: General) -> Screened | None
     return next((one for one in promised if one.gain >= refitter.together * LAW), None)
 
 
-def _with_curve(refitter: Refitter, best: Refit, curve: Screened, say: Say) -> tuple[Refit, ...]:
-    say(f"fitting {curve.hypotheses[0].name}")
+def _with_curve(refitter: Refitter, best: Refit, curve: Screened, clock: Clock) -> tuple[Refit, ...]:
+    clock.say(f"fitting {curve.hypotheses[0].name}")
     return (refitter.slightly((*best.hypotheses, *curve.hypotheses), best),)
 
 
@@ -538,7 +545,7 @@ def _needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
         if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
             continue  # recordings foretell each other by it, though none needs it for itself
         if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
-            race.say(f"checking whether {hypothesis.label} is needed")
+            race.clock.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
             if refit.complete or refit.squares <= best.squares + CLEARLY:
                 best = refit

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from forklift.app.interruption import keeping
 from forklift.app.options import Json, TruckName
 from forklift.app.terminal import print_json, say_written, telling
 
@@ -34,16 +35,19 @@ def diagnose(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Find where model and recordings part, name what is missing, and show what the model gains by it."""
+    """Find where model and recordings part, name what is missing, and show what the model gains by it.
+
+    Ctrl-C keeps what was computed: the same command goes on from there.
+    """
     from forklift import diagnose as verb
-    from forklift.base import output
     from forklift.base.result_files import PAGE
     from forklift.diagnosis import files as diagnosis_files
+    from forklift.diagnosis.unfinished import FOLDER
     from forklift.plant import campaign as own
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.campaign import Campaign
 
-    output.check_folder(out, diagnosis_files.earlier(out), diagnosis_files.MARK)
+    diagnosis_files.check(out)
     given: dict[str, Any]
     if machine is not None:
         plant = own.machine(machine)
@@ -51,9 +55,10 @@ def diagnose(
     else:
         chosen, found = Truck.read(truck), Campaign.read(campaign)
         given = {"machine": chosen, "recordings": found, "oil_temperature_degc": temperature}
-    with telling() as progress:
-        result = verb(progress=progress, **given)
-    result.write(out)
+    with keeping(out / FOLDER, "the same command"):
+        with telling() as progress:
+            result = verb(out=out, progress=progress, **given)
+        result.write(out)
     if as_json:
         print_json(result.to_dict())
     else:
