@@ -35,15 +35,15 @@ def simulated(**changed: Any) -> Any:
 
 
 CALLS: dict[str, tuple[str, Callable[[], Any]]] = {
-    "a truck's name to compare": ("truck", lambda: forklift.compare(campaign(), "thesis")),
-    "a truck's name to fit": ("truck", lambda: forklift.fit(campaign(), "thesis")),
+    "a number to compare": ("truck", lambda: forklift.compare(campaign(), 3)),
+    "a number to fit": ("truck", lambda: forklift.fit(campaign(), 3)),
     "a number to diagnose": ("machine", lambda: forklift.diagnose(campaign(), 3)),
-    "a truck's name to steady_state": ("truck", lambda: forklift.steady_state(campaign(), "thesis")),
-    "a truck's name to simulate": ("truck", lambda: simulated(truck="thesis")),
-    "a truck's name to predict": ("truck", lambda: forklift.predict("thesis", campaign().recordings[0])),
-    "a truck's name to speed_to_current": ("truck", lambda: forklift.speed_to_current("thesis", "free")),
-    "a campaign's folder to compare": ("campaign", lambda: forklift.compare("null", truck())),
-    "a campaign's folder to fit": ("campaign", lambda: forklift.fit(Path("null"), truck())),
+    "a number to steady_state": ("truck", lambda: forklift.steady_state(campaign(), 3)),
+    "a number to simulate": ("truck", lambda: simulated(truck=3)),
+    "a number to predict": ("truck", lambda: forklift.predict(3, campaign().recordings[0])),
+    "a number to speed_to_current": ("truck", lambda: forklift.speed_to_current(3, "free")),
+    "a list for a campaign to compare": ("campaign", lambda: forklift.compare(["null"], truck())),
+    "a list for a campaign to fit": ("campaign", lambda: forklift.fit([Path("null")], truck())),
     "a number instead of recordings": ("recordings", lambda: forklift.diagnose(truck(), 3)),
     "arguments in the wrong order": ("campaign", lambda: forklift.compare(truck(), campaign())),
     "a campaign to predict": ("recording", lambda: forklift.predict(truck(), campaign())),

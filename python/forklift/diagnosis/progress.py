@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 FITTING, TRYING = "fitting the model", "trying the hypotheses"
 """Stages: what tells how long others take, and the one with the trials."""
-OTHERS = 1.5
+OTHERS = 2.0
 """All other stages together take about this many times as long as the fit."""
 
 

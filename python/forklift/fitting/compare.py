@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from forklift.base import arguments, output, present
+from forklift.base import output, present
 from forklift.base.numbers import defined
+from forklift.base.plotted import Line, Plotted
 from forklift.base.result_files import PAGE, earlier_files, json_rows
 from forklift.fitting import metrics as fits
 from forklift.fitting.agreement import prediction_files
 from forklift.fitting.comparison_words import sentence
+from forklift.fitting.lines import compared_lines
 from forklift.plant.forklift.phases import PHASES, phases, shut_current
 from forklift.plant.forklift.signals import Signal, signals
 from forklift.plant.forklift.simulate import (
@@ -30,8 +32,8 @@ from forklift.plant.forklift.simulate import (
     predict,
 )
 from forklift.plant.forklift.tables import outputs
-from forklift.plant.forklift.truck import Truck
-from forklift.recordings.campaign import Campaign
+from forklift.plant.forklift.truck import Truck, truck_of
+from forklift.recordings.campaign import Campaign, campaign_of
 from forklift.recordings.channels import LIFTS, Lift, channels, commanded
 
 if TYPE_CHECKING:
@@ -115,7 +117,7 @@ class Prediction:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Plotted):
     """What `compare` gives; `write` puts all of it into a folder."""
 
     campaign: Campaign
@@ -187,6 +189,25 @@ class Comparison:
             (temporary / PAGE).write_text(present.page(self), encoding="utf-8", newline="\n")
         return Path(out)
 
+    def plot(self, file: str | None = None) -> Any:
+        """Every signal of one recording, measured and simulated, as a `plotly.graph_objects.Figure`.
+
+        Parameters
+        ----------
+        file
+            The recording; by default the first that was held out.
+
+        Raises
+        ------
+        ForkliftError
+            ``"recording-unknown"``.
+        """
+        return present.figure(self, self.lines(file))
+
+    def lines(self, file: str | None = None) -> Sequence[Line]:
+        """See `plot`."""
+        return compared_lines(self.predictions, dict(self.fits.select("channel", "unit").iter_rows()), file)
+
     def write_predictions(self, folder: Path, model: str = "baseline") -> None:
         """Write ``predictions/MODEL/FILE.csv`` of every recording below `folder`."""
         files = prediction_files([prediction.recording.file for prediction in self.predictions], model)
@@ -224,8 +245,8 @@ class Comparison:
 
 
 def compare(
-    campaign: Campaign,
-    truck: Truck,
+    campaign: Campaign | str | Path,
+    truck: Truck | str | Path,
     *,
     oil_temperature_degc: float | None = None,
     progress: Callable[[Prediction], None] | None = None,
@@ -254,8 +275,7 @@ def compare(
         Those of `forklift.plant.forklift.simulate.predict`; ``"argument-invalid"`` for an impossible oil
         temperature.
     """
-    arguments.of_kind(Campaign, campaign=campaign)
-    arguments.of_kind(Truck, truck=truck)
+    campaign, truck = campaign_of(campaign), truck_of(truck)
     check_temperature(oil_temperature_degc)
 
     def one(recording: Recording) -> Prediction:

@@ -133,8 +133,11 @@ def speed_tables(fit: Fit) -> dict[Lift, SpeedTable]:
 
 
 def command(fit: Fit) -> str | None:
-    """The command that repeats the fit; None if the campaign or the truck does not come from a file."""
+    """The command that repeats the fit; None if the campaign or the truck does not come from a file, or there
+    were bounds or priors, which no command has."""
     options = fit.options
+    if options["bounds"] or options["priors"]:
+        return None
     words: list[str] = []
     if options["starts"] is not None:
         words += ["--starts", str(options["starts"])]

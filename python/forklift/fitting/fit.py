@@ -27,16 +27,17 @@ from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import End, Ends, compare_ends, from_starts
+from forklift.fitting.told import told
 from forklift.fitting.widening import BIASED, widening
 from forklift.plant.findings import Caution
 from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.simulate import check_temperature
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.plant.forklift.unknowns import move, unknowns
 from forklift.plant.parameter import Unknown
-from forklift.recordings.campaign import Campaign
+from forklift.recordings.campaign import Campaign, campaign_of
 from forklift.recordings.channels import Lift, commanded
 from forklift.recordings.noise import Sensor
 
@@ -222,12 +223,14 @@ def _misfit(problem: Problem, every: Mapping[str, Sensor], x: Floats) -> float:
 
 
 def fit(
-    campaign: Campaign,
-    truck: Truck,
+    campaign: Campaign | str | Path,
+    truck: Truck | str | Path,
     *,
     hold: Collection[str] = (),
     also: Collection[str] = (),
     together: Sequence[Sequence[str]] = (),
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
     load_width_kg: float = 0.0,
     oil_temperature_degc: float | None = None,
     starts: int | None = None,
@@ -249,6 +252,9 @@ def fit(
     hold, also, together
         Parameters left as they are, estimated besides the thesis's, and groups that move together
         (`forklift.plant.forklift.unknowns`).
+    bounds, priors
+        By parameter its least and greatest value, and its mean and standard deviation, in its unit, where
+        more is known than the tables say; the search starts from a prior's mean.
     load_width_kg
         Standard deviation of each recording's entered load [kg]; 0: the loads are right.
     oil_temperature_degc
@@ -267,11 +273,11 @@ def fit(
     ------
     ForkliftError
         Those of `forklift.plant.forklift.checks.suitability` if the campaign cannot support a fit;
-        ``"parameter-unknown"``, ``"argument-invalid"``; those of `forklift.plant.forklift.simulate.predict`.
+        ``"parameter-unknown"``, ``"argument-invalid"``, ``"bounds-invalid"``, ``"prior-invalid"``; those of
+        `forklift.plant.forklift.simulate.predict`.
     """
     began = time.monotonic()
-    arguments.of_kind(Campaign, campaign=campaign)
-    arguments.of_kind(Truck, truck=truck)
+    campaign, truck = campaign_of(campaign), truck_of(truck)
     check_temperature(oil_temperature_degc)
     arguments.names(hold=hold, also=also, together=together, profiles=profiles)
     for group in together:
@@ -286,6 +292,7 @@ def fit(
             "every parameter is held, so that there is nothing to fit; hold fewer",
             name="hold",
         )
+    moved = tuple(told(moved, bounds or {}, priors or {}))
     _check_moved([*also, *(name for group in together for name in group)], moved)
     _check_profiles(profiles, moved)
     conditions: dict[str, Any] = {
@@ -343,6 +350,8 @@ def fit(
             "hold": [*hold],
             "also": [*also],
             "together": [[*group] for group in together],
+            "bounds": {name: [*pair] for name, pair in (bounds or {}).items()},
+            "priors": {name: [*pair] for name, pair in (priors or {}).items()},
             "starts": starts,
             "profiles": [*profiles],
             "seed": seed,

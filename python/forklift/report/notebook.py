@@ -14,6 +14,7 @@ from forklift.report.page import fragment
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from forklift.base.cell import Celled
     from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.compare import Comparison
     from forklift.fitting.fit import Fit
@@ -45,6 +46,12 @@ def of_fit(fit: Fit) -> str:
 def of_comparison(comparison: Comparison) -> str:
     """The verdict, and the velocity's fit."""
     return _summary(comparison.verdict[: len(LIFTS)], _tables(validation(comparison)))
+
+
+def of_cell(one: Celled) -> str:
+    """Its own sentences and table."""
+    told = one.cell()
+    return _summary(told.sentences, [(told.heads, told.rows)] if told.rows else [])
 
 
 def _tables(tables: Sequence[Table]) -> list[tuple[Sequence[str], Sequence[Sequence[object]]]]:

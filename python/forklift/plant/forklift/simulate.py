@@ -14,10 +14,12 @@ from numpy.typing import ArrayLike
 from forklift import _core
 from forklift.base import arguments, output
 from forklift.base.arrays import Floats
+from forklift.base.cell import Cell, Celled
 from forklift.base.errors import ForkliftError
+from forklift.base.plotted import Line, Plotted
 from forklift.plant.forklift.commands import COLUMNS, Command
 from forklift.plant.forklift.tables import outputs, states
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lifts, channels, table
 from forklift.recordings.recording import Recording
 
@@ -36,7 +38,7 @@ generated command leaves the truck at rest."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation:
+class Simulation(Celled, Plotted):
     """What `simulate` gives: outputs and states over time, in SI units, positive upward.
 
     ``simulation["velocity_free_m_s"]`` is one output, ``simulation["free.position"]`` one state, each
@@ -149,6 +151,35 @@ class Simulation:
             },
         }
 
+    def lines(self) -> list[Line]:
+        """Of each lift that was simulated its velocity, pressure, position and current."""
+        found = []
+        for lift in LIFTS:
+            if not np.isfinite(self[f"position_{lift}_m"]).any():
+                continue
+            for name in (f"velocity_{lift}_m_s", f"pressure_{lift}_pa", f"position_{lift}_m"):
+                found.append(Line(name, outputs()[name]["unit"], self.time_s, self[name], "simulated"))
+            current = f"current_{lift}_a"
+            found.append(Line(current, "A", self.time_s, self._driving()[current], "drive"))
+        return found
+
+    def cell(self) -> Cell:
+        """What was simulated, and where each output ends and has been."""
+        degc = float(np.mean(self.oil_temperature_degc))
+        shown = {name: self[name] for name in outputs() if np.isfinite(self[name]).any()}
+        return Cell(
+            [
+                f"Truck “{self.truck.name}” lowering {self.load_kg:g} kg, oil at {degc:.1f} °C, "
+                f"{len(self.time_s)} samples from {self.time_s[0]:g} to {self.time_s[-1]:g} s."
+            ],
+            ["Output", "Unit", "Last", "Least", "Greatest"],
+            [
+                [name, outputs()[name]["unit"],
+                 *(f"{value:.5g}" for value in (values[-1], values.min(), values.max()))]
+                for name, values in shown.items()
+            ],
+        )  # fmt: skip
+
     def __repr__(self) -> str:
         return (
             f"Simulation({self.truck.name!r}, {self.load_kg:g} kg, "
@@ -166,7 +197,7 @@ class Simulation:
 
 
 def simulate(
-    truck: Truck,
+    truck: Truck | str | Path,
     command: Command,
     *,
     load_kg: float,
@@ -183,7 +214,8 @@ def simulate(
     Parameters
     ----------
     truck, command
-        Whose equations, and the currents of both valves, held between their samples.
+        Whose equations (a `Truck`, its name or its file), and the currents of both valves, held between
+        their samples.
     load_kg
         Mass on the forks [kg], on top of the truck's own moving mass.
     oil_temperature_degc
@@ -211,12 +243,10 @@ def simulate(
         "substeps": substeps,
         "start": None if start is None else _column("start", start),
     }
-    arguments.of_kind(Truck, truck=truck)
+    truck = truck_of(truck)
     arguments.of_kind(Command, command=command)
     _check_solver(solver, tolerance, substeps)
-    at = command.time_s if time is None else _column("time", time)
-    if not np.size(at):
-        raise ForkliftError("argument-invalid", "time is empty; give one time or more", name="time")
+    at = sampled_at(time, command)
     temperature = np.asarray(_column("oil_temperature_degc", oil_temperature_degc))
     if temperature.ndim == 0:
         temperature = np.full(len(command.time_s), float(temperature))
@@ -243,8 +273,26 @@ def simulate(
     )
 
 
+def sampled_at(time: ArrayLike | None, command: Command) -> Floats:
+    """Times that were asked for, or the command's own.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"`` if there are none.
+    """
+    at = command.time_s if time is None else _column("time", time)
+    if not np.size(at):
+        raise ForkliftError("argument-invalid", "time is empty; give one time or more", name="time")
+    return at
+
+
 def predict(
-    truck: Truck, recording: Recording, *, oil_temperature_degc: float | None = None, **settings: Any
+    truck: Truck | str | Path,
+    recording: Recording,
+    *,
+    oil_temperature_degc: float | None = None,
+    **settings: Any,
 ) -> Simulation:
     """Replay a recording's commands free-running, at its own times: no state is corrected by measurements.
 
@@ -264,7 +312,7 @@ def predict(
         ``"temperature-missing"`` if there is neither channel nor argument, ``"value-out-of-bounds"`` if the
         recording starts beyond the truck's stroke, and those of `simulate`.
     """
-    arguments.of_kind(Truck, truck=truck)
+    truck = truck_of(truck)
     arguments.of_kind(Recording, recording=recording)
     _check_settings(settings)
     clock, currents = recording.commanded
