@@ -79,6 +79,10 @@ class Race:
         rough = self.refitter.beside((*best.hypotheses, hypothesis), best, self.bars(best, ended))
         return self.finished(best, [rough], ended)
 
+    def say(self, what: str) -> None:
+        """Something is being done."""
+        self.clock.say(what)
+
     def begins(self, what: str, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether there is work left for a trial of these; what there is not is kept."""
         if self.refitter.work.spent:
@@ -106,7 +110,7 @@ class Race:
         for refit in rough:
             keeps_up = best.rough - refit.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
             if keeps_up:
-                self.clock.say(f"fitting {_words(refit.hypotheses)}")
+                self.say(f"fitting {_words(refit.hypotheses)}")
             refits.append(self.to_the_end(best, refit) if keeps_up else refit)
         return refits
 

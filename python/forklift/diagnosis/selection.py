@@ -165,7 +165,7 @@ def _named(
             left = [one for one in left if one.kind == "parameter"]
         if not left or len(best.hypotheses) >= MOST_ACCEPTED or race.refitter.work.spent:
             return best, steps, shapes
-        race.clock.say("screening the hypotheses")
+        race.say("screening the hypotheses")
         faint = best.complete or best.slight
         at = race.refitter.everywhere(best) if faint else best.told_from
         screening = screen(at.problem, at.x, left)
@@ -545,7 +545,7 @@ def _needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
         if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
             continue  # recordings foretell each other by it, though none needs it for itself
         if len(best.hypotheses) > 1 and named and best.deviations(hypothesis) < BEYOND_DOUBT:
-            race.clock.say(f"checking whether {hypothesis.label} is needed")
+            race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
             if refit.complete or refit.squares <= best.squares + CLEARLY:
                 best = refit
