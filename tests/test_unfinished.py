@@ -11,8 +11,10 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from forklift.diagnosis import files
 from forklift.diagnosis.diagnose import diagnose
 from forklift.plant.campaign import machine, read
+from small_campaign import raised
 from test_machines import tutorial
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="sends signals to a process")
@@ -115,6 +117,21 @@ def test_sigterm_keeps_the_work_too(bench, tmp_path):
     assert process.returncode == 128 + signal.SIGTERM, last
     assert seconds < ANSWERED_S
     assert "goes on from there" in last
+
+
+def test_only_its_own_work_may_stand_in_the_folder(tmp_path):
+    work = tmp_path / "found" / "unfinished"
+    work.mkdir(parents=True)
+    for name in ("of.json", "0000.json", "0001.json", ".0002.json.123.tmp"):
+        (work / name).write_text("{}")
+    assert files.check(tmp_path / "found") == (tmp_path / "found").resolve()
+    (work / "letter.txt").write_text("dear")
+    error = raised(files.check, tmp_path / "found")
+    assert error.code == "output-exists"
+    assert "unfinished/letter.txt" in error.message
+    (work / "letter.txt").unlink()
+    (tmp_path / "found" / "letter.txt").write_text("dear")
+    assert raised(files.check, tmp_path / "found").code == "output-exists"
 
 
 def test_work_of_another_input_is_replaced(bench, whole, tmp_path):

@@ -31,7 +31,8 @@ FOLDER = "unfinished"
 """Where it is kept, within the folder of the diagnosis."""
 OF = "of.json"
 """What all of it was made of."""
-_FILE = re.compile(rf"{FOLDER}/(of|\d{{4,}})\.json")
+_FILE = re.compile(rf"{FOLDER}/\.?(of|\d{{4,}})\.json(\.\d+\.tmp)?")
+"""A killed process may have left half a file beside them."""
 
 
 def work_files(out: str | Path) -> frozenset[str]:
