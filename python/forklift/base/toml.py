@@ -36,11 +36,11 @@ def loads(text: str) -> dict[str, Any]:
     try:
         document = tomllib.loads(text)
     except RecursionError:
-        raise TOMLDecodeError("It is nested beyond reason (at line 1, column 1)") from None
+        raise TOMLDecodeError("It is nested beyond reason (at end of document)") from None
     except TOMLDecodeError:
         raise
     except ValueError:  # a number of thousands of digits
-        raise TOMLDecodeError("It holds a number that is too long (at line 1, column 1)") from None
+        raise TOMLDecodeError("It holds a number that is too long (at end of document)") from None
     _check_depth(document)
     return document
 
@@ -52,4 +52,4 @@ def _check_depth(document: dict[str, Any]) -> None:
         level = [value for values in inner for value in values if isinstance(value, dict | list)]
         if not level:
             return
-    raise TOMLDecodeError("It is nested beyond reason (at line 1, column 1)")
+    raise TOMLDecodeError("It is nested beyond reason (at end of document)")
