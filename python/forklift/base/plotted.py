@@ -10,7 +10,7 @@ from typing import Any, Literal
 from forklift.base import present
 from forklift.base.arrays import Floats
 
-Kind = Literal["measured", "simulated", "drive"]
+Kind = Literal["measured", "simulated", "command"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Line:
     time_s, values
         (n,); NaN where there is no sample.
     kind
-        Measured, simulated, or what drove it, which is held between samples.
+        Measured, simulated, or commanded, which is held between samples.
     """
 
     panel: str
@@ -43,6 +43,10 @@ class Plotted(ABC):
     def lines(self) -> Sequence[Line]:
         """Panel by panel, from top to bottom."""
 
+    @abstractmethod
+    def heading(self) -> str:
+        """What is drawn, in one line."""
+
     def plot(self) -> Any:
         """A `plotly.graph_objects.Figure`: its panels one above the other, over one time."""
-        return present.figure(self, self.lines())
+        return present.figure(self, self.heading(), self.lines())

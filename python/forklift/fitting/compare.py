@@ -22,7 +22,7 @@ from forklift.base.result_files import PAGE, earlier_files, json_rows
 from forklift.fitting import metrics as fits
 from forklift.fitting.agreement import prediction_files
 from forklift.fitting.comparison_words import sentence
-from forklift.fitting.lines import compared_lines
+from forklift.fitting.lines import chosen, compared_lines
 from forklift.plant.forklift.phases import PHASES, phases, shut_current
 from forklift.plant.forklift.signals import Signal, signals
 from forklift.plant.forklift.simulate import (
@@ -202,7 +202,12 @@ class Comparison(Plotted):
         ForkliftError
             ``"recording-unknown"``.
         """
-        return present.figure(self, self.lines(file))
+        return present.figure(self, self.heading(file), self.lines(file))
+
+    def heading(self, file: str | None = None) -> str:
+        """The recording, and the truck."""
+        one = chosen(self.predictions, file).recording
+        return f"{one.heading()}, by truck “{self.truck.name}”"
 
     def lines(self, file: str | None = None) -> Sequence[Line]:
         """See `plot`."""

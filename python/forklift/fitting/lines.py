@@ -28,7 +28,7 @@ def compared_lines(
     ForkliftError
         ``"recording-unknown"``.
     """
-    one = _chosen(predictions, file)
+    one = chosen(predictions, file)
     time = one.recording.time_s
     found = []
     for signal in one.signals:
@@ -38,7 +38,8 @@ def compared_lines(
     return found
 
 
-def _chosen(predictions: Sequence[Any], file: str | None) -> Any:
+def chosen(predictions: Sequence[Any], file: str | None) -> Any:
+    """The prediction of a recording, see `compared_lines`."""
     files = [one.recording.file for one in predictions]
     if file is None:
         return next((one for one in predictions if one.recording.role == "validate"), predictions[0])

@@ -252,13 +252,17 @@ class Recording(Plotted):
             "channels": {name: self._summary(name) for name in self.channels},
         }
 
+    def heading(self) -> str:
+        """Its file, and what was entered."""
+        return f"{self.file}: {self.lift} lift, {self.load_kg:g} kg, {self.role}"
+
     def lines(self) -> list[Line]:
         """Every channel at its own instants, the commanded currents last."""
         known = table()
         drives = [name for name in self.channels if name in COMMANDS]
         return [
             Line(name, known[name].unit, own.time, own.values,
-                 "drive" if name in COMMANDS else "measured")
+                 "command" if name in COMMANDS else "measured")
             for name in (*(name for name in self.channels if name not in COMMANDS), *drives)
             for own in [self.own(name)]
         ]  # fmt: skip

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from forklift.base.plotted import Kind, Line
+from forklift.base.plotted import Kind, Line, Plotted
 from forklift.base.typeset import DRAWN, printed
 
 STYLE: Mapping[Kind, Mapping[str, Any]] = {
     "measured": {"color": "#8a929c", "width": 3},
     "simulated": {"color": "#0072b2", "width": 1.8},
-    "drive": {"color": "#57606a", "width": 1.5, "shape": "hv"},
+    "command": {"color": "#57606a", "width": 1.5, "shape": "hv"},
 }
 """By kind; as on a page in daylight."""
 PANEL_PX, MARGIN_PX = 170, 90
 """Height of a panel, and of what is around all."""
 
 
-def figure(result: Any, lines: Sequence[Line]) -> Any:
-    """The lines of a result as a plotly figure."""
+def figure(_: Plotted, heading: str, lines: Sequence[Line]) -> Any:
+    """Lines of a result as a plotly figure."""
     from plotly import graph_objects  # type: ignore[import-untyped]
     from plotly.subplots import make_subplots  # type: ignore[import-untyped]
 
@@ -46,7 +46,7 @@ def figure(result: Any, lines: Sequence[Line]) -> Any:
         told.add(line.kind)
     drawn.update_xaxes(title_text="Time [s]", row=len(panels), col=1)
     drawn.update_layout(
-        title=repr(result),
+        title=heading,
         height=MARGIN_PX + PANEL_PX * len(panels),
         hovermode="x unified",
         template="plotly_white",

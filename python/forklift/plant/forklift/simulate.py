@@ -151,6 +151,11 @@ class Simulation(Celled, Plotted):
             },
         }
 
+    def heading(self) -> str:
+        """Truck, load and oil temperature."""
+        degc = float(np.mean(self.oil_temperature_degc))
+        return f"Truck “{self.truck.name}” lowering {self.load_kg:g} kg, oil at {degc:.1f} °C"
+
     def lines(self) -> list[Line]:
         """Of each lift that was simulated its velocity, pressure, position and current."""
         found = []
@@ -160,17 +165,16 @@ class Simulation(Celled, Plotted):
             for name in (f"velocity_{lift}_m_s", f"pressure_{lift}_pa", f"position_{lift}_m"):
                 found.append(Line(name, outputs()[name]["unit"], self.time_s, self[name], "simulated"))
             current = f"current_{lift}_a"
-            found.append(Line(current, "A", self.time_s, self._driving()[current], "drive"))
+            found.append(Line(current, "A", self.time_s, self._driving()[current], "command"))
         return found
 
     def cell(self) -> Cell:
         """What was simulated, and where each output ends and has been."""
-        degc = float(np.mean(self.oil_temperature_degc))
         shown = {name: self[name] for name in outputs() if np.isfinite(self[name]).any()}
         return Cell(
             [
-                f"Truck “{self.truck.name}” lowering {self.load_kg:g} kg, oil at {degc:.1f} °C, "
-                f"{len(self.time_s)} samples from {self.time_s[0]:g} to {self.time_s[-1]:g} s."
+                f"{self.heading()}, {len(self.time_s)} samples from {self.time_s[0]:g} to "
+                f"{self.time_s[-1]:g} s."
             ],
             ["Output", "Unit", "Last", "Least", "Greatest"],
             [
