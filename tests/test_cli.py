@@ -297,7 +297,7 @@ def test_ctrl_c_ends_with_130_and_one_sentence_and_leaves_nothing(tmp_path):
     time.sleep(2.5)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
-    assert process.returncode == 130, err
+    assert process.returncode == cli.INTERRUPTED, err
     assert err == "forklift: interrupted; nothing was left half-written.\n"
     assert out == ""
     assert list(tmp_path.iterdir()) == []

@@ -25,6 +25,7 @@ from forklift.app.commands import (
     truck,
 )
 from forklift.app.commands.control import control
+from forklift.app.options import INTERRUPTED as INTERRUPTED
 from forklift.app.options import REFUSED
 from forklift.base.errors import ForkliftError
 
