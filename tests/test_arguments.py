@@ -34,13 +34,13 @@ def simulated(**changed: Any) -> Any:
 
 
 CALLS: dict[str, tuple[str, Callable[[], Any]]] = {
-    "a number as a machine to compare": ("machine", lambda: forklift.compare(campaign(), 5)),
+    "a number to compare": ("machine", lambda: forklift.compare(campaign(), 3)),
     "a list as a machine to fit": ("machine", lambda: forklift.fit(["thesis"], campaign())),
     "a number to diagnose": ("machine", lambda: forklift.diagnose(campaign(), 3)),
-    "a truck's name to steady_state": ("truck", lambda: forklift.steady_state(campaign(), "thesis")),
-    "a truck's name to simulate": ("truck", lambda: simulated(truck="thesis")),
-    "a truck's name to predict": ("truck", lambda: forklift.predict("thesis", campaign().recordings[0])),
-    "a truck's name to speed_to_current": ("truck", lambda: forklift.speed_to_current("thesis", "free")),
+    "a number to steady_state": ("truck", lambda: forklift.steady_state(campaign(), 3)),
+    "a number to simulate": ("truck", lambda: simulated(truck=3)),
+    "a number to predict": ("truck", lambda: forklift.predict(3, campaign().recordings[0])),
+    "a number to speed_to_current": ("truck", lambda: forklift.speed_to_current(3, "free")),
     "two trucks to compare": ("recordings", lambda: forklift.compare("thesis", truck())),
     "two trucks to fit": ("recordings", lambda: forklift.fit(truck(), "thesis")),
     "a number instead of recordings": ("recordings", lambda: forklift.diagnose(truck(), 3)),

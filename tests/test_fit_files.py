@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, commands, fit, simulate
-from forklift.fitting.files import options
+from forklift.fitting.files import command
 from forklift.fitting.fit_tables import PARAMETER_COLUMNS
 from forklift.plant.forklift.tables import parameters
 from forklift.report.tables import change_table, fit_tables, parameters_table, plain
@@ -158,7 +158,7 @@ def test_the_command_in_the_json_repeats_the_fit(null_fit):
         },
         machine=replace(null_fit.machine, load_width_kg=5.0),
     )  # fmt: skip
-    assert again.origin.command(again.machine, "fit", options(again)) == (
+    assert command(again) == (
         f"forklift fit {null_fit.origin.folder} --truck thesis --starts 2 --profile free.bulk.a_1 "
         "--hold free.valve.omega --together free.bulk.a_1,free.cylinder.V_0 --load-width 5.0 --out result"
     )

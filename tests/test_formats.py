@@ -18,6 +18,7 @@ from forklift.recordings.clocks import SAME_INSTANT_S, Sampled, driving, union
 from forklift.recordings.formats import FORMATS, format_of, isolation, mdf4
 from forklift.recordings.formats.csv import _carefully, _quickly
 from forklift.recordings.formats.signals import Place, Signals
+from forklift.recordings.inspect import inspect
 from small_campaign import (
     MAPPED,
     RATE_HZ,
@@ -387,11 +388,32 @@ def test_instants_of_a_parquet_file_are_seconds_from_the_first(tmp_path):
     np.testing.assert_allclose(Campaign.read(folder)[0].time_s, signals()["time_s"], atol=1e-6)
 
 
+@pytest.mark.parametrize("zone", ["", "+01:00", "Z"])
+@pytest.mark.parametrize("between", [" ", "T"])
+def test_instants_of_a_csv_file_are_seconds_from_the_first(tmp_path, between, zone):
+    folder = make_mapped(tmp_path / "mapped", ".csv")
+    time = signals()["time_s"]
+    lines = (folder / "run.csv").read_text().splitlines()
+    rows = [
+        f"2026-11-23{between}09:59:{59 + t:09.6f}{zone},{line.partition(',')[2]}"
+        if t < 0.99
+        else f"2026-11-23{between}10:00:{t - 1:09.6f}{zone},{line.partition(',')[2]}"
+        for t, line in zip(time, lines[1:], strict=True)
+    ]
+    (folder / "run.csv").write_text("\n".join([lines[0], *rows]) + "\n")
+    np.testing.assert_allclose(Campaign.read(folder)[0].time_s, time, atol=1e-6)
+    assert inspect(folder / "run.csv").duration_s == pytest.approx(time[-1])
+    broken = "\n".join([lines[0], rows[0], "12.5" + rows[1][rows[1].index(",") :], *rows[2:]])
+    (folder / "run.csv").write_text(broken + "\n")
+    assert raised(Campaign.read, folder).code == "cell-not-a-number"
+
+
 def test_a_missing_library_is_named_with_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "asammdf", None)
     error = raised(mdf4.read, Place("x.mf4", "x.mf4"), list)
     assert (error.code, error.extra, error.module) == ("extra-missing", "mdf", "asammdf")
-    assert 'pip install "forklift[mdf]"' in error.message
+    # By the library's own name: a checkout is no package of a registry.
+    assert f"{sys.executable} -m pip install 'asammdf>=" in error.message
 
 
 def test_formats_are_found_by_suffix_and_no_two_share_one():

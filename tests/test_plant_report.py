@@ -76,6 +76,7 @@ def test_the_folder_holds_the_page_and_the_json_and_is_replaced_whole(bent, fold
         "parameters.json",
         "predictions",
         "report.html",
+        "times.json",
     ]
     assert told == json.loads(json.dumps(bent.to_dict()))
     assert bent.write(folder) == folder

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from forklift.plant.forklift.steady import SteadyState as SteadyState
     from forklift.plant.forklift.steady import steady_state as steady_state
     from forklift.plant.forklift.truck import Truck as Truck
+    from forklift.plant.forklift.variants import Variants as Variants
+    from forklift.plant.forklift.variants import simulate_many as simulate_many
     from forklift.plant.parts import Plant as Plant
     from forklift.plant.simulate import simulate_plant as simulate_plant
     from forklift.recordings.campaign import Campaign as Campaign
@@ -58,12 +60,14 @@ _HOME = {
     "SteadyState": "plant.forklift.steady",
     "Sweep": "ensemble.sweep",
     "Truck": "plant.forklift.truck",
+    "Variants": "plant.forklift.variants",
     "compare": "fitting.compare",
     "convert": "recordings.convert",
     "diagnose": "diagnosis.diagnose",
     "fit": "fitting.fit",
     "predict": "plant.forklift.simulate",
     "simulate": "plant.forklift.simulate",
+    "simulate_many": "plant.forklift.variants",
     "simulate_plant": "plant.simulate",
     "speed_to_current": "plant.forklift.speed_table",
     "steady_state": "plant.forklift.steady",
@@ -92,4 +96,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

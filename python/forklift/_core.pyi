@@ -36,6 +36,7 @@ __all__ = [
     "quantise_current",
     "shape_variables",
     "shared_setting_table",
+    "simulate_variants",
     "staircase",
     "state_table",
     "steps_to_current",
@@ -200,6 +201,20 @@ class Truck:
         directions: Sequence[str] | None = None,  # parameters, "current", "load", "oil_temperature"
     ) -> tuple[_Floats, _Floats]:
         """Cylinder velocities [m/s] and pressures [Pa] (n, 2), and their derivatives (n, 2, directions)."""
+
+def simulate_variants(
+    truck: Truck,
+    values: _Floats,  # (variants, values), in the order of Truck.names
+    loads: _Floats,  # (variants,) kg
+    oil_temperatures: _Floats,  # (variants,) degC
+    time: _Floats,  # (n,) s: where the outputs are wanted
+    command_time: _Floats,  # (m,) s
+    command: _Floats,  # (m, 2) A, free and main, held
+    *,
+    lifts: str = "both",
+    substeps: int = ...,
+) -> _Floats:
+    """Outputs (variants, n, outputs) under one command, with fixed substeps, in lanes and on all cores."""
 
 def prms(
     n_samples: int,

@@ -8,6 +8,7 @@ mod signals;
 mod steady;
 mod tables;
 mod truck;
+mod variants;
 
 use pyo3::prelude::*;
 
@@ -19,5 +20,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     ensemble::register(m)?;
     tables::register(m)?;
     control::register(m)?;
+    variants::register(m)?;
     signals::register(m)
 }

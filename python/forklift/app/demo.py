@@ -13,6 +13,7 @@ from forklift import _core
 from forklift.base import output
 from forklift.diagnosis import files as diagnosis_files
 from forklift.diagnosis.diagnose import diagnose
+from forklift.diagnosis.progress import Progress
 from forklift.diagnosis.result import Diagnosis
 from forklift.fitting.compare import compare, result_files
 from forklift.plant.forklift.commands import SAMPLE_RATE_HZ, generate
@@ -74,7 +75,7 @@ def demo(
     *,
     seed: int = SEED,
     progress: Callable[[], None] = lambda: None,
-    say: Callable[[str], None] | None = None,
+    say: Callable[[Progress], None] | None = None,
 ) -> Diagnosis:
     """Make ``OUT/campaign``, compare it with the thesis's truck, and find what that truck lacks.
 
@@ -89,7 +90,7 @@ def demo(
     progress
         Called twice for each of `RECORDINGS`.
     say
-        Told what the diagnosis is doing.
+        Told how far the diagnosis is.
 
     Raises
     ------

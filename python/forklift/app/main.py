@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
+from forklift.app import interruption
 from forklift.app.commands import (
     compare,
     convert,
@@ -24,7 +25,8 @@ from forklift.app.commands import (
     truck,
 )
 from forklift.app.commands.control import control
-from forklift.app.options import INTERRUPTED, REFUSED
+from forklift.app.options import INTERRUPTED as INTERRUPTED
+from forklift.app.options import REFUSED
 from forklift.base.errors import ForkliftError
 
 
@@ -35,7 +37,7 @@ class _Commands(typer.core.TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            raise ForkliftError("interrupted", "interrupted") from None
+            raise ForkliftError("interrupted", interruption.NOTHING) from None
 
 
 app = typer.Typer(
@@ -89,6 +91,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _terminated(number: int, _: object) -> None:
     """Leave as an exception does, so that nothing half-written stays behind."""
+    interruption.terminated()
     sys.exit(128 + number)
 
 
@@ -101,7 +104,7 @@ def run(arguments: list[str] | None = None) -> int:
     except ForkliftError as error:
         if error.code != "interrupted":
             return _refuse(error.message)
-        return _interrupted()
+        return _interrupted(error.message)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -116,9 +119,9 @@ def run(arguments: list[str] | None = None) -> int:
     return status if isinstance(status, int) else 0
 
 
-def _interrupted() -> int:
-    print("forklift: interrupted; nothing was left half-written.", file=sys.stderr)
-    return INTERRUPTED
+def _interrupted(sentence: str = interruption.NOTHING) -> int:
+    print(f"forklift: {sentence}.", file=sys.stderr)
+    return interruption.status()
 
 
 def _refuse(message: str) -> int:

@@ -1,7 +1,7 @@
 """What a command shows on the terminal: tables, what it wrote, and signs of life while it runs.
 
 Results go to stdout, as tables with colours on a terminal and plain in a pipe; signs of life to stderr, and
-only to a terminal.
+only to a terminal but for a diagnosis, which takes minutes.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import typer
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from forklift.diagnosis.progress import Progress as Diagnosing
     from forklift.ensemble.sweep import Progress as SweepProgress
     from forklift.fitting.fit import Progress
     from forklift.plant.findings import Caution
@@ -108,23 +109,30 @@ def sweeping() -> Iterator[Callable[[SweepProgress], None] | None]:
 
 
 @contextmanager
-def telling() -> Iterator[Callable[[str], None] | None]:
-    """What is being done and for how long, on a terminal; nothing in a pipe."""
+def telling() -> Iterator[Callable[[Diagnosing], None]]:
+    """How far a diagnosis is; in a pipe a line a stage, and a line a trial."""
     if not sys.stderr.isatty():
-        yield None
+        yield _lines()
         return
     from rich.console import Console
     from rich.progress import Progress as Bar
     from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("Reading what the recordings support", total=None)
+        yield lambda now: bar.update(task, description=str(now))
 
-        def told(what: str) -> None:
-            bar.update(task, description=what[:1].upper() + what[1:])
 
-        yield told
+def _lines() -> Callable[[Diagnosing], None]:
+    told: list[tuple[str, int]] = []
+
+    def tell(now: Diagnosing) -> None:
+        if (now.stage, now.trial) not in told:
+            told.append((now.stage, now.trial))
+            print(now, file=sys.stderr, flush=True)
+
+    return tell
 
 
 @contextmanager

@@ -80,11 +80,14 @@ def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
-def check_folder(path: str | Path, known: Collection[str], mark: str) -> Path:
+def check_folder(
+    path: str | Path, known: Collection[str], mark: str, unfinished: Collection[str] = ()
+) -> Path:
     """`path`, absolute, if a result may stand there: nothing yet, an empty folder, or an earlier result.
 
     An earlier result is a folder that holds the file `mark` and nothing but the files `known`, which are
-    relative to it and written with ``/``; so nothing of anyone else's is replaced with it.
+    relative to it and written with ``/``; so nothing of anyone else's is replaced with it. The files
+    `unfinished` may stand there in any case.
 
     Raises
     ------
@@ -99,7 +102,7 @@ def check_folder(path: str | Path, known: Collection[str], mark: str) -> Path:
         raise ForkliftError(
             "output-exists", f"{path} is a file; name a folder that does not exist yet", file=str(path)
         )
-    found = _below(path)
+    found = _below(path) - set(unfinished)
     if found and (foreign := sorted(found - set(known)) or ([] if mark in found else sorted(found))):
         raise ForkliftError(
             "output-exists",
@@ -112,12 +115,14 @@ def check_folder(path: str | Path, known: Collection[str], mark: str) -> Path:
 
 
 @contextmanager
-def folder(path: str | Path, known: Collection[str], mark: str) -> Iterator[Path]:
+def folder(
+    path: str | Path, known: Collection[str], mark: str, unfinished: Collection[str] = ()
+) -> Iterator[Path]:
     """An empty temporary sibling folder to fill, which takes the place of `path` when all went well.
 
     See `check_folder` for what may be replaced. If anything fails, `path` stays as it was.
     """
-    path = check_folder(path, known, mark)
+    path = check_folder(path, known, mark, unfinished)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         temporary.mkdir()

@@ -44,6 +44,12 @@ def draw_summary(result: Any) -> str:
     raise TypeError(f"no summary is registered for {type(result).__name__}")
 
 
+@singledispatch
+def draw_figure(result: Any, *details: Any) -> Any:
+    """A plotly figure for a notebook; `details` is what it shows."""
+    raise TypeError(f"no figure is registered for {type(result).__name__}")
+
+
 def page(result: Any, *details: Any) -> str:
     """`draw_page`, by the room that draws."""
     _load()
@@ -60,3 +66,9 @@ def summary(result: Any) -> str:
     """`draw_summary`, by the room that draws."""
     _load()
     return draw_summary(result)
+
+
+def figure(result: Any, *details: Any) -> Any:
+    """`draw_figure`, by the room that draws."""
+    _load()
+    return draw_figure(result, *details)

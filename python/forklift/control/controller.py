@@ -6,7 +6,6 @@ Source: Fri & Fahlén (2017), chapter 4; Table 5.3; Figures A.16 to A.19.
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from forklift import _core
-from forklift.base import output
+from forklift.base import output, toml
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.speed_table import speed_to_current
 from forklift.plant.forklift.truck import Truck
@@ -141,8 +140,8 @@ class Controller:
                 file=str(path),
             ) from None
         try:
-            found = _File.model_validate(tomllib.loads(text))
-        except tomllib.TOMLDecodeError as error:
+            found = _File.model_validate(toml.loads(text))
+        except toml.TOMLDecodeError as error:
             raise ForkliftError(
                 "toml-syntax", f"{path}: this is not TOML ({error})", file=str(path)
             ) from None

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from forklift.diagnosis import sentences
+from forklift.diagnosis import files, sentences
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import confounded
 from forklift.diagnosis.criteria import MOVES, NEAR
 from forklift.diagnosis.deficiency import Deficiency, deficiency
 from forklift.diagnosis.dependence import Shape
-from forklift.diagnosis.engine import Clock, investigate, loudest, verdict
+from forklift.diagnosis.engine import investigate, loudest, verdict
 from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.outcome import Location
+from forklift.diagnosis.progress import Clock, Progress
 from forklift.diagnosis.proposals import propose
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.selection import Selection
+from forklift.diagnosis.unfinished import Unfinished
 from forklift.fitting.agreement import Agreement, agreement
 from forklift.fitting.criteria import FAR
 from forklift.fitting.origin import given
@@ -45,7 +48,8 @@ def diagnose(
     recordings: Any,
     *,
     candidates: Sequence[Any] = (),
-    progress: Callable[[str], None] | None = None,
+    out: str | Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
     **conditions: Any,
 ) -> Diagnosis:
     """Fit a machine, find where it and its recordings part, and what would mend that.
@@ -66,20 +70,25 @@ def diagnose(
     candidates
         Of a plant: recordings that could be made, with inputs only. The one is named that would part the
         rivals best.
+    out
+        Folder that the diagnosis will be written to (`Diagnosis.write`). Until then what was computed is kept
+        in its folder ``unfinished``: after Ctrl-C the same call goes on from there, and comes to the same.
     progress
-        Told what is being done.
+        Told how far it is, a `forklift.diagnosis.progress.Progress`.
     conditions
         Of recordings that do not tell them: of a truck ``oil_temperature_degc`` [°C].
 
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"``; what the machine finds that its recordings cannot support: of a truck the
-        errors of `forklift.plant.forklift.checks.suitability` and `forklift.plant.forklift.simulate`, of a
-        plant ``"estimate-missing"``, ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
+        ``"argument-invalid"``; ``"output-exists"``, ``"not-writable"`` of `out`; what the machine finds that
+        its recordings cannot support: of a truck the errors of `forklift.plant.forklift.checks.suitability`
+        and `forklift.plant.forklift.simulate`, of a plant ``"estimate-missing"``,
+        ``"channel-unknown"``, ``"not-finite"``, ``"no-steady-state"``.
     """
     start, each, origin = given(machine, recordings, candidates=candidates, **conditions)
-    clock = Clock(progress)
+    unfinished = Unfinished.within(out and files.check(out), origin.facts, start, conditions)
+    clock = Clock(progress, spared=lambda: unfinished.spared_s)
     model, kept, findings = start.examined(each)
     every = model.sensors(kept)
     everyone = pose(model, kept, model.unknowns(findings.held), every)
@@ -88,6 +97,7 @@ def diagnose(
         everyone.over(fitted),
         everyone,
         every,
+        unfinished=unfinished,
         strict=not model.reaches_noise,
         later=HALF if model.reaches_noise else LATER,
     )

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 from forklift.diagnosis.causes import Cause, causes, told
@@ -13,6 +11,7 @@ from forklift.diagnosis.criteria import BUDGET, DOUBTFUL
 from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.dependence import Shape
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
+from forklift.diagnosis.progress import FITTING, TRYING, Clock
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screening, screen
 from forklift.diagnosis.selection import Selection, alarming, select
@@ -26,28 +25,6 @@ VERDICTS: Mapping[str, Verdict] = {
     "unknown": "unknown-effect",
 }
 """By kind of the first cause."""
-
-
-@dataclass
-class Clock:
-    """Tells the stage, and keeps how long each took."""
-
-    tell: Callable[[str], None] | None
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """What is being done, for as long as the context lasts."""
-        self.say(name)
-        began = time.monotonic()
-        try:
-            yield
-        finally:
-            self.seconds[name] = time.monotonic() - began
-
-    def say(self, what: str) -> None:
-        if self.tell:
-            self.tell(what)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +54,7 @@ def investigate(
     `hopeless` recordings tell nothing: the machine is fitted, and no more.
     """
     refitter.work.grant(BUDGET)
-    with clock.stage("fitting the model"):
+    with clock.stage(FITTING):
         baseline = refitter.baseline()
     with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
@@ -97,9 +74,9 @@ def investigate(
             width_s = machine.hat_width_s(early.problem.samples)
             inputs = unknown_inputs(early.problem, early.x, places, width_s)
             seen = over_variables(baseline, inputs[0], machine.part_of(inputs[0].port))
-        with clock.stage("trying the hypotheses"):
+        with clock.stage(TRYING):
             general = FreeCurves(machine, {baseline: inputs})
-            selection = select(refitter, baseline, asked, hypotheses, clock.say, general)
+            selection = select(refitter, baseline, asked, hypotheses, clock, general)
     found = causes(selection)
     credible = told(found)
     doubted = tuple(cause for cause in found if cause not in credible)

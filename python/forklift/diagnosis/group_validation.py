@@ -16,7 +16,7 @@ import numpy as np
 from forklift.base.threads import one_thread
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.fitting.interface import Problem
-from forklift.fitting.search import STAGES, Found, search
+from forklift.fitting.search import STAGES, Found
 
 OWN_NOISE = STAGES[2:3]
 """From where the selection ended, at the sensors' own noise."""
@@ -88,7 +88,7 @@ def _one(refitter: Refitter, baseline: Refit, final: Refit, group: str) -> Group
 def _without(refitter: Refitter, refit: Refit, group: str) -> tuple[float, Found]:
     """What is left over of the group with all parameters fitted to the others, and that fit."""
     rest = _over(refit.found.problem, refitter, group, inside=False)
-    found = search(rest, rest.at(refit.found.x), refitter.sensors, OWN_NOISE)
+    found = refitter.search(rest, rest.at(refit.found.x), OWN_NOISE)
     here = _over(found.problem, refitter, group, inside=True)
     return _mean_square(here, here.at(found.x), refitter), found
 
@@ -105,7 +105,7 @@ def _alone(refitter: Refitter, final: Refit, group: str) -> float:
     fitted = [one for one in here.samples if one.recording.role == "estimate"] or list(here.samples)
     judged = [one for one in here.samples if one.recording.role == "validate"] or list(here.samples)
     own = here.over(fitted)
-    found = search(own, own.at(final.found.x), refitter.sensors, OWN_NOISE)
+    found = refitter.search(own, own.at(final.found.x), OWN_NOISE)
     seen = found.problem.over(judged)
     return _mean_square(seen, seen.at(found.x), refitter)
 

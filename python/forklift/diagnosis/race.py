@@ -7,15 +7,14 @@ machine is nor on how many threads it has; the most promising come first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from forklift.diagnosis.criteria import ALIKE, LEAST_ROUGH, MUCH, NEARLY, VARIANTS
+from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Bars, Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.plant.protocol import Hypothesis
-
-Say = Callable[[str], None]
 
 
 @dataclass
@@ -29,7 +28,7 @@ class Race:
     """
 
     refitter: Refitter
-    say: Say
+    clock: Clock
     skipped: list[tuple[Hypothesis, ...]] = field(default_factory=list)
 
     def run(
@@ -80,12 +79,16 @@ class Race:
         rough = self.refitter.beside((*best.hypotheses, hypothesis), best, self.bars(best, ended))
         return self.finished(best, [rough], ended)
 
+    def say(self, what: str) -> None:
+        """Something is being done."""
+        self.clock.say(what)
+
     def begins(self, what: str, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether there is work left for a trial of these; what there is not is kept."""
         if self.refitter.work.spent:
             self.skipped.append(hypotheses)
             return False
-        self.say(f"{what} {_words(hypotheses)}")
+        self.clock.trial(f"{what} {_words(hypotheses)}")
         return True
 
     @staticmethod

@@ -31,12 +31,13 @@ from forklift.diagnosis.criteria import (
 )
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import log_evidence, loo_log_score
+from forklift.diagnosis.unfinished import Unfinished
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
 from forklift.fitting.nuisance import sought
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import ChannelResidual, judge
-from forklift.fitting.search import STAGES, Found, Progress, Stage, search
+from forklift.fitting.search import STAGES, Found, Stage
 from forklift.fitting.work import Work
 from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
@@ -225,7 +226,6 @@ class Refitter:
     everyone: LeastSquares
     """The same over all recordings."""
     sensors: Mapping[str, Sensor]
-    progress: Progress | None = None
     strict: bool = False
     """Whether recordings held out may move parameters only as far as a complete model's would be uncertain,
     and not by what the fit leaves over: where that is large, a wrong model's would explain anything. What
@@ -234,6 +234,8 @@ class Refitter:
     """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
     noise can be reached: what one law of another shape leaves over invites a second that is none."""
 
+    unfinished: Unfinished = field(default_factory=Unfinished)
+    """What was searched for already."""
     known: dict[Refit, Found] = field(default_factory=dict, compare=False, repr=False)
     """What `everywhere` found."""
 
@@ -246,6 +248,10 @@ class Refitter:
     def work(self) -> Work:
         """What all refits together have computed."""
         return self.start.work
+
+    def search(self, problem: Any, x: Floats, stages: tuple[Stage, ...], bars: Sequence[float] = ()) -> Found:
+        """See `forklift.fitting.search.search`."""
+        return self.unfinished.search(problem, x, self.sensors, stages, bars)
 
     def beside(self, hypotheses: Sequence[Hypothesis], after: Refit, bars: Bars = NO_BARS) -> Refit:
         """The second tempered stage alone, from where another refit left it: a curve acts nearly linearly."""
@@ -301,7 +307,7 @@ class Refitter:
         the others foretell them."""
         problem = with_hypotheses(self.start, hypotheses)
         x = carry(after.found.x, after.found.problem, problem)
-        found = search(problem, x, self.sensors, FINE[-1:], self.progress)
+        found = self.search(problem, x, FINE[-1:])
         refit = self._judged(hypotheses, found, after.costs, early=after.early, finished=True)
         if not after.complete:
             return refit
@@ -336,7 +342,7 @@ class Refitter:
         self, problem: Problem, x: Floats, stages: tuple[Stage, ...], bars: Sequence[float] = ()
     ) -> tuple[Found, float]:
         """Where these stages end, and at which cost."""
-        found = search(problem, x, self.sensors, stages, self.progress, bars)
+        found = self.search(problem, x, stages, bars)
         return found, found.cost
 
     def baseline(self) -> Refit:
@@ -364,7 +370,7 @@ class Refitter:
         if any(len(sample.free) for sample in problem.samples):
             x = sought(problem, x)  # those held out begin at what was entered
         stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
-        return search(problem, x, self.sensors, (stage,), self.progress)
+        return self.search(problem, x, (stage,))
 
     def evidence(self, refit: Refit) -> float:
         """ln of the marginal likelihood of all recordings (Laplace's approximation), up to what all refits
@@ -385,7 +391,7 @@ class Refitter:
 
     def _ended(self, refit: Refit, at: Found, stages: tuple[Stage, ...]) -> Refit:
         """The refit after these stages from there, judged."""
-        found = search(at.problem, at.x, self.sensors, stages, self.progress)
+        found = self.search(at.problem, at.x, stages)
         ended = self._judged(
             refit.hypotheses, _after(at, found), refit.costs, early=refit.early, finished=True
         )
@@ -405,7 +411,7 @@ class Refitter:
         )
         if exact.worst.mean_square > LESS * refit.worst.mean_square:
             return refit
-        found = search(problem, refit.found.x, self.sensors, (FINEST,), self.progress)
+        found = self.search(problem, refit.found.x, (FINEST,))
         return self._judged(
             refit.hypotheses, _after(refit.found, found), refit.costs, early=refit.early, finished=True
         )

@@ -43,7 +43,8 @@ from forklift.diagnosis.criteria import (
     WORTH,
 )
 from forklift.diagnosis.group_validation import group_folds
-from forklift.diagnosis.race import Race, Say, rank
+from forklift.diagnosis.progress import Clock
+from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.plant.protocol import Hypothesis
@@ -110,14 +111,14 @@ def select(
     baseline: Refit,
     screening: Screening,
     hypotheses: Sequence[Hypothesis],
-    say: Say,
+    clock: Clock,
     general: General,
 ) -> Selection:
     """Rounds until nothing is left over, or no hypothesis removes enough of it; then shapes without a name.
 
     `screening` is the baseline's: of a baseline that explains everything only what is `alarming`.
     """
-    race = Race(refitter, say)
+    race = Race(refitter, clock)
     best, steps, shapes = _named(race, baseline, screening, hypotheses, general)
     if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
         step = _near(race, best, steps, shapes, hypotheses, general)
@@ -125,17 +126,17 @@ def select(
             steps.append(step)
             best = step.accepted or best
     best = _needed(race, best)
-    law = _law_instead(refitter, baseline, best, steps, say, general) if best.complete else None
+    law = _law_instead(refitter, baseline, best, steps, clock, general) if best.complete else None
     if law is not None:
         steps.append(law)
         return Selection(baseline, tuple(steps), law.accepted or best, skipped=tuple(race.skipped))
     named = [step.accepted for step in steps if step.accepted]
     curve = None
     if (best.complete or best.slight) and len(best.hypotheses) == 1 and not refitter.work.spent:
-        say("checking the law")
+        clock.say("checking the law")
         curve = _curve(refitter, best, general)
     unnamed = (
-        _with_curve(refitter, best, curve, say)
+        _with_curve(refitter, best, curve, clock)
         if curve
         else _unnamed(race, baseline, named, best, general, shapes)
     )
@@ -240,7 +241,9 @@ def _near(
     screening = screen(best.told_from.problem, best.told_from.x, left)
     beside = [refit for refit in shapes if refit.finished and own <= _labels(refit)]
     refits = list(beside)
-    for screened in screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]:
+    entered = screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]
+    race.clock.plan(len(entered))
+    for screened in entered:
         refits = race.cold(best, screened.hypotheses[0], refits)
         if refits and refits[-1].complete and refits[-1].identifiable:
             break
@@ -274,12 +277,14 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
     refits: list[Refit] = list(shapes)
+    race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
         accepted = _choice(_helping(refits[len(shapes) :], best, race.refitter, shapes))
         enough = accepted is not None and (accepted.complete or accepted.slight)
         if accepted is not None and (enough or _leads(accepted, best, screening)):
             rivals = _rivals(accepted, refits, screening)
+            race.clock.plan(len(rivals))
             refits = race.run(best, rivals, screening, refits, quick=True)
             break
     refits = refits[len(shapes) :]
@@ -332,7 +337,7 @@ def _law_instead(
     baseline: Refit,
     best: Refit,
     steps: Sequence[Step],
-    say: Say,
+    clock: Clock,
     general: General,
 ) -> Step | None:
     """One law with a curve that mends it, in place of a condition entered wrongly.
@@ -356,7 +361,7 @@ def _law_instead(
     if not curves:
         return None
     curve = max(curves, key=lambda one: one.evidence).hypotheses[0]
-    say(f"fitting {law.hypotheses[0].label} with {curve.name}")
+    clock.say(f"fitting {law.hypotheses[0].label} with {curve.name}")
     mended = refitter.finish(refitter.rough((*law.hypotheses, curve), law))
     if not mended.complete or mended.squares > best.squares + AS_NEAR:
         return None
@@ -401,7 +406,9 @@ def _unnamed(
             break
         tried = [one for one in refits if set(refit.hypotheses) < set(one.hypotheses)]
         known = {one.hypotheses[-1] for one in tried}
-        for screened in general(refit)[: SHAPES_BESIDE if first else None]:
+        curves = general(refit)[: SHAPES_BESIDE if first else None]
+        race.clock.plan(len(curves))
+        for screened in curves:
             if any(_explains(one, refit) for one in tried):
                 break
             faint = refit.slight and screened.gain < race.refitter.together * LAW
@@ -434,8 +441,8 @@ def _curve(refitter: Refitter, best: Refit, general: General) -> Screened | None
     return next((one for one in promised if one.gain >= refitter.together * LAW), None)
 
 
-def _with_curve(refitter: Refitter, best: Refit, curve: Screened, say: Say) -> tuple[Refit, ...]:
-    say(f"fitting {curve.hypotheses[0].name}")
+def _with_curve(refitter: Refitter, best: Refit, curve: Screened, clock: Clock) -> tuple[Refit, ...]:
+    clock.say(f"fitting {curve.hypotheses[0].name}")
     return (refitter.slightly((*best.hypotheses, *curve.hypotheses), best),)
 
 

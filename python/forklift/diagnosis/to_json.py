@@ -113,8 +113,6 @@ def to_dict(found: Outcome) -> dict[str, Any]:
             }
             for one in found.after.predictions
         ],
-        "seconds": dict(found.seconds),
-        "runtime_s": sum(found.seconds.values()),
     }  # fmt: skip
     finite: dict[str, Any] = _finite(told)
     return finite

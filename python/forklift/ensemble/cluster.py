@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 
 from forklift.base.errors import ForkliftError
+from forklift.base.extras import how_to_install
 from forklift.ensemble import chunks
 from forklift.ensemble.controllers import of_data, to_data
 from forklift.ensemble.members import Members
@@ -37,7 +38,9 @@ def runner(members: Members, address: str) -> Runner:
         from distributed import Client, as_completed
     except ImportError:
         raise ForkliftError(
-            "extra-missing", "a sweep on a cluster needs Dask; install forklift[cluster]", name="cluster"
+            "extra-missing",
+            f"a sweep on a cluster needs Dask; install it with {how_to_install('cluster', 'distributed')}",
+            name="cluster",
         ) from None
     try:
         client = Client(address, timeout=PATIENCE_S)  # type: ignore[no-untyped-call]

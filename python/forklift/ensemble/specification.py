@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from forklift.base import toml
 from forklift.base.errors import ForkliftError
 from forklift.ensemble.tables import conditions, signals
 from forklift.recordings.channels import Lift, Lifts
@@ -226,13 +226,13 @@ def read(path: str | Path) -> Specification:
     """
     path = Path(path)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = toml.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         why = (error.strerror or "it is not there").lower()
         raise ForkliftError(
             "file-unreadable", f"{path} cannot be read ({why}); name a sweep's TOML file", file=str(path)
         ) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (UnicodeDecodeError, toml.TOMLDecodeError) as error:
         raise ForkliftError(
             "toml-syntax", f"{path} is not TOML ({error}); correct it", file=str(path)
         ) from None

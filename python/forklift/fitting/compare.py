@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from forklift.base import output, present
+from forklift.base.plotted import Line, Plotted
 from forklift.base.result_files import PAGE, earlier_files, json_rows
 from forklift.fitting import comparison_words
 from forklift.fitting.agreement import Agreement, Prediction, prediction_files
 from forklift.fitting.compared import Compared
+from forklift.fitting.lines import chosen, compared_lines
 from forklift.fitting.origin import Origin, given
 from forklift.plant.subject import Subject
 from forklift.plant.subjects import CONDITIONS
@@ -24,7 +26,7 @@ MARK = "compare.json"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Compared):
+class Comparison(Compared, Plotted):
     """What `compare` gives; `write` puts all of it into a folder."""
 
     @cached_property
@@ -51,6 +53,30 @@ class Comparison(Compared):
             (temporary / MARK).write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
             (temporary / PAGE).write_text(present.page(self), encoding="utf-8", newline="\n")
         return Path(out)
+
+    def plot(self, file: str | None = None) -> Any:
+        """Every signal of one recording, measured and simulated, as a `plotly.graph_objects.Figure`.
+
+        Parameters
+        ----------
+        file
+            The recording; by default the first that was held out.
+
+        Raises
+        ------
+        ForkliftError
+            ``"recording-unknown"``.
+        """
+        return present.figure(self, self.heading(file), self.lines(file))
+
+    def heading(self, file: str | None = None) -> str:
+        """The recording, and the machine."""
+        words = self.machine.words
+        return f"{chosen(self.predictions, file).recording.file}, by {words.noun} “{self.machine.name}”"
+
+    def lines(self, file: str | None = None) -> Sequence[Line]:
+        """See `plot`."""
+        return compared_lines(self.predictions, dict(self.fits.select("channel", "unit").iter_rows()), file)
 
     def to_dict(self) -> dict[str, Any]:
         """Verdict, tables, and the version and hashes of what they were made from, for JSON."""

@@ -24,8 +24,15 @@ MODELS = {"truck.toml", "parameters.json"}
 
 
 
-def options(fit: Fitted) -> list[str]:
-    """Those of the command that repeats the fit."""
+def command(fit: Fitted) -> str | None:
+    """The command that repeats the fit; None if the recordings or the machine do not come from a file, or
+    there were bounds or priors, which no command has."""
+    if fit.options["bounds"] or fit.options["priors"]:
+        return None
+    return fit.origin.command(fit.machine, "fit", _options(fit))
+
+
+def _options(fit: Fitted) -> list[str]:
     options = fit.options
     said: list[str] = []
     if options["starts"] is not None:
@@ -51,7 +58,7 @@ def to_dict(fit: Fitted, tables: Mapping[str, Tabled] | None = None) -> dict[str
         **fit.machine.facts(),
         **fit.machine.facts_of(fit.values, fit.sources, fit.title),
         "options": dict(fit.options),
-        "command": fit.origin.command(fit.machine, "fit", options(fit)),
+        "command": command(fit),
         "seconds": fit.seconds,
         "evaluations": fit.found.evaluations,
         "interrupted": fit.interrupted,

@@ -30,6 +30,7 @@ from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import Ends, compare_ends, from_starts
+from forklift.fitting.told import told
 from forklift.plant.parameter import Unknown
 from forklift.plant.subject import Subject
 from forklift.recordings.noise import Sensor
@@ -172,6 +173,8 @@ def fit(
     hold: Collection[str] = (),
     also: Collection[str] = (),
     together: Sequence[Sequence[str]] = (),
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
     starts: int | None = None,
     profiles: Collection[str] = (),
     seed: int = SEED,
@@ -193,6 +196,9 @@ def fit(
     hold, also, together
         Parameters left as they are, estimated besides the usual ones (of a truck the thesis's, see
         `forklift.plant.forklift.unknowns`), and groups that move together.
+    bounds, priors
+        By parameter its least and greatest value, and its mean and standard deviation, in its unit, where
+        more is known than the tables say; the search starts from a prior's mean.
     starts
         How many starts: the machine itself and scattered ones. By default one, and if that leaves something
         over three, so that a search gone astray is not taken for missing physics.
@@ -210,7 +216,8 @@ def fit(
     ------
     ForkliftError
         What the machine finds that its recordings cannot support: of a truck the errors of
-        `forklift.plant.forklift.checks.suitability`; ``"parameter-unknown"``, ``"argument-invalid"``; those
+        `forklift.plant.forklift.checks.suitability`; ``"parameter-unknown"``, ``"argument-invalid"``,
+        ``"bounds-invalid"``, ``"prior-invalid"``; those
         of `forklift.compare`.
     """
     began = time.monotonic()
@@ -228,6 +235,7 @@ def fit(
             "every parameter is held, so that there is nothing to fit; hold fewer",
             name="hold",
         )
+    moved = tuple(told(moved, bounds or {}, priors or {}))
     _check_moved([*also, *(name for group in together for name in group)], moved)
     _check_profiles(profiles, moved)
     everyone = pose(model, kept, moved, every)
@@ -269,6 +277,8 @@ def fit(
             "hold": [*hold],
             "also": [*also],
             "together": [[*group] for group in together],
+            "bounds": {name: [*pair] for name, pair in (bounds or {}).items()},
+            "priors": {name: [*pair] for name, pair in (priors or {}).items()},
             "starts": starts,
             "profiles": [*profiles],
             "seed": seed,

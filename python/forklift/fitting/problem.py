@@ -126,6 +126,20 @@ class LeastSquares:
         of = (self.machine, self.unknowns, self.samples, self.fixed)
         return self.last.runs(of, self.substeps, x, lambda: self._run(x, derivatives=True, read=True))
 
+    def visited(self) -> list[tuple[int, Floats]]:
+        """Substeps and unknown vector of each run with slopes that is still kept."""
+        of = (self.machine, self.unknowns, self.samples, self.fixed)
+        return [
+            (substeps, x)
+            for known, substeps, x, _ in self.last.places
+            if all(a is b for a, b in zip(known, of, strict=True))
+        ]
+
+    def visit(self, places: Sequence[tuple[int, Floats]]) -> None:
+        """Run there again, so that what follows finds the same runs kept."""
+        for substeps, x in places:
+            self.weighted(self.sigma, substeps).run(x, derivatives=True)
+
     def _run(self, x: Floats, *, derivatives: bool, read: bool) -> list[Run]:
         machine, sensors = self._split(self.unknowns)
         values = self.values(x)

@@ -104,7 +104,7 @@ def search(
             counter, late = Counter(stage, progress), partial(too_slow, bar)
             x = geodesic.descend(problem, x, stage.evaluations, stage.gain, counter, stage.share, late)
             evaluations += counter.count
-        return _found(problem, x, evaluations)
+        return ended(problem, x, evaluations)
 
 
 def too_slow(bar: float, costs: Sequence[float], left: int) -> bool:
@@ -118,11 +118,13 @@ def too_slow(bar: float, costs: Sequence[float], left: int) -> bool:
 
 def settle(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Found:
     """What a search that ends at x gives, with the last stage's weights."""
-    return _found(_weighted(problem, x, sensors, STAGES[-1]), x, 1)
+    return ended(_weighted(problem, x, sensors, STAGES[-1]), x, 1)
 
 
-def _found(problem: Problem, x: Floats, evaluations: int) -> Found:
-    residual, jacobian = problem.compressed(x)
+def ended(problem: Problem, x: Floats, evaluations: int) -> Found:
+    """What a search gives that ended at x, with the weights of its last stage."""
+    with one_thread():
+        residual, jacobian = problem.compressed(x)
     return Found(x, problem, 0.5 * float(residual @ residual), residual, jacobian, evaluations)
 
 

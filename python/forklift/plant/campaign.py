@@ -19,7 +19,6 @@ The machine's file is Python, with a `Plant` called ``machine``. The recordings 
 from __future__ import annotations
 
 import runpy
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -27,6 +26,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from forklift.base import toml
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Plant
@@ -167,7 +167,7 @@ def inputs(path: str | Path, plant: Plant) -> Recording:
         ``"column-missing"``, ``"unit-unknown"``; those of `forklift.recordings.formats.read`.
     """
     path = Path(path)
-    known = {one.name: one.unit for one in (*plant.inputs, *plant.outputs)}
+    known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
     return _recording(path.parent, _Entry(file=path.name), plant, {}, known)
 
 
@@ -181,7 +181,7 @@ def _document(path: Path) -> _Document:
             file=str(path),
         ) from error
     try:
-        return _Document.model_validate(tomllib.loads(text))
+        return _Document.model_validate(toml.loads(text))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(map(str, first["loc"]))

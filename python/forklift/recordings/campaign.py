@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from forklift.base import arguments, output
+from forklift.base.cell import Cell, Celled
 from forklift.base.errors import ForkliftError
 from forklift.recordings.formats.signals import Place
 from forklift.recordings.recording import Recording
@@ -26,7 +27,7 @@ MAPPING = "channels.toml"
 
 
 @dataclass(frozen=True, repr=False)
-class Campaign:
+class Campaign(Celled):
     """Recordings of one truck at one sample rate, in the order of ``campaign.toml``.
 
     ``campaign["free_steps_0kg.csv"]`` and ``campaign[0]`` are recordings; iterating gives all of them.
@@ -138,6 +139,20 @@ class Campaign:
             (temporary / FILE).write_bytes(document.encode())
         return folder
 
+    def cell(self) -> Cell:
+        """Every recording in a row."""
+        held = len(self.validate)
+        told = self.title[:1].upper() + self.title[1:]
+        return Cell(
+            [f"{told}: {len(self)} recordings, {len(self) - held} to be fitted on and {held} held out."],
+            ["File", "Lift", "Load [kg]", "Role", "Samples", "Seconds", "Channels"],
+            [
+                [one.file, one.lift, f"{one.load_kg:g}", one.role, str(len(one)), f"{one.duration_s:.1f}",
+                 ", ".join(one.channels)]
+                for one in self.recordings
+            ],
+        )  # fmt: skip
+
     @property
     def estimate(self) -> tuple[Recording, ...]:
         """The recordings that may be fitted on."""
@@ -207,6 +222,20 @@ class Campaign:
             f"Campaign({self.name!r}, {len(self)} recordings ({len(self.estimate)} estimate, "
             f"{len(self.validate)} validate) at {self.sample_rate_hz:g} Hz)"
         )
+
+
+def campaign_of(given: Campaign | str | Path) -> Campaign:
+    """A campaign, or the one of a folder.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"``, and those of `Campaign.read`.
+    """
+    if isinstance(given, str | Path):
+        return Campaign.read(given)
+    arguments.of_kind(Campaign, campaign=given)
+    return given
 
 
 def document_of(path: str | Path) -> tuple[Path, CampaignFile]:

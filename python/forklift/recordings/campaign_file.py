@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import PurePosixPath, PureWindowsPath
@@ -12,6 +11,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from forklift.base import toml
 from forklift.base.errors import ForkliftError
 from forklift.recordings.channels import Lifts, table
 from forklift.recordings.formats import format_of
@@ -107,7 +107,7 @@ def parse(data: bytes, place: Place) -> CampaignFile:
             line=data.count(b"\n", 0, error.start) + 1,
         ) from error
     try:
-        return check(tomllib.loads(text), place, text)
+        return check(toml.loads(text), place, text)
     except (ValueError, RecursionError) as error:  # a number of too many digits is a ValueError
         where = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", str(error))
         line = int(where[1]) if where and where[1] else len(text.splitlines()) or 1

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from forklift.base import output
+from forklift.base import output, toml
 from forklift.base.errors import ForkliftError
 from forklift.recordings.campaign import FILE, MAPPING, Campaign, document_of, places, replaceable
 from forklift.recordings.channels import Lifts
@@ -160,7 +159,7 @@ def convert(
             entered = [Entered(one.lift or "both", one.load_kg, one.role) for one in entered]
         mapping = _mapping(channels, ignore, dbc)
         if propose and files:
-            mapping["channels"] = tomllib.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())["channels"]
+            mapping["channels"] = toml.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())["channels"]
         document = _document(name, files, str(out), entered, mapping)
         entries = zip(document.recording, files, strict=True)
         databases = tuple(os.path.abspath(file) for file in mapping["dbc"])
@@ -242,7 +241,7 @@ def _mapping(
         return {"channels": plain, "ignore": list(ignore), "dbc": bases}
     path = Path(channels)
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        found = toml.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
         raise ForkliftError(
             "mapping-unreadable",

@@ -13,6 +13,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.base.plotted import Line, Plotted
 from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, Lifts, table
 from forklift.recordings.clocks import TIME_SUFFIX, Rows, Sampled, nearest
 
@@ -24,7 +25,7 @@ Role = Literal["estimate", "validate"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording:
+class Recording(Plotted):
     """What was commanded and measured in one run, in SI units, and what was entered about it.
 
     ``recording["pressure_free_pa"]`` is one channel. Two recordings are equal if they hold the same, from
@@ -250,6 +251,21 @@ class Recording:
             "sample_rate_hz": self.sample_rate_hz,
             "channels": {name: self._summary(name) for name in self.channels},
         }
+
+    def heading(self) -> str:
+        """Its file, and what was entered."""
+        return f"{self.file}: {self.lift} lift, {self.load_kg:g} kg, {self.role}"
+
+    def lines(self) -> list[Line]:
+        """Every channel at its own instants, the commanded currents last."""
+        known = table()
+        drives = [name for name in self.channels if name in COMMANDS]
+        return [
+            Line(name, known[name].unit, own.time, own.values,
+                 "command" if name in COMMANDS else "measured")
+            for name in (*(name for name in self.channels if name not in COMMANDS), *drives)
+            for own in [self.own(name)]
+        ]  # fmt: skip
 
     def _summary(self, name: str) -> dict[str, Any]:
         own = self.own(name)

@@ -13,6 +13,7 @@ from forklift.report.page import fragment
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from forklift.base.cell import Celled
     from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.compare import Comparison
     from forklift.fitting.fit import Fit
@@ -46,6 +47,12 @@ def of_comparison(comparison: Comparison) -> str:
     """The verdict, and how well each operating point fits."""
     tables = operating_points(comparison.machine, None, comparison.agreement, {})
     return _summary(comparison.verdict, _tables(tables))
+
+
+def of_cell(one: Celled) -> str:
+    """Its own sentences and table."""
+    told = one.cell()
+    return _summary(told.sentences, [(told.heads, told.rows)] if told.rows else [])
 
 
 def _tables(tables: Iterable[Table]) -> list[tuple[Sequence[str], Sequence[Sequence[object]]]]:

@@ -48,7 +48,7 @@ def comparison_page(comparison: Comparison) -> str:
                     machine,
                     machine.facts(),
                     [one.recording for one in comparison.predictions],
-                    "compare",
+                    origin.command(machine, "compare"),
                 ),
             ],
             GLOSSARY,

@@ -56,14 +56,14 @@ def _provenance(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         if "sha256" in told.get(key, {})
     ]
     again = [Code("The same again", told["command"])] if told["command"] else []
-    seconds = [[name, f"{spent:.1f}"] for name, spent in told["seconds"].items()]
+    seconds = [[name, f"{spent:.1f}"] for name, spent in found.seconds.items()]
     return made_from(
         f"{found.machine.runs} Of a recording held out nothing is adjusted{own}.",
         [*again, Table("Made from", ["What", "SHA-256"], made, [False, False])],
         [[one["file"], one["role"], one["sha256"]] for one in told["recordings"]],
         [
             Table(
-                f"Seconds by stage, {told['runtime_s']:.0f} in all",
+                f"Seconds by stage, {sum(found.seconds.values()):.0f} in all",
                 ["Stage", "Seconds"],
                 seconds,
                 [False, True],

@@ -46,10 +46,8 @@ def fit_page(fit: Fit) -> str:
 
 def _provenance(fit: Fit) -> Section:
     facts = {**fit.machine.facts(), **fit.machine.facts_of(fit.values, fit.sources, fit.title)}
-    options = fit_files.options(fit)
-    return provenance(
-        fit.origin, fit.machine, facts, fit.recordings, "fit", options=options, more=[_search(fit)]
-    )
+    command = fit_files.command(fit)
+    return provenance(fit.origin, fit.machine, facts, fit.recordings, command, [_search(fit)])
 
 
 def _facts(fit: Fit) -> list[Fact]:

@@ -25,10 +25,7 @@ def provenance(
     machine: Subject,
     facts: Mapping[str, Any],
     recordings: Sequence[Any],
-    verb: str,
-    *,
-    options: Sequence[str] = (),
-    lead: str = "",
+    command: str | None,
     more: Sequence[Block] = (),
 ) -> Section:
     """Hashes, versions and the command; `facts` of the machine as it started and came out."""
@@ -38,11 +35,10 @@ def provenance(
         for part, one in (("Start", facts.get("start")), ("Fitted", facts.get(machine.words.noun)))
         if one and "sha256" in one
     ]
-    command = origin.command(machine, verb, options)
     again: list[Block] = [Code("The same again", command)] if command else []
     rows = [[one.file, one.role, one.sha256] for one in recordings]
     first = [*again, Table("Made from", ["What", "SHA-256"], made, [False, False])]
-    return made_from(lead or machine.runs, first, rows, more)
+    return made_from(machine.runs, first, rows, more)
 
 
 def made_from(

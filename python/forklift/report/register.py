@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from forklift.base.present import draw_page, draw_summary, draw_tables
+from forklift.base.cell import Celled
+from forklift.base.plotted import Plotted
+from forklift.base.present import draw_figure, draw_page, draw_summary, draw_tables
 from forklift.base.sheet import Listed, Sheeted
 from forklift.control.compare import ControlComparison
 from forklift.diagnosis.result import Diagnosis
 from forklift.ensemble.sweep import Sweep
 from forklift.fitting.compare import Comparison
 from forklift.fitting.fit import Fit
-from forklift.report import notebook
+from forklift.report import notebook, plots
 from forklift.report.of_comparison import comparison_page
 from forklift.report.of_control import control_page
 from forklift.report.of_diagnosis import diagnosis_page
@@ -27,6 +29,9 @@ draw_page.register(Fit, fit_page)
 draw_page.register(Sheeted, simulation_page)
 draw_page.register(Sweep, sweep_page)
 
+draw_figure.register(Plotted, plots.figure)
+
+draw_summary.register(Celled, notebook.of_cell)
 draw_summary.register(Comparison, notebook.of_comparison)
 draw_summary.register(Diagnosis, notebook.of_diagnosis)
 draw_summary.register(Fit, notebook.of_fit)

@@ -8,6 +8,7 @@ mod late;
 pub mod lowering;
 pub mod sensitivity;
 pub mod ticks;
+pub mod variants;
 
 use crate::effects::StateSpec;
 use crate::error::Error;

@@ -49,6 +49,11 @@ impl<'a> Grid<'a> {
     }
 }
 
+/// How long a substep is [s].
+pub(super) fn substep_s(time: &[f64], substeps: usize) -> f64 {
+    Grid::new(time, substeps).h
+}
+
 /// The means over the substep after grid point `j`, on which the inputs `k` hold, of commands that come late.
 ///
 /// A command that jumped before, and whose delay is not over, counts with its share of the substep: exact for any

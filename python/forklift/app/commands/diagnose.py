@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from forklift.app.interruption import keeping
 from forklift.app.machines import asked_for
 from forklift.app.options import Json, Machine, TruckName
 from forklift.app.terminal import print_json, say_written, telling
@@ -29,17 +30,21 @@ def diagnose(
     machine: Machine = None,
     as_json: Json = False,
 ) -> None:
-    """Find where model and recordings part, name what is missing, and show what the model gains by it."""
+    """Find where model and recordings part, name what is missing, and show what the model gains by it.
+
+    Ctrl-C keeps what was computed: the same command goes on from there.
+    """
     from forklift import diagnose as verb
-    from forklift.base import output
     from forklift.base.result_files import PAGE
     from forklift.diagnosis import files as diagnosis_files
+    from forklift.diagnosis.unfinished import FOLDER
 
-    output.check_folder(out, diagnosis_files.earlier(out), diagnosis_files.MARK)
+    diagnosis_files.check(out)
     chosen, found, conditions = asked_for(campaign, truck, machine, temperature)
-    with telling() as progress:
-        result = verb(chosen, found, progress=progress, **conditions)
-    result.write(out)
+    with keeping(out / FOLDER, "the same command"):
+        with telling() as progress:
+            result = verb(chosen, found, out=out, progress=progress, **conditions)
+        result.write(out)
     if as_json:
         print_json(result.to_dict())
     else:

@@ -46,7 +46,6 @@ KEPT = (
     "fit_summary",
     "untestable",
     "not_separable",
-    "runtime_s",
 )
 OF_CAUSE = (
     "id", "kind", "name", "where", "equation", "credibility", "form", "parameters",

@@ -14,12 +14,14 @@ from numpy.typing import ArrayLike
 from forklift import _core
 from forklift.base import arguments, output
 from forklift.base.arrays import Floats
+from forklift.base.cell import Cell, Celled
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import amount
+from forklift.base.plotted import Line, Plotted
 from forklift.base.sheet import Curve, Curves, Listing, Sheet, Sheeted
 from forklift.plant.forklift.commands import COLUMNS, Command
 from forklift.plant.forklift.tables import outputs, states
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lifts, channels, table
 from forklift.recordings.recording import Recording
 
@@ -38,7 +40,7 @@ generated command leaves the truck at rest."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation(Sheeted):
+class Simulation(Sheeted, Celled, Plotted):
     """What `simulate` gives: outputs and states over time, in SI units, positive upward.
 
     ``simulation["velocity_free_m_s"]`` is one output, ``simulation["free.position"]`` one state, each
@@ -204,6 +206,32 @@ class Simulation(Sheeted):
             f"{amount(float(pressure.max()), 'Pa')} in its cylinder."
         )
 
+    def heading(self) -> str:
+        """Truck, load and oil temperature."""
+        degc = float(np.mean(self.oil_temperature_degc))
+        return f"Truck “{self.truck.name}” lowering {self.load_kg:g} kg, oil at {degc:.1f} °C"
+
+    def lines(self) -> list[Line]:
+        """Of each lift that was simulated its velocity, pressure, position and current."""
+        found = []
+        for lift in LIFTS:
+            if not np.isfinite(self[f"position_{lift}_m"]).any():
+                continue
+            for name in (f"velocity_{lift}_m_s", f"pressure_{lift}_pa", f"position_{lift}_m"):
+                found.append(Line(name, outputs()[name]["unit"], self.time_s, self[name], "simulated"))
+            current = f"current_{lift}_a"
+            found.append(Line(current, "A", self.time_s, self._driving()[current], "command"))
+        return found
+
+    def cell(self) -> Cell:
+        """What was simulated, and each output as `listing` has it."""
+        table, span = self.listing(), f"{self.time_s[0]:g} to {self.time_s[-1]:g} s"
+        return Cell(
+            [f"{self.heading()}, {len(self.time_s)} samples from {span}."],
+            [head.removeprefix(">").capitalize() for head in table.heads],
+            table.rows,
+        )
+
     def __repr__(self) -> str:
         return (
             f"Simulation({self.truck.name!r}, {self.load_kg:g} kg, "
@@ -221,7 +249,7 @@ class Simulation(Sheeted):
 
 
 def simulate(
-    truck: Truck,
+    truck: Truck | str | Path,
     command: Command,
     *,
     load_kg: float,
@@ -238,7 +266,8 @@ def simulate(
     Parameters
     ----------
     truck, command
-        Whose equations, and the currents of both valves, held between their samples.
+        Whose equations (a `Truck`, its name or its file), and the currents of both valves, held between
+        their samples.
     load_kg
         Mass on the forks [kg], on top of the truck's own moving mass.
     oil_temperature_degc
@@ -266,12 +295,10 @@ def simulate(
         "substeps": substeps,
         "start": None if start is None else _column("start", start),
     }
-    arguments.of_kind(Truck, truck=truck)
+    truck = truck_of(truck)
     arguments.of_kind(Command, command=command)
     _check_solver(solver, tolerance, substeps)
-    at = command.time_s if time is None else _column("time", time)
-    if not np.size(at):
-        raise ForkliftError("argument-invalid", "time is empty; give one time or more", name="time")
+    at = sampled_at(time, command)
     temperature = np.asarray(_column("oil_temperature_degc", oil_temperature_degc))
     if temperature.ndim == 0:
         temperature = np.full(len(command.time_s), float(temperature))
@@ -298,8 +325,26 @@ def simulate(
     )
 
 
+def sampled_at(time: ArrayLike | None, command: Command) -> Floats:
+    """Times that were asked for, or the command's own.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"`` if there are none.
+    """
+    at = command.time_s if time is None else _column("time", time)
+    if not np.size(at):
+        raise ForkliftError("argument-invalid", "time is empty; give one time or more", name="time")
+    return at
+
+
 def predict(
-    truck: Truck, recording: Recording, *, oil_temperature_degc: float | None = None, **settings: Any
+    truck: Truck | str | Path,
+    recording: Recording,
+    *,
+    oil_temperature_degc: float | None = None,
+    **settings: Any,
 ) -> Simulation:
     """Replay a recording's commands free-running, at its own times: no state is corrected by measurements.
 
@@ -319,7 +364,7 @@ def predict(
         ``"temperature-missing"`` if there is neither channel nor argument, ``"value-out-of-bounds"`` if the
         recording starts beyond the truck's stroke, and those of `simulate`.
     """
-    arguments.of_kind(Truck, truck=truck)
+    truck = truck_of(truck)
     arguments.of_kind(Recording, recording=recording)
     _check_settings(settings)
     clock, currents = recording.commanded

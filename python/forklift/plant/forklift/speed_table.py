@@ -18,7 +18,7 @@ from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.commands import steps_to_current
 from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lift
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ class SpeedTable:
 
 
 def speed_to_current(
-    truck: Truck,
+    truck: Truck | str | Path,
     lift: Lift,
     *,
     speeds: Sequence[float] | Floats | None = None,
@@ -173,7 +173,7 @@ def speed_to_current(
         ``"argument-invalid"`` for another lift, load or temperature out of range, or speeds that do not
         rise, are negative or not finite; ``"no-steady-state"``.
     """
-    arguments.of_kind(Truck, truck=truck)
+    truck = truck_of(truck)
     if lift not in LIFTS:
         raise ForkliftError("argument-invalid", f"there is no lift {lift!r}; take free or main", name="lift")
     load_kg = arguments.number("load_kg", load_kg)

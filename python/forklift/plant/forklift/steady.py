@@ -9,17 +9,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
-from forklift.base import arguments
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER, Plateau, arrays, plateaus
 from forklift.plant.forklift.tables import parameters
-from forklift.plant.forklift.truck import Truck
-from forklift.recordings.campaign import Campaign
+from forklift.plant.forklift.truck import Truck, truck_of
+from forklift.recordings.campaign import Campaign, campaign_of
 from forklift.recordings.channels import LIFTS, Lift
 
 if TYPE_CHECKING:
@@ -175,7 +175,9 @@ class SteadyState:
         return "\n".join([*rows, *self.cannot_tell])
 
 
-def steady_state(campaign: Campaign, truck: Truck, *, lift: Lift | None = None) -> SteadyState:
+def steady_state(
+    campaign: Campaign | str | Path, truck: Truck | str | Path, *, lift: Lift | None = None
+) -> SteadyState:
     """Estimate what acts at steady state from a campaign's plateaus, for one lift or each that has some.
 
     The velocity of each plateau (`forklift.plant.forklift.plateaus.plateaus`) is compared with the steady
@@ -201,8 +203,7 @@ def steady_state(campaign: Campaign, truck: Truck, *, lift: Lift | None = None) 
         ``"plateaus-missing"`` if no recording holds one, ``"argument-invalid"`` for another lift, and what
         `forklift.plant.forklift.simulate.predict` raises.
     """
-    arguments.of_kind(Campaign, campaign=campaign)
-    arguments.of_kind(Truck, truck=truck)
+    campaign, truck = campaign_of(campaign), truck_of(truck)
     if lift is not None and lift not in LIFTS:
         raise ForkliftError("argument-invalid", f"there is no lift {lift!r}; take free or main", name="lift")
     estimates: dict[str, Estimate] = {}

@@ -14,17 +14,19 @@ from typing import Any
 
 from forklift import _core
 from forklift.base import arguments, output, present
+from forklift.base.cell import Cell, Celled
 from forklift.base.errors import ForkliftError
 from forklift.base.sheet import Listed, Listing
 from forklift.plant.forklift import truck_file
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck_file import Value
+from forklift.recordings.channels import LIFTS
 
 SHIPPED = Path(__file__).parent / "trucks"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Truck(Listed):
+class Truck(Listed, Celled):
     """The parameters of both lifts of a truck, immutable and checked against the core's tables.
 
     `Truck.read` makes one. Names are full (``"free.viscosity.nu_0"``), values in the SI units of
@@ -151,6 +153,28 @@ class Truck(Listed):
             ],
         )
 
+    def cell(self) -> Cell:
+        """Every parameter, both lifts side by side."""
+        rows: dict[str, dict[str, str]] = {}
+        units = {}
+        for name, value in self.values.items():
+            lift, _, rest = name.partition(".")
+            own, column = (rest, lift) if lift in LIFTS else (name, "both")
+            rows.setdefault(own, {})[column] = " ".join(
+                f"{one:.6g}" for one in (value if isinstance(value, tuple) else (value,))
+            )
+            units[own] = parameters()[name]["unit"]
+        said = f"Truck “{self.name}” ({self.origin}, SHA-256 {self.sha256[:12]})"
+        more = f" with {', '.join(self.effects)}" if self.effects else ", the thesis's model"
+        return Cell(
+            [f"{said}{more}."],
+            ["Parameter", "Unit", "Free lift", "Main lift"],
+            [
+                [name, units[name], *(found.get(lift, found.get("both", "—")) for lift in LIFTS)]
+                for name, found in rows.items()
+            ],
+        )
+
     def __repr__(self) -> str:
         effects = f", effects={list(self.effects)}" if self.effects else ""
         return f"Truck({self.name!r}, {len(self.values)} parameters{effects}, sha256={self.sha256[:12]})"
@@ -166,6 +190,20 @@ class Truck(Listed):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Truck, (self.name, dict(self.values), dict(self.sources), self.origin))
+
+
+def truck_of(given: Truck | str | Path) -> Truck:
+    """A truck, or the one of a name or a file.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"``, and those of `Truck.read`.
+    """
+    if isinstance(given, str | Path):
+        return Truck.read(given)
+    arguments.of_kind(Truck, truck=given)
+    return given
 
 
 def shipped() -> tuple[str, ...]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any, NamedTuple, NoReturn
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from forklift.base import toml
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.curve_tables import IDS, ports, variables
 from forklift.plant.forklift.tables import parameters
@@ -55,8 +55,8 @@ def read(path: Path) -> TruckFile:
     """
     text = _text(path)
     try:
-        tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        tables = toml.loads(text)
+    except toml.TOMLDecodeError as error:
         line = re.search(r"line (\d+)", str(error))
         number = int(line[1]) if line else text.count("\n") + 1
         what = re.sub(r" \(at .*\)$", "", str(error))

@@ -1,5 +1,7 @@
 """CSV: a header of names, then one row a sample; comma and decimal point, UTF-8; an empty cell is missing.
 
+Instants (ISO 8601, as data frames write them) are seconds from the column's first.
+
 polars parses the numbers, correctly rounded. Whatever is not plain enough for it, or wrong, is read a
 second time with Python's `csv`, cell by cell, so that an error names line and column.
 """
@@ -10,12 +12,14 @@ import csv
 import io
 import re
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
+from forklift.recordings.formats.instants import instant, seconds
 from forklift.recordings.formats.signals import Choose, Everything, Place, Series, Signals, quoted
 
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf|infinity)", re.IGNORECASE | re.ASCII)
@@ -51,11 +55,18 @@ def _all_numbers(text: str, names: list[str], chosen: list[str], columns: list[i
     rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) == len(names)][1:]
     series = {}
     for name, k in zip(chosen, columns, strict=True):
-        cells = (row[k].strip() for row in rows)
-        values = np.array([float(cell) if _NUMBER.fullmatch(cell) else np.nan for cell in cells])
+        cells = [row[k].strip() for row in rows]
+        since = next((found for cell in cells if (found := instant(cell))), None)
+        values = np.array([_plain(cell, since) for cell in cells])
         if np.isfinite(values).any():
             series[name] = Series(values)
     return Signals(series)
+
+
+def _plain(cell: str, since: datetime | None) -> float:
+    """A number, or seconds since an instant; missing if it is neither."""
+    told = float(cell) if _NUMBER.fullmatch(cell) else seconds(since, cell) if since else None
+    return float("nan") if told is None else told
 
 
 def _decode(data: bytes, place: Place) -> str:
@@ -138,6 +149,7 @@ def _carefully(
     """All chosen columns cell by cell, (columns, rows), and each row's line; empty last lines are no rows."""
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     values: list[list[float]] = [[] for _ in columns]
+    since: dict[str, datetime] = {}
     lines: list[int] = []
     empty: int | None = None
     try:
@@ -159,7 +171,8 @@ def _carefully(
                 )
             lines.append(line)
             for column, k in zip(values, columns, strict=True):
-                column.append(_number(row[k], names[k], line, place))
+                first = not column
+                column.append(_number(row[k], names[k], line, place, since, first=first))
     except csv.Error as error:
         raise place.error(
             "recording-unreadable", f"the row is not CSV ({error}); mend its quotes", line=reader.line_num
@@ -167,11 +180,16 @@ def _carefully(
     return np.array(values, dtype=np.float64).reshape(len(columns), -1), np.array(lines, dtype=np.int64)
 
 
-def _number(cell: str, name: str, line: int, place: Place) -> float:
+def _number(
+    cell: str, name: str, line: int, place: Place, since: dict[str, datetime], *, first: bool
+) -> float:
+    """`since` holds the first instant of each column that has instants, from its `first` cell on."""
     cell = cell.strip()
     if not cell:
         return float("nan")
-    if not _NUMBER.fullmatch(cell):
+    if (name in since or first) and (found := instant(cell)) is not None:
+        return (found - since.setdefault(name, found)).total_seconds()
+    if name in since or not _NUMBER.fullmatch(cell):
         raise place.error(
             "cell-not-a-number",
             f"column {quoted(name)} holds {quoted(cell)}, which is not a number; "

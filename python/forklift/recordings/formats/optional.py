@@ -5,11 +5,12 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
+from forklift.base.extras import how_to_install
 from forklift.recordings.formats.signals import Place
 
 
 def require(module: str, extra: str, place: Place) -> ModuleType:
-    """The library `module`, which ``pip install "forklift[extra]"`` brings.
+    """The library `module`, which an extra brings.
 
     Raises
     ------
@@ -21,7 +22,7 @@ def require(module: str, extra: str, place: Place) -> ModuleType:
     except ImportError as error:
         raise place.error(
             "extra-missing",
-            f'reading it needs {module}; install it with pip install "forklift[{extra}]"',
+            f"reading it needs {module}; install it with {how_to_install(extra, module)}",
             extra=extra,
             module=module,
         ) from error

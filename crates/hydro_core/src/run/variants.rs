@@ -1,0 +1,200 @@
+//! Variants of a truck under the same commands, sixteen at a time where the processor has registers for it.
+
+use rayon::prelude::*;
+
+use super::drive::Replay;
+use super::ticks::{substep_s, Stopped, Ticks, Warmer};
+use super::{check, commands_of, Inputs, Interrupt, Lifts, Solver};
+use crate::error::Error;
+use crate::lanes::{with_sixteen_in_registers, LaneScalar, LaneWork};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
+use crate::outputs::{Readings, OUTPUTS};
+use crate::solver::fixed::valve_steps;
+use crate::solver::vectors::widest;
+use crate::truck::Truck;
+
+/// Variants that run side by side.
+const LANES: usize = 16;
+
+/// What a variant has of its own.
+#[derive(Debug, Clone)]
+pub struct Variant {
+    /// In the place of [`Truck::values`].
+    pub values: Vec<f64>,
+    pub load_kg: f64,
+    /// Throughout the run.
+    pub oil_temperature_degc: f64,
+}
+
+/// What all variants go through.
+#[derive(Debug, Clone, Copy)]
+pub struct Course<'a> {
+    pub truck: &'a Truck,
+    pub lifts: Lifts,
+    /// Strictly increasing [s].
+    pub time: &'a [f64],
+    /// Free and main command [A] at each time.
+    pub command: &'a [[f64; 2]],
+    /// Times at which the outputs are wanted [s].
+    pub wanted: &'a [f64],
+    pub substeps: usize,
+}
+
+/// The outputs (times, [`OUTPUTS`]) of every variant, from rest, on all cores: each to the bit what
+/// [`super::simulate`] gives with as many fixed substeps. From where a variant runs away they are not numbers.
+///
+/// # Errors
+/// As [`super::simulate`] of the arguments, with a variant's place; an interrupt.
+pub fn simulate_variants(
+    course: Course,
+    variants: &[Variant],
+    interrupt: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Vec<f64>>, Error> {
+    let (limits, size) = (course.truck.limits(), course.truck.values().len());
+    let mut parts = Vec::with_capacity(variants.len());
+    for (k, variant) in variants.iter().enumerate() {
+        course.check(variant)?;
+        if variant.values.len() != size || !limits.hold(&variant.values) {
+            return Err(Error::Argument {
+                name: "values".into(),
+                value: k.to_string(),
+                requirement: "a variant within the bounds of the truck's parameters".into(),
+            });
+        }
+        parts.push(course.valve_parts(variant)?);
+    }
+    // Lanes share the number of parts that a valve's step is cut into; that of a variant is its own.
+    let mut order: Vec<usize> = (0..variants.len()).collect();
+    order.sort_by_key(|&k| (parts[k], k));
+    let groups: Vec<&[usize]> =
+        order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|one| one.chunks(LANES)).collect();
+    let run = |places: &&[usize]| {
+        let variants = places.iter().map(|&k| &variants[k]).collect();
+        let group = Group { course, variants, interrupt };
+        with_sixteen_in_registers(group).unwrap_or_else(Group::one_by_one)
+    };
+    let found: Vec<Result<Vec<Vec<f64>>, Error>> = groups.par_iter().map(run).collect();
+    let mut outputs = vec![Vec::new(); variants.len()];
+    for (places, group) in groups.iter().zip(found) {
+        for (&place, own) in places.iter().zip(group?) {
+            outputs[place] = own;
+        }
+    }
+    Ok(outputs)
+}
+
+impl Course<'_> {
+    fn check(&self, variant: &Variant) -> Result<(), Error> {
+        let oil = vec![variant.oil_temperature_degc; self.time.len()];
+        let (time, command, load_kg) = (self.time, self.command, variant.load_kg);
+        let inputs = Inputs { time, command, oil_temperature_degc: &oil, load_kg };
+        check(&inputs, self.wanted, Solver::Fixed { substeps: self.substeps })
+    }
+
+    fn valve_parts(&self, variant: &Variant) -> Result<usize, Error> {
+        let fastest = match self.lifts {
+            Lifts::Both => self.fastest_rate(LiftName::BOTH, variant)?,
+            Lifts::One(lift) => self.fastest_rate([lift], variant)?,
+        };
+        Ok(valve_steps(fastest, substep_s(self.time, self.substeps)))
+    }
+
+    fn fastest_rate<const L: usize>(&self, which: [LiftName; L], variant: &Variant) -> Result<f64, Error> {
+        let (lifts, _) = self.truck.build(which, variant.load_kg, |k, _| variant.values[k])?;
+        Ok(lifts.iter().fold(0.0, |rate, lift| rate.max(lift.valve.fastest_rate())))
+    }
+}
+
+/// At most [`LANES`] variants; a lane without one repeats the last.
+struct Group<'a> {
+    course: Course<'a>,
+    variants: Vec<&'a Variant>,
+    interrupt: Interrupt<'a>,
+}
+
+impl Group<'_> {
+    fn one_by_one(self) -> Result<Vec<Vec<f64>>, Error> {
+        let Group { course, variants, interrupt } = self;
+        let alone = |one| LaneWork::<1>::run::<f64>(Group { course, variants: vec![one], interrupt });
+        let found: Vec<Vec<Vec<f64>>> = variants.into_iter().map(alone).collect::<Result<_, _>>()?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// A number of each variant, in lanes.
+    fn each<S: LaneScalar<N>, const N: usize>(&self, f: impl Fn(&Variant) -> f64) -> S {
+        S::from_lanes(std::array::from_fn(|lane| f(self.variants[lane.min(self.variants.len() - 1)])))
+    }
+
+    fn of_lifts<S: LaneScalar<N>, const N: usize, const L: usize>(
+        self,
+        which: [LiftName; L],
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let load = self.each(|one| one.load_kg);
+        let (lifts, effects) = self.course.truck.build(which, load, |k, _| self.each(|one| one.values[k]))?;
+        if effects.is_empty() {
+            self.through::<S, _, N, L>(which, lifts, Thesis)
+        } else {
+            let physics = Extended::new(&effects, &lifts);
+            self.through::<S, _, N, L>(which, lifts, physics)
+        }
+    }
+
+    fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
+        self,
+        which: [LiftName; L],
+        lifts: [Lift<S>; L],
+        physics: X,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let Course { truck, time, command, wanted, substeps, .. } = self.course;
+        let (count, oil) = (self.variants.len(), vec![0.0; time.len()]);
+        let inputs = Inputs { time, command, oil_temperature_degc: &oil, load_kg: 0.0 };
+        let warmer = Warmer { by: self.each(|one| one.oil_temperature_degc), warming: S::zero() };
+        let mut start = vec![S::zero(); L * STATES + physics.states()];
+        for (k, lift) in lifts.iter().enumerate() {
+            let position = S::constant(which[k].start_position()).clamp_to(lift.stop.lower, lift.stop.upper);
+            lift.at_rest(position).write(&mut start[k * STATES..(k + 1) * STATES]);
+        }
+        let mut mast = Mast { lifts, physics, command: [S::zero(); L], oil_temperature_degc: S::zero() };
+        mast.set_inputs(commands_of(&which, command[0]).map(S::constant), warmer.at(&(&inputs).into(), 0));
+        mast.start_effects(&mut start);
+        let readings = Readings::new(&which, truck.effects());
+        let mut outputs = vec![Vec::with_capacity(wanted.len() * OUTPUTS.len()); count];
+        let mut record = |_, x: &[S]| {
+            for value in readings.sums(x) {
+                for (own, value) in outputs.iter_mut().zip(value.lanes()) {
+                    own.push(value);
+                }
+            }
+        };
+        let ticks = Ticks {
+            mast,
+            drive: &mut Replay::new(which, &inputs),
+            clock: (&inputs).into(),
+            warmer,
+            start: &start,
+            wanted,
+            substeps,
+            record: &mut record,
+            carry_on: true,
+            interrupt: self.interrupt,
+        };
+        match widest(ticks) {
+            Ok(_) | Err(Stopped::NotFinite { .. }) => {}
+            Err(Stopped::Interrupted { time_s }) => return Err(Error::Interrupted { time_s }),
+        }
+        for own in &mut outputs {
+            own.resize(wanted.len() * OUTPUTS.len(), f64::NAN);
+        }
+        Ok(outputs)
+    }
+}
+
+impl<const N: usize> LaneWork<N> for Group<'_> {
+    type Output = Result<Vec<Vec<f64>>, Error>;
+    fn run<S: LaneScalar<N>>(self) -> Self::Output {
+        match self.course.lifts {
+            Lifts::Both => self.of_lifts::<S, N, 2>(LiftName::BOTH),
+            Lifts::One(lift) => self.of_lifts::<S, N, 1>([lift]),
+        }
+    }
+}

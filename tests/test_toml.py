@@ -1,0 +1,50 @@
+"""TOML of absurd size or depth is refused in a second, wherever a file is TOML."""
+
+import time
+
+import pytest
+
+from forklift import Campaign, Truck, convert, sweep
+from forklift.base import toml
+from forklift.control.controller import Controller
+from forklift.plant.campaign import read
+from small_campaign import raised
+from test_machines import decay
+
+ABSURD = {
+    "size": 'name = "' + "a" * 3_000_000 + '"',
+    "lines": "a = 1\n" * 700_000,
+    "arrays": "a = " + "[" * 100_000,
+    "tables": "a = " + "{b = " * 100_000,
+    "a key": ".".join("a" * 200_000) + " = 1",
+    "a head": "[" + ".".join("a" * 200_000) + "]",
+    "many heads": "\n".join(f"[{'.'.join('a' * 60)}.b{k}]" for k in range(5000)),
+    "an inline key": "x = {" + ".".join("a" * 100_000) + " = 1}",
+    "a number": "a = " + "1" * 10_000,
+    "nested arrays": "a = " + "[" * 200 + "]" * 200,
+}
+READERS = {
+    "campaign": lambda path: Campaign.read(path.parent),
+    "truck": Truck.read,
+    "sweep": lambda path: sweep(path, out=path.parent / "out"),
+    "controller": Controller.read,
+    "machine": lambda path: read(path.parent, decay()),
+    "mapping": lambda path: convert([path], out=path.parent / "out", channels=path, lift="free", load_kg=0.0),
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("what", ABSURD)
+def test_it_is_refused_at_once(tmp_path, what, reader):
+    path = tmp_path / "campaign.toml"
+    path.write_text(ABSURD[what], encoding="utf-8")
+    began = time.process_time()
+    error = raised(READERS[reader], path)
+    assert time.process_time() - began < 1.0
+    assert len(error.message) < 500
+    assert str(path) in error.message or path.name in error.message
+
+
+def test_what_people_write_is_read():
+    text = "# " + "." * 300 + '\nname = "a.b.c"\n"quoted.' + "x." * 100 + '" = 1\n[a.b.c]\nd.e = 1.5\n'
+    assert toml.loads(text)["a"] == {"b": {"c": {"d": {"e": 1.5}}}}
