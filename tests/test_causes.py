@@ -8,8 +8,9 @@ from typing import cast
 from forklift.diagnosis.causes import causes
 from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.rules import rivals
 from forklift.diagnosis.screening import Screened, Screening
-from forklift.diagnosis.selection import Selection, Step, _rivals
+from forklift.diagnosis.selection import Selection, Step
 
 NOTHING = Screening(0.0, (), (), ())
 
@@ -70,7 +71,7 @@ def test_rivals_are_those_confused_either_way_and_not_the_accepted_from_another_
     listed = [*fillers, again, said, says, neither]
     screening = Screening(0.0, tuple(Screened((one,), 10.0, (0.0,), (0.1,)) for one in listed), (), ())
     best = refit(accepted, left=100.0, complete=True)
-    found = _rivals(best, [best, refit(fillers[0], left=500.0)], screening)
+    found = rivals(best, [best, refit(fillers[0], left=500.0)], screening)
     assert [one.hypotheses[0].label for one in found] == ["b", "c", "pump", "viscosity"]
 
 

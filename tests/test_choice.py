@@ -13,8 +13,9 @@ from forklift.diagnosis.criteria import AS_NEAR, LEAST_FAULT, LIVES_BEYOND, MISF
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.rules import choice, foresees, may_help, mended, replaces
 from forklift.diagnosis.screening import Screened, Screening
-from forklift.diagnosis.selection import _choice, _foresees, _may_help, _mended, _needed, _replaces, alarming
+from forklift.diagnosis.selection import alarming, needed
 from forklift.plant.forklift.unnamed import curves
 from forklift.plant.protocol import Addition, Hypothesis
 
@@ -52,7 +53,7 @@ CURVE = Name("curve", "unknown")
 
 
 def chosen(*refits: Tried) -> Tried:
-    return cast(Tried, _choice([cast(Refit, refit) for refit in refits]))
+    return cast(Tried, choice([cast(Refit, refit) for refit in refits]))
 
 
 def test_the_best_is_chosen_and_of_those_that_explain_everything_the_shortest():
@@ -70,7 +71,7 @@ def test_a_number_at_its_bound_yields_to_a_simpler_twin_within_the_margin():
 
 
 def replaced(refit: Tried, best: Tried, baseline: Tried) -> bool:
-    return _replaces(cast(Refit, refit), cast(Refit, best), cast(Refit, baseline), 0.5)
+    return replaces(cast(Refit, refit), cast(Refit, best), cast(Refit, baseline), 0.5)
 
 
 def test_a_curve_at_the_place_of_a_name_mends_it_with_less_than_a_second_cause_needs():
@@ -112,7 +113,7 @@ def test_who_could_not_remove_enough_is_not_tried(left, share):
     refitter = cast(Refitter, SimpleNamespace(later=0.5))
 
     def helps(gain: float) -> bool:
-        return _may_help(Screened((), gain, (), ()), best, refitter)
+        return may_help(Screened((), gain, (), ()), best, refitter)
 
     assert helps(1.01 * needed)
     assert not helps(0.99 * needed)
@@ -135,15 +136,15 @@ def test_of_curves_that_promise_nearly_as_much_the_likely_one_goes_first():
         return Screened((cast(Hypothesis, Name("c", unlikely=unlikely)),), evidence, (), (), evidence)
 
     best, near, far = curve(100.0, unlikely=True), curve(90.0, unlikely=False), curve(75.0, unlikely=False)
-    ranked = sorted([best, near, far], key=lambda one: FreeCurves._yields(one, best))
+    ranked = sorted([best, near, far], key=lambda one: FreeCurves.yields_to(one, best))
     assert ranked == [near, best, far]
 
 
 def test_a_curve_mends_a_name_and_not_a_machine_that_leaves_little_over():
     nothing, name = Tried((), 1000.0, 600.0, slight=True), Tried((LEAK,), 1000.0, 600.0, slight=True)
     curve, beside = Tried((CURVE,), 900.0), Tried((LEAK, CURVE), 900.0)
-    assert _mended([cast(Refit, curve)], cast(Refit, nothing)) is None
-    assert _mended([cast(Refit, beside)], cast(Refit, name)) is beside
+    assert mended([cast(Refit, curve)], cast(Refit, nothing)) is None
+    assert mended([cast(Refit, beside)], cast(Refit, name)) is beside
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,9 +174,9 @@ def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need()
     load = Hypothesis("load_entered", "parameter", "", "", "", None, Addition())
     gain = Hypothesis("pressure_gain", "sensor", "", "", "", "gain", Addition())
     race = Race(cast(Refitter, Without()), lambda said: None)
-    unconfirmed = _needed(race, cast(Refit, Asked((load, gain))))
+    unconfirmed = needed(race, cast(Refit, Asked((load, gain))))
     assert unconfirmed.hypotheses == (gain,)
-    confirmed = _needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
+    confirmed = needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
     assert load in confirmed.hypotheses
 
 
@@ -199,7 +200,7 @@ def test_no_name_stays_that_removes_less_than_it_must_to_be_accepted(removed, st
 
     race = Race(cast(Refitter, Left()), lambda said: None)
     best = Sure((much, little), complete=False, squares=2e4, excess=1e4)
-    assert _needed(race, cast(Refit, best)).hypotheses == ((much, little) if stays else (much,))
+    assert needed(race, cast(Refit, best)).hypotheses == ((much, little) if stays else (much,))
 
 
 @pytest.mark.parametrize(
@@ -216,5 +217,5 @@ def test_a_curve_must_hold_in_groups_that_are_left_out(monkeypatch, left_out, ch
     folds = (SimpleNamespace(before=1.0, after=left_out), SimpleNamespace(before=1.0, after=0.9))
     monkeypatch.setattr("forklift.diagnosis.selection.group_folds", lambda *given: folds)
     refits = [cast(Refit, Tried()), cast(Refit, Tried((CURVE,)))]
-    assert _foresees(cast(Refitter, SimpleNamespace(strict=True)), *refits) is chosen
-    assert _foresees(cast(Refitter, SimpleNamespace(strict=False)), *refits)
+    assert foresees(cast(Refitter, SimpleNamespace(strict=True)), *refits) is chosen
+    assert foresees(cast(Refitter, SimpleNamespace(strict=False)), *refits)

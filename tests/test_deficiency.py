@@ -171,14 +171,14 @@ def test_every_channel_of_a_recording_has_the_phase_of_what_moves():
 
 
 def test_an_encoder_at_rest_is_rounded_once():
-    from forklift.fitting.residuals import _stretches
+    from forklift.fitting.residuals import still_stretches
 
     moving, half = np.arange(100.0), np.r_[np.arange(50.0), np.full(50, 50.0)]
-    assert _stretches(moving) == 100.0
-    assert _stretches(np.zeros(100)) == 1.0
-    assert _stretches(half) == pytest.approx(100.0**2 / (50.0 + 50.0**2))
+    assert still_stretches(moving) == 100.0
+    assert still_stretches(np.zeros(100)) == 1.0
+    assert still_stretches(half) == pytest.approx(100.0**2 / (50.0 + 50.0**2))
     # Rounding by a place that is anywhere: the mean square over such stretches scatters as of so many.
     random = np.random.default_rng(3)
     place = random.uniform(-0.5, 0.5, (20000, 51))
     square = 12.0 * (place[:, :50] ** 2).sum(axis=1) + 12.0 * 50.0 * place[:, 50] ** 2
-    assert np.var(square / 100.0) == pytest.approx(0.8 / _stretches(half), rel=0.05)
+    assert np.var(square / 100.0) == pytest.approx(0.8 / still_stretches(half), rel=0.05)

@@ -97,7 +97,7 @@ def test_the_folder_holds_the_schema_and_a_truck_that_every_command_takes(tmp_pa
 
 
 def test_resampled_recordings_decide_and_not_samples():
-    from forklift.diagnosis.selection import credibility
+    from forklift.diagnosis.rules import credibility
 
     class Tried:
         """A refit as far as credibility goes."""

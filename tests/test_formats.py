@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from forklift import Campaign, ForkliftError, convert
 from forklift.recordings.clocks import SAME_INSTANT_S, Sampled, driving, union
 from forklift.recordings.formats import FORMATS, format_of, isolation, mdf4
-from forklift.recordings.formats.csv import _carefully, _quickly
+from forklift.recordings.formats.csv import carefully, quickly
 from forklift.recordings.formats.signals import Place, Signals
 from forklift.recordings.inspect import inspect
 from small_campaign import (
@@ -452,9 +452,9 @@ numbers = st.text("0123456789.eE+-naifINF_ \t", max_size=9)
 def test_the_quick_reading_of_a_csv_file_is_the_careful_one_or_none(cells):
     text = "a,b\n" + "\n".join(",".join(row) for row in cells)
     place = Place("x.csv", "x.csv")
-    quick = _quickly(text.encode(), 2, [0, 1])
+    quick = quickly(text.encode(), 2, [0, 1])
     try:
-        careful, lines = _carefully(text, ["a", "b"], [0, 1], place)
+        careful, lines = carefully(text, ["a", "b"], [0, 1], place)
     except ForkliftError:
         assert quick is None
     else:
@@ -467,7 +467,7 @@ def test_the_quick_reading_of_a_csv_file_is_the_careful_one_or_none(cells):
 @settings(deadline=None)
 def test_numbers_are_read_correctly_rounded(values, digits):
     cells = [f"{value:.{digits}g}" for value in values]
-    quick = _quickly(("a\n" + "\n".join(cells) + "\n").encode(), 1, [0])
+    quick = quickly(("a\n" + "\n".join(cells) + "\n").encode(), 1, [0])
     assert quick is not None
     np.testing.assert_array_equal(quick[0], [float(cell) for cell in cells])
 
@@ -505,14 +505,14 @@ def readers(tmp_path, monkeypatch):
     (tmp_path / "misbehaving_reader.py").write_text(READERS)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(isolation, "LONGEST_S", 3.0)
-    isolation._child._end()
+    isolation.end()
 
     def read(name: str) -> Signals:
         (tmp_path / name).write_text("x")
         return isolation.read("misbehaving_reader", Place(name, str(tmp_path / name)), list)
 
     yield read
-    isolation._child._end()
+    isolation.end()
 
 
 def test_a_library_that_crashes_hangs_or_exits_is_one_error(readers):
@@ -531,7 +531,7 @@ def test_a_library_that_crashes_hangs_or_exits_is_one_error(readers):
 
 def test_nothing_is_left_of_a_reader_s_temporary_files(readers):
     assert readers("good.x") == Signals({})
-    folder = Path(isolation._child._folder)
+    folder = Path(isolation.folder())
     (folder / "left by a library").touch()
     raised(readers, "crash.x")
     assert not folder.exists()

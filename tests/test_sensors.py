@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forklift import Recording, _core
-from forklift.plant.forklift.sensors import LEAST_NOISE, _sensor, sensors
+from forklift.plant.forklift.sensors import LEAST_NOISE, sensor_of, sensors
 from forklift.recordings.clocks import Sampled
 from forklift.recordings.noise import Sensor, encoder_count, white_noise
 
@@ -99,7 +99,7 @@ def test_an_encoder_that_bounces_over_one_edge_is_one_still():
     edge = 1000 * _core.ENCODER_COUNT_M
     swing = edge + 1e-3 * np.sin(np.linspace(0.0, 60.0, 600))
     read = np.floor(swing / _core.ENCODER_COUNT_M) * _core.ENCODER_COUNT_M
-    found = _sensor("position_main_m", [Sampled(np.arange(600) / 50.0, read)])
+    found = sensor_of("position_main_m", [Sampled(np.arange(600) / 50.0, read)])
     assert found.count == pytest.approx(_core.ENCODER_COUNT_M)
 
 

@@ -66,5 +66,5 @@ def test_shorter_substeps_are_judged_where_they_could_matter(moved, judged):
     sensors: Any = {"pressure": SimpleNamespace(noise=NOISE)}
     refitter = Judging(cast(Any, None), cast(Any, None), sensors)
     refit = ended(Said(moved=moved))
-    assert refitter._finer(refit) is refit
+    assert refitter.finer(refit) is refit
     assert refitter.judged_with == judged

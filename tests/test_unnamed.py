@@ -11,7 +11,7 @@ import pytest
 from forklift.diagnosis.criteria import DOUBTFUL
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
-from forklift.diagnosis.selection import General, _unnamed
+from forklift.diagnosis.selection import General, without_names
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def test_who_is_asked_for_beside_whom(accepted, asked_beside):
     named = [cast(Refit, refit) for refit in accepted]
     best = named[-1] if named else cast(Refit, NOTHING)
     race = Race(cast(Refitter, None), lambda said: None)
-    _unnamed(race, cast(Refit, NOTHING), named, best, cast(General, general))
+    without_names(race, cast(Refit, NOTHING), named, best, cast(General, general))
     assert asked == asked_beside
 
 
@@ -79,5 +79,5 @@ def test_what_may_be_chance_is_no_curve_s(left, asked_for):
         return []
 
     race = Race(cast(Refitter, None), lambda said: None)
-    _unnamed(race, cast(Refit, nothing), [], cast(Refit, nothing), cast(General, general))
+    without_names(race, cast(Refit, nothing), [], cast(Refit, nothing), cast(General, general))
     assert len(asked) == asked_for

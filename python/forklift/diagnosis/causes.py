@@ -12,7 +12,8 @@ from forklift.diagnosis.criteria import (
     LIKELY,
 )
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.selection import Selection, credibility
+from forklift.diagnosis.rules import credibility
+from forklift.diagnosis.selection import Selection
 from forklift.plant.protocol import Hypothesis
 
 Form = Literal["complete", "uncertain"]

@@ -51,10 +51,10 @@ class FreeCurves:
         at = refit.told_from
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
-        return sorted(worth, key=lambda one: self._yields(one, ranked[0]))[:MOST_CURVES]
+        return sorted(worth, key=lambda one: self.yields_to(one, ranked[0]))[:MOST_CURVES]
 
     @staticmethod
-    def _yields(one: Screened, best: Screened) -> bool:
+    def yields_to(one: Screened, best: Screened) -> bool:
         """Whether it yields to those that promise nearly as much: it is far behind, or unlikely."""
         return one.evidence < CURVE_TIE * best.evidence or one.hypotheses[0].unlikely
 

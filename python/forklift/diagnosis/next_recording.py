@@ -281,7 +281,7 @@ def _scores(rivals: Sequence[_Rival], runs: Sequence[Sequence[_Run]], noise: Map
         weights = _all_weights(same, noise)
         scaled = [_scaled(run, weights, one.root) for one, (_, run) in zip(rivals, same, strict=True)]
         rows.append(
-            [_expected(one[0] - other[0], one[1], other[1]) for one, other in combinations(scaled, 2)]
+            [expected_parting(one[0] - other[0], one[1], other[1]) for one, other in combinations(scaled, 2)]
         )
     return np.array(rows).reshape(len(rows), -1)
 
@@ -302,7 +302,7 @@ def _scaled(run: Linearised, weights: Mapping[str, Floats], root: Floats) -> tup
     return said, np.asarray(slope @ block_diag(root, np.eye(own)))
 
 
-def _expected(apart: Floats, one: Floats, other: Floats) -> float:
+def expected_parting(apart: Floats, one: Floats, other: Floats) -> float:
     """½ dᵀ (1 + H Hᵀ)⁻¹ d = ½ (dᵀd − bᵀ(1 + HᵀH)⁻¹ b) with H = (J₁ Σ₁^½, J₂ Σ₂^½) and b = Hᵀd."""
     both = np.hstack([one, other])
     pull = both.T @ apart

@@ -387,7 +387,7 @@ class Refitter:
         if clearly or (done.worst.mean_square > SLIGHT and not self._felt(done, FINE[1].substeps)):
             return done
         done = self._ended(refit, done.found, FINE[1:])
-        return done if done.complete else self._finer(done)
+        return done if done.complete else self.finer(done)
 
     def _ended(self, refit: Refit, at: Found, stages: tuple[Stage, ...]) -> Refit:
         """The refit after these stages from there, judged."""
@@ -397,7 +397,7 @@ class Refitter:
         )
         return replace(ended, cold=refit.cold)
 
-    def _finer(self, refit: Refit) -> Refit:
+    def finer(self, refit: Refit) -> Refit:
         """The same with shorter substeps, if what is left over is the simulation's own error."""
         if not self._felt(refit, FINEST.substeps):
             return refit

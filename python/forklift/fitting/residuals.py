@@ -275,7 +275,7 @@ def _judge(
                 whiteness,
                 seen.rows,
                 left,
-                _stretches(seen.values) / len(left) if sensor.count else sensor.independent,
+                still_stretches(seen.values) / len(left) if sensor.count else sensor.independent,
                 sensor.unsure,
                 sample.recording.blocks,
                 seen.instants,
@@ -309,7 +309,7 @@ def _within(
     return step * min(SHARES, key=square)
 
 
-def _stretches(values: Floats) -> float:
+def still_stretches(values: Floats) -> float:
     """Of how many samples with independent rounding the mean is as good: n²/Σ l², l the lengths of the
     stretches in which the reading stands still."""
     ends = np.flatnonzero(np.diff(values) != 0.0)

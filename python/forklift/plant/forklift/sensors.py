@@ -64,7 +64,7 @@ def sensors(recordings: Iterable[Recording]) -> dict[str, Sensor]:
         columns = [recording.own(channel) for recording in recordings if channel in recording.channels]
         columns = [column for column in columns if np.isfinite(column.values).any()]
         if columns:
-            found[channel] = _sensor(channel, columns)
+            found[channel] = sensor_of(channel, columns)
     colours = _colours(recordings, found)
     return {name: _coloured(sensor, colours) for name, sensor in found.items()}
 
@@ -109,7 +109,7 @@ def _coloured(sensor: Sensor, colours: Mapping[str, tuple[float, int]]) -> Senso
     return replace(slow, unsure=sqrt(2.0 / (MEDIAN_EFFICIENCY * samples * slow.independent)))
 
 
-def _sensor(channel: str, columns: list[Sampled]) -> Sensor:
+def sensor_of(channel: str, columns: list[Sampled]) -> Sensor:
     values = [column.values for column in columns]
     noise, count = noise_of(columns), encoder_count(values)
     levels = np.unique(np.concatenate([column[np.isfinite(column)] for column in values]))

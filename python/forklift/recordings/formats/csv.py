@@ -42,9 +42,9 @@ def read(place: Place, choose: Choose) -> Signals:
     columns = [names.index(name) for name in chosen]
     if isinstance(choose, Everything):
         return _all_numbers(text, names, chosen, columns)
-    values = _quickly(data, len(names), columns)
+    values = quickly(data, len(names), columns)
     if values is None:
-        values, lines = _carefully(text, names, columns, place)
+        values, lines = carefully(text, names, columns, place)
     else:
         lines = np.arange(values.shape[1], dtype=np.int64) + first + 1
     return Signals({name: Series(row) for name, row in zip(chosen, values, strict=True)}, lines)
@@ -117,8 +117,8 @@ def _header(text: str, place: Place) -> tuple[list[str], int]:
     return names, reader.line_num
 
 
-def _quickly(data: bytes, width: int, columns: Sequence[int]) -> Floats | None:
-    """All chosen columns through polars, (columns, rows), or None if it might differ from `_carefully`.
+def quickly(data: bytes, width: int, columns: Sequence[int]) -> Floats | None:
+    """All chosen columns through polars, (columns, rows), or None if it might differ from `carefully`.
 
     polars fills a short row up with nulls and passes over empty lines; so all rows must have their commas.
     """
@@ -143,7 +143,7 @@ def _quickly(data: bytes, width: int, columns: Sequence[int]) -> Floats | None:
     return np.stack([frame[str(k)].to_numpy() for k in columns])
 
 
-def _carefully(
+def carefully(
     text: str, names: Sequence[str], columns: Sequence[int], place: Place
 ) -> tuple[Floats, NDArray[np.int64]]:
     """All chosen columns cell by cell, (columns, rows), and each row's line; empty last lines are no rows."""

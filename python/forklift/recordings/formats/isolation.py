@@ -130,7 +130,19 @@ def _give_up(process: subprocess.Popen[bytes], out_of_time: threading.Event) -> 
 
 
 _child = _Child()
-atexit.register(_child._end)
+
+
+def folder() -> str:
+    """Where the process that reads has its temporary files; empty if there is none."""
+    return _child._folder
+
+
+def end() -> None:
+    """End the process that reads, if there is one; the next file starts another."""
+    _child._end()
+
+
+atexit.register(end)
 
 
 def serve() -> None:

@@ -1,0 +1,220 @@
+"""Which of several refits is taken, and which stand beside or in place of it: rules over what they leave.
+
+Every bound stands in `criteria.py`; nothing here fits anything but `foresees`, which leaves groups out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from forklift.diagnosis.criteria import (
+    AHEAD,
+    ALIKE,
+    AS_NEAR,
+    CLEARLY,
+    CONFIRMED,
+    DOUBTFUL,
+    FIRST,
+    LEAST_GAIN,
+    LIVES_BEYOND,
+    MISFIT,
+    MOST_OF,
+    REDRAWS,
+    RIVAL,
+    SAME_PLACE,
+    SIMPLER,
+    WORTH,
+)
+from forklift.diagnosis.group_validation import group_folds
+from forklift.diagnosis.race import rank
+from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.screening import Screened, Screening
+from forklift.plant.protocol import Hypothesis
+
+
+def share_asked(best: Refit, refitter: Refitter) -> float:
+    """Which share of what the best leaves over an explanation must remove: of a clear mismatch the first one
+    less, as several may act at once; what is faint, one thing explains or chance does."""
+    clear = best.worst.mean_square > MISFIT
+    return LEAST_GAIN if clear and not best.hypotheses else refitter.later
+
+
+def may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
+    """Whether it may remove enough of what the best leaves over: `LIVES_BEYOND` times what it promises does.
+
+    What it promises is of the recordings that are fitted; of what is left over there those held out tell,
+    sample for sample.
+    """
+    if best.complete or best.slight:
+        return True
+    fitted = sum(len(seen.rows) for sample in best.found.problem.samples for seen in sample.observed)
+    held = sum(found.samples for found in best.held_out)
+    asked = 0.5 * share_asked(best, refitter) * best.excess * fitted / held
+    return LIVES_BEYOND * one.gain >= asked
+
+
+def helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]) -> list[Refit]:
+    """Those that remove enough of what the best leaves over: at least half of what a curve does."""
+    share = share_asked(best, refitter)
+    most = max((best.squares - refit.squares for refit in shapes if refit.finished), default=0.0)
+    return [
+        refit
+        for refit in refits
+        if helps(refit, best, share) and (refit.complete or best.squares - refit.squares >= ALIKE * most)
+    ]
+
+
+def excess_screened(best: Refit, screening: Screening) -> float:
+    """How far −ln posterior lies above what the sensors' noise leaves, where the hypotheses were screened."""
+    samples = sum(len(seen.rows) for one in best.found.problem.samples for seen in one.observed)
+    return max(screening.cost - 0.5 * samples, 0.0)
+
+
+def leads(accepted: Refit, best: Refit, screening: Screening) -> bool:
+    """Whether the most promising removes most of what is left over, and promises far more than the next: what
+    is left is then sought beside it, and no other instead of it."""
+    first, *others = screening.singles
+    own = {hypothesis.label for hypothesis in accepted.hypotheses} - {one.label for one in best.hypotheses}
+    alone = own == {first.hypotheses[0].label}
+    ahead = not others or first.gain >= AHEAD * others[0].gain
+    return alone and ahead and best.squares - accepted.squares >= MOST_OF * best.excess
+
+
+def by_chance(best: Refit) -> bool:
+    """Whether what no name explains is put down to chance: a curve follows whatever there is."""
+    return not best.hypotheses and best.worst.mean_square <= DOUBTFUL and not best.strained
+
+
+def explains(one: Refit, best: Refit) -> bool:
+    """Whether it removes most of what the best leaves over, so that no other is tried in its place."""
+    return one.complete or (one.finished and best.squares - one.squares >= MOST_OF * best.excess)
+
+
+def mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
+    """What explains everything, or nearly, with a curve beside a name, if the curve was needed: the name's
+    own amplitude, that the curve may take over, need not be told from none any more."""
+    if not best.hypotheses:
+        return None
+    return next(
+        (
+            refit
+            for refit in unnamed
+            if (best.complete or best.slight)
+            and refit.finished
+            and set(best.hypotheses) < set(refit.hypotheses)
+            and best.squares - refit.squares >= CLEARLY
+        ),
+        None,
+    )
+
+
+def foresees(refitter: Refitter, best: Refit, refit: Refit) -> bool:
+    """Whether groups of recordings are foretold from each other better with a curve than without: one over
+    what is constant in each of them follows whatever each has of its own.
+
+    Where the sensors' noise can be reached, what recordings held out leave over tells as much.
+    """
+    if not refitter.strict:
+        return True
+    folds = group_folds(refitter, best, refit)
+    return not folds or sum(one.after for one in folds) < sum(one.before for one in folds)
+
+
+def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
+    """Whether what has no name may stand for names: where they explain everything, only if it explains more
+    by a clear margin.
+
+    Where they do not, a curve beside them must remove that share of what they leave over, at the place of
+    one of them less, as it is part of the same cause; and a curve instead of them must gain much more than
+    they do.
+    """
+    if best.complete:
+        return refit.identifiable and best.squares - refit.squares > AS_NEAR
+    if not best.hypotheses:
+        clear = best.worst.mean_square > MISFIT
+        return helps(refit, best, LEAST_GAIN if clear else share)
+    if set(best.hypotheses) < set(refit.hypotheses):
+        places = {(one.where, one.equation) for one in best.hypotheses}
+        new = [one for one in refit.hypotheses if one not in best.hypotheses]
+        mends = all((one.where, one.equation) in places for one in new)
+        return helps(refit, best, SAME_PLACE if mends else share)
+    named = baseline.squares - best.squares
+    return helps(refit, best, 0.0) and baseline.squares - refit.squares >= (1.0 + MOST_OF) * named
+
+
+def helps(refit: Refit, best: Refit, share: float) -> bool:
+    """Whether the refit is told from none, and removes this share of what `best` leaves over; if that is
+    nothing, whether recordings foretell each other better with it. Where `best` strains what was entered, it
+    is enough to leave nothing over: the strain is little beside the slack of many samples."""
+    gained = best.squares - refit.squares
+    if not refit.finished:
+        return False
+    if best.complete:
+        return refit.identifiable and gained >= -AS_NEAR and (refit.loo_log_score or 0.0) >= CONFIRMED
+    eased = best.strained and refit.complete
+    return refit.identifiable and gained >= (CLEARLY if eased else max(CLEARLY, share * best.excess))
+
+
+def choice(enough: Sequence[Refit]) -> Refit | None:
+    """The best of those that help; of those nearly as good the simplest: that is not unlikely, none of whose
+    numbers has gone to a bound, and that has the fewest."""
+    if not enough:
+        return None
+    first = min(enough, key=rank)
+    gained = SIMPLER * max(max(refit.squares for refit in enough) - first.squares, 0.0)
+    margin = AS_NEAR if first.complete else max(AS_NEAR, gained)
+    near = [
+        refit
+        for refit in enough
+        if rank(refit)[:2] == rank(first)[:2] and refit.squares - first.squares < margin
+    ]
+    if not (first.at_bounds or any(hypothesis.unlikely for hypothesis in first.hypotheses)):
+        return first
+    return min(near, key=plain)
+
+
+def plain(refit: Refit) -> tuple[bool, bool, int, float]:
+    """The least of what is asked for beside a good explanation: likely, within its bounds, and short."""
+    unlikely = any(hypothesis.unlikely for hypothesis in refit.hypotheses)
+    return unlikely, bool(refit.at_bounds), refit.freedoms, refit.squares
+
+
+def labels(refit: Refit) -> set[str]:
+    return {hypothesis.label for hypothesis in refit.hypotheses}
+
+
+def rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> list[Screened]:
+    """The most promising, and what could be taken for the accepted explanation, that were not tried."""
+    known = {hypothesis.label for refit in refits for hypothesis in refit.hypotheses}
+    own = {hypothesis.label for hypothesis in accepted.hypotheses}
+    names = {hypothesis.id for hypothesis in accepted.hypotheses}
+    words = {word for hypothesis in accepted.hypotheses for word in hypothesis.confused_with}
+    gains = [found.gain for found in screening.singles if found.hypotheses[0].label in own]
+    most = max(gains, default=0.0)
+
+    def confused(one: Hypothesis) -> bool:
+        return one.id in words or not names.isdisjoint(one.confused_with)
+
+    return [
+        found
+        for place, found in enumerate(screening.singles)
+        if found.hypotheses[0].label not in known
+        and found.gain >= most * (WORTH if confused(found.hypotheses[0]) else RIVAL)
+        and (place < FIRST or confused(found.hypotheses[0]))
+    ]
+
+
+def credibility(refits: Sequence[Refit], draws: int = REDRAWS, seed: int = 1) -> list[float]:
+    """In which share of resampled sets of held-out recordings each refit leaves the least over.
+
+    Whole recordings are resampled: samples of one err together, so that their number proves nothing.
+    """
+    tables = [refit.by_recording() for refit in refits]
+    files = sorted(tables[0])
+    squares = np.array([[table[file] for file in files] for table in tables])
+    random = np.random.default_rng(seed)
+    drawn = random.integers(len(files), size=(draws, len(files)))
+    winners = np.argmin(squares[:, drawn].sum(axis=2), axis=0)
+    return [float(count) / draws for count in np.bincount(winners, minlength=len(refits))]
