@@ -11,6 +11,7 @@ import pytest
 from forklift import Truck
 from forklift.diagnosis.criteria import AS_NEAR, LEAST_FAULT, LIVES_BEYOND, MISFIT, SAME_PLACE
 from forklift.diagnosis.curves import FreeCurves
+from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.rules import choice, foresees, may_help, mended, replaces
@@ -40,6 +41,7 @@ class Tried:
     excess: float = 0.0
     complete: bool = False
     slight: bool = False
+    strained: bool = False
     finished: bool = True
     identifiable: bool = True
     at_bounds: tuple[str, ...] = ()
@@ -173,7 +175,7 @@ class Without:
 def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need():
     load = Hypothesis("load_entered", "parameter", "", "", "", None, Addition())
     gain = Hypothesis("pressure_gain", "sensor", "", "", "", "gain", Addition())
-    race = Race(cast(Refitter, Without()), lambda said: None)
+    race = Race(cast(Refitter, Without()), Clock())
     unconfirmed = needed(race, cast(Refit, Asked((load, gain))))
     assert unconfirmed.hypotheses == (gain,)
     confirmed = needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
@@ -198,7 +200,7 @@ def test_no_name_stays_that_removes_less_than_it_must_to_be_accepted(removed, st
             share = 0.9 if hypothesis is much else removed
             return Sure(rest, complete=False, squares=refit.squares + share * excess, excess=excess)
 
-    race = Race(cast(Refitter, Left()), lambda said: None)
+    race = Race(cast(Refitter, Left()), Clock())
     best = Sure((much, little), complete=False, squares=2e4, excess=1e4)
     assert needed(race, cast(Refit, best)).hypotheses == ((much, little) if stays else (much,))
 
@@ -215,7 +217,7 @@ def test_a_sensor_that_is_off_by_next_to_nothing_is_not_asked_for(kind, size, as
 @pytest.mark.parametrize(("left_out", "chosen"), [(0.5, True), (2.0, False)])
 def test_a_curve_must_hold_in_groups_that_are_left_out(monkeypatch, left_out, chosen):
     folds = (SimpleNamespace(before=1.0, after=left_out), SimpleNamespace(before=1.0, after=0.9))
-    monkeypatch.setattr("forklift.diagnosis.selection.group_folds", lambda *given: folds)
+    monkeypatch.setattr("forklift.diagnosis.rules.group_folds", lambda *given: folds)
     refits = [cast(Refit, Tried()), cast(Refit, Tried((CURVE,)))]
     assert foresees(cast(Refitter, SimpleNamespace(strict=True)), *refits) is chosen
     assert foresees(cast(Refitter, SimpleNamespace(strict=False)), *refits)

@@ -211,11 +211,11 @@ def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatch
     assert re.findall(r"(\d+) % (\w+)", by_signal) == listed(signals)
     assert re.findall(r"(\d+) % (\S+\.csv)", by_recording) == listed(files)
 
-    worst = max(signals, key=signals.__getitem__)
+    worst, start = max(signals, key=signals.__getitem__), mismatched.machine.truck
     current, area = (
-        np.array(mismatched.truck.values[f"{lift}.valve.table_{what}"]) for what in ("current", "area")
+        np.array(start.values[f"{lift}.valve.table_{what}"]) for what in ("current", "area")
     )
-    shut = current[area <= mismatched.truck.values[f"{lift}.valve.A_min"]].max()
+    shut = current[area <= start.values[f"{lift}.valve.A_min"]].max()
     squares: dict[str, float] = {}
     samples: dict[str, int] = {}
     for one in bad:

@@ -101,5 +101,5 @@ def test_a_truck_may_be_a_name_or_a_path(campaign, tmp_path):
 
 def test_a_campaign_may_be_a_folder(campaign):
     found = compare(CAMPAIGNS / "leak", "thesis")
-    assert found.campaign.sha256 == campaign.sha256
-    assert found.truck == Truck.read("thesis")
+    assert found.origin.sha256 == campaign.sha256
+    assert found.machine.truck == Truck.read("thesis")

@@ -8,14 +8,13 @@ import sys
 import time
 from pathlib import Path
 
-import polars as pl
 import pytest
 
 from forklift.diagnosis import files
 from forklift.diagnosis.diagnose import diagnose
 from forklift.plant.campaign import machine, read
+from motor_bench import motor_bench
 from small_campaign import raised
-from test_machines import tutorial
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="sends signals to a process")
 
@@ -27,18 +26,7 @@ ANSWERED_S = 2.0
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory) -> Path:
     """The tutorial's motor and its recordings."""
-    folder = tmp_path_factory.mktemp("bench")
-    _, blocks = tutorial()
-    names: dict[str, object] = {}
-    for block in blocks[:2]:
-        exec(compile(block, "machines.md", "exec"), names)
-    (folder / "motor.py").write_text(f"{blocks[0]}\nmachine = plant\n", encoding="utf-8")
-    campaign = ['name = "bench"']
-    for one in names["recordings"]:
-        pl.DataFrame({"time_s": one.time_s, **one.u, **one.y}).write_csv(folder / f"{one.file}.csv")
-        campaign += ["[[recording]]", f'file = "{one.file}.csv"', f'role = "{one.role}"']
-    (folder / "campaign.toml").write_text("\n".join(campaign), encoding="utf-8")
-    return folder
+    return motor_bench(tmp_path_factory.mktemp("bench"))
 
 
 def command(bench: Path, out: Path) -> subprocess.Popen[str]:
