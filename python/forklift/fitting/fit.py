@@ -18,6 +18,7 @@ from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.fitting import words
 from forklift.fitting.compare import Comparison, compare, compare_fitted
+from forklift.fitting.constraints import constrained
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import QUANTILE, Knowledge, knowledge
 from forklift.fitting.posing import pose
@@ -27,7 +28,6 @@ from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import End, Ends, compare_ends, from_starts
-from forklift.fitting.told import told
 from forklift.fitting.widening import BIASED, widening
 from forklift.plant.findings import Caution
 from forklift.plant.forklift.checks.suitability import suitability
@@ -292,7 +292,7 @@ def fit(
             "every parameter is held, so that there is nothing to fit; hold fewer",
             name="hold",
         )
-    moved = tuple(told(moved, bounds or {}, priors or {}))
+    moved = tuple(constrained(moved, bounds or {}, priors or {}))
     _check_moved([*also, *(name for group in together for name in group)], moved)
     _check_profiles(profiles, moved)
     conditions: dict[str, Any] = {
