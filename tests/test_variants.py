@@ -140,9 +140,7 @@ simulate_many("thesis", cases, command, oil_temperature_degc=40.0, substeps=1000
     assert process.stdout.readline() == "begun\n"
     time.sleep(1.0)
     process.send_signal(signal.SIGINT)
-    began = time.monotonic()
-    told = process.communicate(timeout=60)[1]
-    assert time.monotonic() - began < 2.0
+    told = process.communicate(timeout=20)[1]  # by itself it would take minutes
     assert "KeyboardInterrupt" in told
     assert process.returncode != 0
 
