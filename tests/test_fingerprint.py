@@ -1,4 +1,4 @@
-"""A digest of whatever was given: the same for what computes the same."""
+"""A digest of values and functions is equal for what computes the same."""
 
 import subprocess
 import sys

@@ -1,5 +1,11 @@
 """Many variants of a truck at once: each is the single run, to the bit."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
+
 import numpy as np
 import pytest
 
@@ -116,6 +122,27 @@ def test_the_case_that_is_wrong_is_named():
     cases = {"free.gravity.g": [9.82, 9.8, 98.2]}
     error = raised(simulate_many, TRUCK, cases, COMMAND, load_kg=0.0, oil_temperature_degc=40.0)
     assert (error.code, error.case, error.name) == ("parameter-out-of-bounds", 2, "free.gravity.g")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends SIGINT to a process")
+def test_ctrl_c_ends_a_long_run_on_all_cores_at_once():
+    script = """
+from forklift import commands, simulate_many
+command = commands.generate("prms", "both", duration_s=60.0, seed=1)
+print("begun", flush=True)
+cases = {"load_kg": [800.0] * 512}
+simulate_many("thesis", cases, command, oil_temperature_degc=40.0, substeps=1000)
+"""
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    told = process.communicate(timeout=20)[1]  # by itself it would take minutes
+    assert "KeyboardInterrupt" in told
+    assert process.returncode != 0
 
 
 def test_it_is_a_public_name():

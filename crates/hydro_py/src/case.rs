@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 
 use crate::errors::raise;
 use crate::truck::command_rows;
+use crate::watch::watched;
 
 /// How many unknowns a recording has of its own, and which.
 const OWN: usize = 5;
@@ -140,8 +141,7 @@ pub fn differentiate<'py>(
     let along = along.map_err(|e| raise(py, &e))?;
     let runs = cases.iter().zip(unknowns.rows()).map(|(case, unknown)| case.at(&unknown.to_vec()));
     let runs = runs.collect::<Result<Vec<Case>, Error>>().map_err(|e| raise(py, &e))?;
-    let interrupt = || Python::attach(|py| py.check_signals().is_err());
-    let result = py.detach(|| differentiate_all(truck, &runs, substeps, &along, &interrupt));
+    let result = watched(py, |interrupt| differentiate_all(truck, &runs, substeps, &along, interrupt));
     let results = result.map_err(|(_, e)| raise(py, &e))?;
     results
         .into_iter()

@@ -9,6 +9,7 @@ mod steady;
 mod tables;
 mod truck;
 mod variants;
+mod watch;
 
 use pyo3::prelude::*;
 

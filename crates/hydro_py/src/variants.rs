@@ -1,7 +1,5 @@
 //! Variants of a truck, run side by side.
 
-use std::sync::atomic::{AtomicU32, Ordering};
-
 use hydro_core::error::Error;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::variants::{simulate_variants as simulate, Course, Variant};
@@ -11,6 +9,7 @@ use pyo3::prelude::*;
 
 use crate::errors::raise;
 use crate::truck::{command_rows, lifts_of, PyTruck};
+use crate::watch::watched;
 
 /// Outputs (variants, n, outputs) of variants of a truck under one command, with fixed substeps, on all cores.
 #[pyfunction]
@@ -45,11 +44,8 @@ fn simulate_variants<'py>(
         .collect();
     let (time, command_time) = (time.as_array().to_vec(), command_time.as_array().to_vec());
     let command = command_rows(&command).map_err(fail)?;
-    let asked = AtomicU32::new(0);
-    let now_and_then =
-        || asked.fetch_add(1, Ordering::Relaxed).is_multiple_of(64) && Python::attach(|py| py.check_signals().is_err());
     let course = Course { truck: truck.core(), lifts, time: &command_time, command: &command, wanted: &time, substeps };
-    let found = py.detach(|| simulate(course, &variants, &now_and_then)).map_err(fail)?;
+    let found = watched(py, |interrupt| simulate(course, &variants, interrupt)).map_err(fail)?;
     found.concat().into_pyarray(py).reshape([count, time.len(), OUTPUTS.len()])
 }
 

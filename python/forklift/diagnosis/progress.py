@@ -66,7 +66,7 @@ class Clock:
     begun: int = 0
     """Trials that have begun."""
     planned: int = 0
-    """Trials that may come, beside those."""
+    """Trials that may come in addition."""
     since: float = 0.0
     """When the first trial began."""
 

@@ -32,7 +32,7 @@ FOLDER = "unfinished"
 OF = "of.json"
 """What all of it was made of."""
 _FILE = re.compile(rf"{FOLDER}/\.?(of|\d{{4,}})\.json(\.\d+\.tmp)?")
-"""A killed process may have left half a file beside them."""
+"""A killed process may have left a temporary file."""
 
 
 def work_files(out: str | Path) -> frozenset[str]:

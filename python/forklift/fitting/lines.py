@@ -1,4 +1,4 @@
-"""Measured beside simulated, as lines to draw."""
+"""Measured and simulated values of a recording, as lines to draw."""
 
 from __future__ import annotations
 

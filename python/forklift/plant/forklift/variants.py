@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CONDITIONS = ("load_kg", "oil_temperature_degc")
-"""What a case may have of its own, beside the truck's parameters."""
+"""What a case may have of its own, apart from the truck's parameters."""
 AT_ONCE = 1024
 """Cases of one call of the core: Ctrl-C is answered between two."""
 SUBSTEPS = 8
@@ -103,8 +103,8 @@ def simulate_many(
 ) -> Variants:
     """Solve many variants of a truck under one command, from rest: sixteen side by side, on all cores.
 
-    Every case is to the bit what `simulate` gives with ``solver="fixed"`` and as many substeps, whatever the
-    others are and however many threads there are.
+    Every case is to the bit what `simulate` gives with ``solver="fixed"`` and as many substeps. It depends
+    neither on the other cases nor on the number of threads.
 
     Parameters
     ----------

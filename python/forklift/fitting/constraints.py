@@ -1,4 +1,4 @@
-"""What the caller of a fit knows of parameters: bounds narrower than the tables', and priors of his own."""
+"""Bounds and priors that the caller of a fit gives: parameters may be known better than the tables say."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from forklift.plant.parameter import SCALES, Unknown
 Pair = tuple[float, float]
 
 
-def told(
+def constrained(
     unknowns: Sequence[Unknown], bounds: Mapping[str, Pair], priors: Mapping[str, Pair]
 ) -> list[Unknown]:
     """The unknowns with these bounds and priors.
@@ -61,7 +61,7 @@ def _known(what: str, name: str, found: Mapping[str, Unknown], unknowns: Sequenc
     if len(one.names) > 1:
         raise ForkliftError(
             "argument-invalid",
-            f"{what}: {name} moves together with {', '.join(one.names[1:])}, so that it has none of its own; "
+            f"{what}: {name} moves together with {', '.join(one.names[1:])}, and has none of its own; "
             "take it out of together, or leave it out here",
             name=name,
         )

@@ -5,7 +5,7 @@ import pytest
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, fit
-from forklift.fitting.told import told
+from forklift.fitting.constraints import constrained
 from forklift.plant.forklift.unknowns import unknowns
 from small_campaign import raised
 
@@ -15,7 +15,7 @@ NAME = "free.friction.sigma_2"
 
 
 def unknown(name: str = NAME, **given: dict[str, tuple[float, float]]):
-    found = told(EVERY, given.get("bounds", {}), given.get("priors", {}))
+    found = constrained(EVERY, given.get("bounds", {}), given.get("priors", {}))
     return next(one for one in found if one.name == name)
 
 
@@ -69,7 +69,7 @@ START = unknown().start[0]
 )
 def test_what_is_wrong_is_told(what, given, code):
     other = {"bounds": {}, "priors": {}} | {what: given}
-    error = raised(told, EVERY, other["bounds"], other["priors"])
+    error = raised(constrained, EVERY, other["bounds"], other["priors"])
     assert error.code == code
     assert error.message.startswith(what) or what in error.message
 
@@ -77,7 +77,7 @@ def test_what_is_wrong_is_told(what, given, code):
 def test_what_moves_together_has_none_of_its_own():
     pair = ("free.friction.sigma_2", "main.friction.sigma_2")
     both = unknowns(TRUCK, ("free", "main"), together=[pair])
-    assert raised(told, both, {pair[0]: (0.0, 1e9)}, {}).code == "argument-invalid"
+    assert raised(constrained, both, {pair[0]: (0.0, 1e9)}, {}).code == "argument-invalid"
 
 
 def test_a_fit_stays_within_them_and_says_so():
