@@ -16,16 +16,11 @@ import numpy as np
 from forklift.base import arguments, present
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-<<<<<<< HEAD
 from forklift.fitting import files, fit_tables, words
 from forklift.fitting.agreement import agreement
 from forklift.fitting.compare import Comparison, replayed
-from forklift.fitting.fitted import Fitted
-=======
-from forklift.fitting import words
-from forklift.fitting.compare import Comparison, compare, compare_fitted
 from forklift.fitting.constraints import constrained
->>>>>>> wt22
+from forklift.fitting.fitted import Fitted
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, knowledge
 from forklift.fitting.origin import Origin, given
@@ -35,20 +30,7 @@ from forklift.fitting.problem import LeastSquares
 from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
-<<<<<<< HEAD
 from forklift.fitting.starts import Ends, compare_ends, from_starts
-from forklift.fitting.told import told
-=======
-from forklift.fitting.starts import End, Ends, compare_ends, from_starts
-from forklift.fitting.widening import BIASED, widening
-from forklift.plant.findings import Caution
-from forklift.plant.forklift.checks.suitability import suitability
-from forklift.plant.forklift.model import Forklift
-from forklift.plant.forklift.sensors import sensors
-from forklift.plant.forklift.simulate import check_temperature
-from forklift.plant.forklift.truck import Truck, truck_of
-from forklift.plant.forklift.unknowns import move, unknowns
->>>>>>> wt22
 from forklift.plant.parameter import Unknown
 from forklift.plant.subject import Subject
 from forklift.recordings.noise import Sensor
