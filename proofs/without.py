@@ -40,7 +40,7 @@ def without(step):
             put(forklifts, "hypotheses", physics)
             put(selection, "FIRST", 1)
             put(selection, "FURTHER", 0)
-            put(selection, "_rivals", lambda *_: [])
+            put(selection, "rivals", lambda *_: [])
         yield
 
 

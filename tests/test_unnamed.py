@@ -9,6 +9,7 @@ from typing import Any, cast
 import pytest
 
 from forklift.diagnosis.criteria import DOUBTFUL
+from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
 from forklift.diagnosis.selection import General, without_names
@@ -22,6 +23,7 @@ class Tried:
     complete: bool = False
     told: float = 4.0
     slight: bool = False
+    strained: bool = False
     worst: Any = field(default_factory=lambda: SimpleNamespace(mean_square=10.0))
 
     def deviations(self, hypothesis):
@@ -64,7 +66,7 @@ def test_who_is_asked_for_beside_whom(accepted, asked_beside):
 
     named = [cast(Refit, refit) for refit in accepted]
     best = named[-1] if named else cast(Refit, NOTHING)
-    race = Race(cast(Refitter, None), lambda said: None)
+    race = Race(cast(Refitter, None), Clock())
     without_names(race, cast(Refit, NOTHING), named, best, cast(General, general))
     assert asked == asked_beside
 
@@ -78,6 +80,6 @@ def test_what_may_be_chance_is_no_curve_s(left, asked_for):
         asked.append(refit)
         return []
 
-    race = Race(cast(Refitter, None), lambda said: None)
+    race = Race(cast(Refitter, None), Clock())
     without_names(race, cast(Refit, nothing), [], cast(Refit, nothing), cast(General, general))
     assert len(asked) == asked_for

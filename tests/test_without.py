@@ -18,7 +18,7 @@ CAMPAIGNS = Path(__file__).parent / "campaigns"
 PLACES = {
     "location": {("engine", "unknown_inputs"), ("engine", "FreeCurves")},
     "rivals": {("forklifts", "hypotheses"), ("selection", "FIRST"), ("selection", "FURTHER")}
-    | {("selection", "_rivals")},
+    | {("selection", "rivals")},
     "held-out": set(),
 }
 
