@@ -212,9 +212,7 @@ def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatch
     assert re.findall(r"(\d+) % (\S+\.csv)", by_recording) == listed(files)
 
     worst, start = max(signals, key=signals.__getitem__), mismatched.machine.truck
-    current, area = (
-        np.array(start.values[f"{lift}.valve.table_{what}"]) for what in ("current", "area")
-    )
+    current, area = (np.array(start.values[f"{lift}.valve.table_{what}"]) for what in ("current", "area"))
     shut = current[area <= start.values[f"{lift}.valve.A_min"]].max()
     squares: dict[str, float] = {}
     samples: dict[str, int] = {}

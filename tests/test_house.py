@@ -28,6 +28,7 @@ ARROWS = {
 BLIND = ("fitting", "diagnosis", "report")
 """Rooms that know no forklift: they import nothing of `forklift.plant.forklift`."""
 
+
 @cache
 def modules() -> dict[str, Path]:
     """Every module of the package by its dotted name, without the package's own."""
@@ -116,11 +117,7 @@ def test_no_circle_of_files():
 
 
 OF_A_MACHINE = re.compile(r"truck|(?<!fork)lift|tank|seal|hydraul|cylinder|valve|oil", re.IGNORECASE)
-ENGINE = sorted(
-    name
-    for name in modules()
-    if room(name) in ("fitting", "diagnosis")
-)
+ENGINE = sorted(name for name in modules() if room(name) in ("fitting", "diagnosis"))
 """What knows no machine already: its words must not come back."""
 
 

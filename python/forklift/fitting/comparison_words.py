@@ -57,9 +57,7 @@ def _without(comparison: Compared, part: str) -> str:
     own = {channel for whose, channel in comparison.headlines if whose == part}
     why = "it is measured as constant throughout" if own else machine.unjudged(moved, part)
     means = (
-        _others(comparison, part)
-        .group_by("channel", maintain_order=True)
-        .agg(pl.col("nrmse_percent").mean())
+        _others(comparison, part).group_by("channel", maintain_order=True).agg(pl.col("nrmse_percent").mean())
     )
     fits = ", ".join(f"{name} to {_fit(value)}" for name, value in means.iter_rows())
     others = f"the other signals fit on average (NRMSE): {fits}" if fits else "no other signal can be either"

@@ -23,7 +23,6 @@ MODELS = {"truck.toml", "parameters.json"}
 """What the fitted machine may be called."""
 
 
-
 def command(fit: Fitted) -> str | None:
     """The command that repeats the fit; None if the recordings or the machine do not come from a file, or
     there were bounds or priors, which no command has."""

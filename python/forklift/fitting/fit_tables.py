@@ -82,7 +82,6 @@ def fits(fit: Fitted) -> pl.DataFrame:
     return change(fit.before.agreement, fit.after.agreement)
 
 
-
 def signals(fit: Fitted) -> pl.DataFrame:
     """The mean square that is left of each signal, by role: over all recordings, and of the worst."""
     rows = []

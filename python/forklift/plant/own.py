@@ -220,9 +220,7 @@ class PlantSubject(NumpyMachine):
         kept = _blocked([replace(r, y=without(r.file, r.time_s, r.y, invalid)) for r in whole])
         return self, tuple(kept), Findings(invalid, tuple(self._missing(kept)))
 
-    def suited(
-        self, recordings: Sequence[Recording]
-    ) -> tuple[PlantSubject, tuple[Recording, ...], Findings]:
+    def suited(self, recordings: Sequence[Recording]) -> tuple[PlantSubject, tuple[Recording, ...], Findings]:
         """As `examined`; what was left out is told among the cautions."""
         model, kept, found = self.examined(recordings)
         return model, kept, replace(found, cautions=(*_stuck_cautions(found.invalid), *found.cautions))

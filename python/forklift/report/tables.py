@@ -215,9 +215,7 @@ def change_rows(table: pl.DataFrame) -> list[list[str]]:
     fits = ("nmse_percent", "nrmse_percent")
     kept = conditions_of(table)
     before, after = (
-        validation_rows(
-            table.select(*kept, *(pl.col(f"{name}_{when}").alias(name) for name in fits), "file")
-        )
+        validation_rows(table.select(*kept, *(pl.col(f"{name}_{when}").alias(name) for name in fits), "file"))
         for when in ("before", "after")
     )
     return [
