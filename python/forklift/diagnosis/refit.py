@@ -21,6 +21,7 @@ from forklift.diagnosis.criteria import (
     LESS,
     LIVES_UP,
     MISFIT,
+    MOST_OF,
     MOVES,
     MUCH,
     NEAR,
@@ -441,6 +442,20 @@ class Refitter:
         x = carry(refit.found.x, refit.found.problem, problem)
         found, cost = self._searched(problem, x, AGAIN)
         return self.finish(self._stopped(rest, found, (np.inf, cost)))
+
+    def simpler(self, refit: Refit, before: Refit) -> Refit | None:
+        """The hypotheses of `before` alone, searched for again from where a refit with more of them ended.
+
+        None, unless that leaves far less over: the search that led to `before` had then gone astray.
+        """
+        problem = with_hypotheses(self.start, before.hypotheses)
+        x = carry(refit.early.x, refit.early.problem, problem)
+        bar = MOST_OF * before.rough
+        found, cost = self._searched(problem, x, AGAIN, (bar,))
+        if cost > bar:
+            return None
+        _, first = self._searched(problem, found.x, (replace(ROUGH[0], evaluations=1),))
+        return self.finish(self._stopped(before.hypotheses, found, (first, cost)))
 
     def _stopped(self, hypotheses: Sequence[Hypothesis], found: Found, costs: tuple[float, float]) -> Refit:
         """Judged as it stands after the tempered stages."""
