@@ -187,6 +187,7 @@ class Without:
     """A refitter that says that nothing is needed."""
 
     later = 0.5
+    together = 1.0
 
     def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
         return Asked(tuple(one for one in refit.hypotheses if one is not hypothesis))
@@ -200,6 +201,23 @@ def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need()
     assert unconfirmed.hypotheses == (gain,)
     confirmed = needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
     assert load in confirmed.hypotheses
+
+
+@pytest.mark.parametrize(("gained", "stays"), [(20.0, False), (400.0, True)])
+def test_where_nothing_is_left_over_a_name_stays_that_gains_what_it_must_promise_there(gained, stays):
+    """A curve beside a name leaves nothing over without it either, where hardly anything was left at all."""
+    lag = Hypothesis("valve_lag", "physics", "", "", "", "share", Addition())
+    curve = Hypothesis("unknown", "unknown", "", "", "", None, Addition())
+
+    class Curve:
+        later = 0.5
+        together = 1.0
+
+        def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
+            return Asked((curve,), squares=100.0 + gained)
+
+    found = needed(Race(cast(Refitter, Curve()), Clock()), cast(Refit, Asked((lag, curve))))
+    assert (lag in found.hypotheses) is stays
 
 
 @pytest.mark.parametrize(("removed", "stays"), [(0.4, False), (0.6, True)])

@@ -436,7 +436,8 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
 
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
     and what a curve takes over needs no name beside it. Of what is left over without it each name must remove
-    what it must to be accepted after the others: two that entered at once may hide that one does not.
+    what it must to be accepted after the others: two that entered at once may hide that one does not. Where
+    nothing is left over without it either, it must gain what it must promise there to be asked for.
     """
     first = best.hypotheses[:1]
     for hypothesis in best.hypotheses:
@@ -448,7 +449,11 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
             share = LEAST_GAIN if hypothesis in first else race.refitter.later
-            least = max(CLEARLY, share * refit.excess)
-            if refit.complete or refit.squares <= best.squares + least:
+            slack = (
+                2.0 * race.refitter.together * ALARM[hypothesis.kind]
+                if refit.complete
+                else share * refit.excess
+            )
+            if refit.squares <= best.squares + max(CLEARLY, slack):
                 best = refit
     return best
