@@ -85,7 +85,7 @@ def _from(
         asked = alarming(screening, refitter.together)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
-    if hopeless or (asked is not screening and not asked.singles):
+    if hopeless:
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("locating the mismatch"):

@@ -53,6 +53,7 @@ from forklift.diagnosis.rules import (
     share_asked,
 )
 from forklift.diagnosis.screening import Screened, Screening, screen
+from forklift.fitting.search import Found
 from forklift.plant.protocol import Hypothesis
 
 
@@ -64,6 +65,9 @@ class General(Protocol):
 
     def beside(self, refit: Refit) -> Sequence[Hypothesis]:
         """That would mend the law of what the refit has, where it acts."""
+
+    def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
+        """Where next to nothing is left over: the one of the greatest evidence over all recordings."""
 
     def located(self, refit: Refit) -> Sequence[tuple[str, str]]:
         """Where and in which equation something acts that a refit leaves over, the most credible first."""
@@ -127,7 +131,17 @@ def select(
     all is to be screened anew from there.
     """
     race = Race(refitter, clock)
+    curve = _faint_curve(race, baseline, general)
+    promised = max((one.gain for one in screening.singles[:1]), default=0.0)
+    if curve and (baseline.complete or baseline.slight) and curve.evidence >= AHEAD * promised:
+        found = _unseen(race, baseline, curve, Step(screening, (), None))
+        if found:
+            return found
     best, steps, shapes = _named(race, baseline, screening, hypotheses, general)
+    if curve and best is baseline:
+        found = _unseen(race, baseline, curve, *steps)
+        if found:
+            return found
     if best is not baseline and not best.hypotheses:
         return Selection(best, (), best, skipped=tuple(race.skipped))
     if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
@@ -158,6 +172,25 @@ def select(
         most = best.excess <= (1.0 - MOST_OF) * baseline.excess
         final = needed(race, final, kept=best.hypotheses if most else ())
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
+
+
+def _faint_curve(race: Race, baseline: Refit, general: General) -> Screened | None:
+    """Where no channel shows anything, or hardly: a curve whose evidence over all recordings is more than
+    chance and slow noise have. What no catalogue holds may still act."""
+    if not (baseline.complete or baseline.slight or by_chance(baseline)):
+        return None
+    curve = general.faint(baseline, race.refitter.everywhere(baseline))
+    alarm = race.refitter.together * ALARM["unknown"]
+    return curve if curve and curve.evidence >= alarm else None
+
+
+def _unseen(race: Race, baseline: Refit, curve: Screened, *steps: Step) -> Selection | None:
+    """With that curve, if recordings bear it out."""
+    if not race.begins("fitting", curve.hypotheses):
+        return None
+    refit = race.refitter.slightly(curve.hypotheses, baseline)
+    helped = helping([refit], baseline, race.refitter, ())
+    return Selection(baseline, steps, refit, (refit,), skipped=tuple(race.skipped)) if helped else None
 
 
 def _named(
