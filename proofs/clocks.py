@@ -2,11 +2,12 @@
 
     python proofs/clocks.py [--out TABLE.md] [CLOCKS ..]
 
-The campaign ``tests/campaigns/null`` conceals nothing. It is diagnosed as the CSV files it is, and then as MDF4
-in each of the ways of ``tests/clocked.py``. A row each: the clocks, the skew that was put in, the verdict, the
-causes with the intervals of their parameters and what they are not separable from, and the processor time as a
-multiple of the CSV's. A row holds if the verdict is no mismatch, or the one cause is the skew that was put in and
-its interval holds that. Ends with status 0 if all rows hold; the times are told and judge nothing.
+The campaign ``tests/campaigns/null`` conceals nothing. It is diagnosed as the CSV files it is, and then as
+MDF4 in each of the ways of ``tests/clocked.py``. A row each: the clocks, the skew that was put in, the
+verdict, the causes with the intervals of their parameters and what they are not separable from, and the
+processor time as a multiple of the CSV's. A row holds if the verdict is no mismatch, or the one cause is
+the skew that was put in and its interval holds that. Ends with status 0 if all rows hold; the times are
+told and judge nothing.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ SKEWS = {
 """What a way of logging puts in: the hypotheses that are right, and their number [s], of a drift [1]. Of one
 channel a lag of the sensor and a clock that started apart are the same equation."""
 HEAD = (
-    "| clocks | put in | verdict | cause, with its 95 % interval | not separable from | processor time | holds |",
+    "| clocks | put in | verdict | cause, 95 % interval | not separable from | processor time | holds |",
     "|---|---|---|---|---|---:|---|",
 )
 

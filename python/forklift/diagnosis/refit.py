@@ -12,7 +12,6 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import (
-    ALIKE,
     BEHIND,
     BOUND,
     CLEAR,
