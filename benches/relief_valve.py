@@ -10,7 +10,8 @@ The fastest of the repeats counts, in processor time.
 
 Where the steady motion repeats itself (at most 32 different heights within 1e-6 among SciPy's 64), "off" is
 the largest distance of a height from the nearest of the other's, both ways. A chaotic motion has no such
-points: nearby ones part. Of these the highest height of the 64 is compared.
+points: nearby ones part. Of these the highest height of the 64 is compared. Lanes must give the bits of plain
+numbers.
 """
 
 import argparse
@@ -169,6 +170,10 @@ def main():
     for _ in range(given.repeats):
         for row in rows:
             row.time(folder / "diagram")
+    plain = next(row for row in rows if row.name.endswith("plain numbers"))
+    for row in rows[:2]:
+        if not all(map(np.array_equal, row.heights, plain.heights)):
+            raise SystemExit(f"{row.name}: not the bits of plain numbers")
     places = [int((k + 0.5) * members / given.checked) for k in range(given.checked)]
     clock = time.process_time()
     reference = {k: by_scipy(0.2 + 9.8 * k / (members - 1)) for k in places}
@@ -177,7 +182,6 @@ def main():
 
     regular = [k for k in places if repeats_itself(reference[k])]
     chaotic = [k for k in places if k not in regular]
-    plain = next(row for row in rows if row.name.endswith("plain numbers"))
     lines = [
         "| method | systems | ms a system and core | systems a second and core | ns a state and step "
         "| times our plain numbers | off, regular | highest, off, chaotic |",
