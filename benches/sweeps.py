@@ -111,8 +111,8 @@ class Peers:
                 self.rows[k].ms.append(1e3 * spent / n)
 
     def at_target(self):
-        """By method the least seconds of a lowering at the target error or a smaller one, between its tolerances;
-        None of what never is as accurate."""
+        """By method the least seconds of a lowering at the target error or below, between its tolerances; None
+        of what never is as accurate."""
         rows, found = list(self.rows.values()), {}
         for method in dict.fromkeys(row.method for row in rows):
             exact = [
