@@ -111,8 +111,10 @@ class Peers:
                 self.rows[k].ms.append(1e3 * spent / n)
 
     def at_target(self):
-        """By method the least seconds of a lowering at the target error or below, between its tolerances; None
-        of what never is as accurate."""
+        """By method the least seconds of a lowering at the target error or below, between its tolerances.
+
+        None of what never is as accurate.
+        """
         rows, found = list(self.rows.values()), {}
         for method in dict.fromkeys(row.method for row in rows):
             exact = [
@@ -184,11 +186,11 @@ def main():
         )
     for method, spent in sorted(told.items(), key=lambda one: one[1] or np.inf):
         rates = (
-            f"{1e6 * spent:.0f} | {1.0 / spent:.1f} | – | – | {cvode / spent:.2f}"
+            f"{1e6 * spent:.0f} | {1.0 / spent:.1f} | – | – | {cvode / spent:.2g}"
             if spent
             else "– | – | – | – | –"
         )
-        off = f"{peers.target:.1e}" if spent else f"above {peers.target:.1e}"
+        off = f"{'at most' if spent else 'above'} {peers.target:.1e}"
         lines.append(f"| open | {method} | 1 | 1 | {off} | 100 % | {rates} |")
     home.cleanup()
     text = "\n".join(lines)
