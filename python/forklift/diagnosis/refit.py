@@ -12,7 +12,6 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import (
-    ALIKE,
     BEHIND,
     BOUND,
     CLEAR,
@@ -267,10 +266,11 @@ class Refitter:
         where they will not come down to `bars`."""
         return self._led_on(self._first(hypotheses, after, bars), bars)
 
-    def quick(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
-        """A few evaluations from where another refit left them; fewer where the first ones gain little."""
+    def quick(self, hypotheses: Sequence[Hypothesis], after: Refit, bars: Bars) -> Refit:
+        """A few evaluations from where another refit left them; fewer where the first ones do not come down
+        to the first of `bars`."""
         found, first = self._searched(*self._from(hypotheses, after), QUICK[:1])
-        if first > ALIKE * after.costs[0]:
+        if first > bars[0]:
             return self._stopped(hypotheses, found, (first, np.inf))
         return self._led_on(First(hypotheses, found, first), stages=QUICK[1:])
 
