@@ -110,8 +110,8 @@ bound here. (A fit of its own goes on to 0.02.)"""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
 SLIGHT = 2.0
-"""Mean square in the worst channel up to which the tempered stages are blind to what is left over: beside three
-times the noise it is a ninth. Hypotheses are then asked over all recordings."""
+"""Mean square in the worst channel up to which the tempered stages are blind to what is left over: beside
+three times the noise it is a ninth. Hypotheses are then asked over all recordings."""
 NEAR, MOVES = 1e-3, 12
 """A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
 LESS = 0.95
