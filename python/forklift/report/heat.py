@@ -240,8 +240,12 @@ def brief(mean_square: float, encoder: bool) -> str:
 def _note(phases: str) -> str:
     """What the numbers are."""
     return (
-        "Each cell is the mean square of measured less simulated, in units of the noise of that sensor: 1 is "
-        f"noise alone, up to about {AT_NOISE:g} counts as explained. A dot: an encoder at rest, which "
+        "Each cell is the mean square left over there, in units of the noise power of that sensor: 1 "
+        "is noise "
+        f"alone. Over a whole signal of a recording up to about {AT_NOISE:g} counts as explained; a single "
+        "cell may lie above. As in every number that is left over, parameters were moved within their "
+        "uncertainty to suit each recording, so that it is not the squared error of the drawn curve. "
+        "A dot: an encoder at rest, which "
         f"reads the same count all the time and leaves next to nothing. {phases} Empty: the signal stands "
         "still, or the phase does not occur. Colours are logarithmic."
     )
