@@ -5,6 +5,7 @@ import pytest
 
 from forklift import ForkliftError, Truck, commands, simulate
 from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve, ports, variables
+from forklift.plant.forklift.physical import physical
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.unknowns import unknowns
 
@@ -77,6 +78,20 @@ def test_a_truck_tells_the_shape_it_has():
         "and 1.2 kN where it is 0 m/s, with a lag of 100 ms."
     )
     assert shape.formula.startswith("force(velocity) = f [N], f = 200 B0 + 400 B1 + ")
+
+
+def test_what_has_no_name_is_told_in_quantities_that_a_reader_knows():
+    curve = FreeCurve("main", "friction", "position", 0.0, 1.5)
+    at = np.linspace(0.0, 1.5, 60)
+    truck = Truck.read("thesis").with_values(curve.through(at, 1.0 + 0.2 * at / 1.5).parameters())
+    told = physical(truck, [], "free_shape", "main")
+    assert all(part in told for part in ("by 1 where", " 0 m ", "1.2 where", " 1.5 m.")), told
+    ringing = {"mass": 240.0, "frequency": 2.36, "damping_ratio": 0.0875}
+    truck = Truck.read("thesis").with_values(
+        {f"free.hidden_resonance.{name}": x for name, x in ringing.items()}
+    )
+    told = physical(truck, [], "hidden_resonance", "free")
+    assert all(part in told for part in ("240 kg", "2.36 Hz", "0.0875"))
 
 
 def test_beyond_its_range_a_shape_is_what_it_is_at_the_end():

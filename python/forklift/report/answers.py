@@ -161,19 +161,19 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
             capital(perhaps + known.clause),
             [known.interval, *_entered(found, cause)],
         )
-    sizes = list(_sizes(row))
+    told = list(sizes(row))
     shown = (
         found.machine.physical(cause.hypothesis, found.values, found.recordings) if row["parameters"] else ""
     )
     details = []
-    if sizes:
+    if told:
         whole = words.sentence(cause.hypothesis, row["parameters"])
-        details = [*([whole] if whole else []), f"Size: {'; '.join(sizes)}."]
+        details = [*([whole] if whole else []), f"Size: {'; '.join(told)}."]
     if row["kind"] == "unknown":
         curve = "; its curve is drawn below." if cause.hypothesis.over and not shown else "."
         details = [f"It has no name in the catalogue{curve}"]
     return Fact(
-        f"What is wrong{', and how much' if sizes else ''}?",
+        f"What is wrong{', and how much' if told else ''}?",
         capital(name),
         [*details, *([shown] if shown else [])],
     )
@@ -195,7 +195,7 @@ def entered(found: Diagnosis, one: Hypothesis) -> Iterator[tuple[str, str, str, 
                 yield told.recording.file, told.recording.role, name, given[name], value
 
 
-def _sizes(row: Mapping[str, Any]) -> Iterator[str]:
+def sizes(row: Mapping[str, Any]) -> Iterator[str]:
     """Every parameter of a cause with its interval: of a condition the mean, of a curve none."""
     rows = row["parameters"] if row["kind"] != "unknown" else ()
     for one in [one for one in rows if " in " not in one["name"]]:

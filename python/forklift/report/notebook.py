@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from forklift.diagnosis.numbers import of_hypothesis
-from forklift.report import words
-from forklift.report.answers import said
+from forklift.base.typeset import capital
+from forklift.report.answers import said, sizes
 from forklift.report.fits import operating_points
 from forklift.report.page import fragment
 
@@ -21,19 +20,20 @@ if TYPE_CHECKING:
 
 
 def of_diagnosis(found: Diagnosis) -> str:
-    """The sentence, and each cause with its size and credibility."""
+    """The sentence, and each cause with its size; a credibility where something was fitted against it."""
     rows = []
-    for cause in found.causes:
-        first = next(of_hypothesis(found.final, cause.hypothesis), None)
-        size = "—"
-        if first:
-            value, lower, upper = words.size(first.value, first.lower, first.upper)
-            size = f"{first.name} = {value} {words.printed(first.unit)} ({lower} to {upper})"
+    for cause, row in zip(found.causes, found.to_dict()["causes"], strict=True):
+        known = found.machine.words.found(cause.hypothesis, row["parameters"])
         rows.append(
-            [said(found, cause.hypothesis), size, f"{cause.credibility:.2f}", cause.form,
-             ", ".join(said(found, one) for one in cause.not_separable_from) or "—"]
-        )  # fmt: skip
-    head = ["Cause", "Size (95 % interval)", "Credibility", "Form", "Not separable from"]
+            [
+                capital(known.clause) if known.clause else said(found, cause.hypothesis),
+                known.interval or "; ".join(sizes(row)) or "—",
+                f"{cause.credibility:.2f}" if cause.rivals else "no rival",
+                cause.form,
+                ", ".join(said(found, one) for one in cause.not_separable_from) or "—",
+            ]
+        )
+    head = ["Cause", "Size", "Credibility", "Form", "Not separable from"]
     return _summary([found.sentence], [(head, rows)] if rows else [])
 
 

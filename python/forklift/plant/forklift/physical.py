@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from forklift.base.typeset import amount, number
-from forklift.plant.forklift.free_curve import COEFFICIENTS, splines
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve, splines
 from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.recording import Recording
@@ -72,6 +72,23 @@ def _answer(truck: Truck, cases: Sequence[Case], lift: str) -> str:
     return f"The command's time constant on its way to the valve: {', '.join(told)}."
 
 
+def _shape(truck: Truck, cases: Sequence[Case], lift: str) -> str:
+    """A free curve's least and greatest, and where they are."""
+    curve = FreeCurve.of(truck, "main" if lift == "main" else "free")
+    return f"{curve.sentence} The curve is drawn below." if curve else ""
+
+
+def _rings(truck: Truck, cases: Sequence[Case], lift: str) -> str:
+    """The mass on a spring that something of unknown kind behaves like."""
+    mass, frequency, ratio = (
+        _of(truck, f"{lift}.hidden_resonance.{name}") for name in ("mass", "frequency", "damping_ratio")
+    )
+    return (
+        f"It behaves like {amount(mass, 'kg')} on a spring, with {amount(frequency, 'Hz')} and "
+        f"{number(ratio)} of the critical damping."
+    )
+
+
 def _of(truck: Truck, name: str) -> float:
     value = truck.values[name]
     assert isinstance(value, float)
@@ -82,5 +99,8 @@ SENTENCES: Mapping[str, Callable[[Truck, Sequence[Case], str], str]] = {
     "friction_temperature": _friction,
     "leakage": _leak,
     "free_response": _answer,
+    "free_shape": _shape,
+    "fine_shape": _shape,
+    "hidden_resonance": _rings,
 }
 """By effect."""
