@@ -18,6 +18,7 @@ from forklift.ensemble.members import Members
 from forklift.ensemble.reduce import Tally
 from forklift.ensemble.sweep import of_folder, replay, sweep
 from forklift.plant.forklift.truck import Truck
+from pages import Text
 
 THESIS = Truck.read("thesis")
 
@@ -146,6 +147,31 @@ def test_a_member_by_itself_has_its_numbers_and_its_trajectory(swept):
         assert -one.table["velocity_free_m_s"].min() == row["free.peak_speed_m_s"]
     with pytest.raises(ForkliftError, match="no member 200"):
         replay(*of_folder(swept.folder), 200)
+
+
+@pytest.mark.parametrize("lifts", ["free", "main"])
+def test_the_trajectory_that_is_drawn_breaks_what_its_margins_say(lifts):
+    """Requirements and references speak of the forks, which the main lift's cylinder moves twice as far."""
+    found = sweep(document(lifts=lifts, members=16, vary={"load_kg": {"uniform": [0.0, 1500.0]}}))
+    for index in found.worst["index"][:3]:
+        one = found.replay(int(index))
+        speed = one.table[f"speed_{lifts}_m_s"].to_numpy()
+        assert 0.45 - speed.max() == pytest.approx(one.margins["slow"], abs=1e-12)
+        # From 1.5 s after the step at 0.2 s on, each time over the second before.
+        swing = [np.ptp(speed[last - 50 : last + 1]) for last in range(85, len(speed))]
+        assert 0.05 - max(swing) == pytest.approx(one.margins["calm"], abs=2e-3)
+
+
+def test_columns_have_units_and_the_page_says_what_was_drawn(swept):
+    data = swept.to_xarray()
+    assert data["load_kg"].attrs["units"] == "kg"
+    assert data["free.viscosity.nu_0"].attrs["units"] == "m2/s"
+    assert data["margin.slow"].attrs["units"] == "m/s"
+    assert data["free.peak_pressure_pa"].attrs["units"] == "Pa"
+    text = Text(forklift.base.present.page(swept)).everything
+    for said in ("Oil temperature", "uniform, 10 to 60", "log-normal, median 1 times", "0.7 A from 0.2 s on"):
+        assert said in text
+    assert "load_kg" not in text
 
 
 def test_the_single_run_of_the_same_steps_has_the_same_bits(swept):

@@ -128,3 +128,16 @@ def test_another_truck_has_rising_openings_and_differs():
         assert (np.diff(lift["current"]) > 0.0).all()
         assert (np.diff(lift["area"]) >= 0.0).all()
     assert one[0]["sigma_2"] != other[0]["sigma_2"]
+
+
+LAWS = [name for kind in ("effect", "shape", "stranger") for name in kinds.of_kind(kind)]
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_can_be_run_at_its_most_from_cold_to_warm(name):
+    law = amplitude.law_of(name, "main", amplitude.most(name), np.random.default_rng(1))
+    command = np.full((2, 25), 0.7)
+    given = [run.Condition(command, load, degc) for load in (0.0, 1500.0) for degc in (-5.0, 65.0)]
+    for one in run.simulate(THESIS, (law,), given, 1e-3):
+        assert np.isfinite(one.v).all()
+        assert np.isfinite(one.p_A).all()

@@ -19,9 +19,11 @@ from forklift.ensemble import chunks, specification
 from forklift.ensemble.controllers import of_data, to_data
 from forklift.ensemble.intervals import ConfidenceSequence, Interval, clopper_pearson, over_scrambles
 from forklift.ensemble.members import Members
+from forklift.ensemble.quantities import units
 from forklift.ensemble.reduce import STABLE, Tally, axis
 from forklift.ensemble.specification import Specification
 from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +59,11 @@ class Progress:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """One member's run: a row a tick, true values, not the sensors'."""
+    """One member's run: a row a tick, true values, not the sensors'.
+
+    ``speed_LIFT_m_s`` is the forks' lowering speed, downward positive, as requirements and references have
+    it.
+    """
 
     index: int
     verdict: str
@@ -156,11 +162,12 @@ class Sweep:
         """All members over the dimension ``member``, with units."""
         import xarray as xr
 
-        table = self.to_polars()
+        table, known = self.to_polars(), units(self.specification)
         data = {
             name: (
                 "member",
                 table[name].cast(pl.String).to_numpy() if name == "verdict" else table[name].to_numpy(),
+                {"units": known[name]} if name in known else {},
             )
             for name in table.columns
             if name != "index"
@@ -317,6 +324,7 @@ def replay(spec: Specification, truck: Truck, controller: Controller | None, ind
         ``"argument-invalid"`` for a member that the sweep does not have.
     """
     from forklift.ensemble.tables import verdicts
+    from forklift.plant.forklift.signals import FORKS_PER_SENSOR
     from forklift.plant.forklift.tables import outputs
 
     members = Members(spec, truck, controller, 1)
@@ -333,7 +341,8 @@ def replay(spec: Specification, truck: Truck, controller: Controller | None, ind
         {"time_s": run["tick_s"] * np.arange(len(run["request"])), "request": run["request"]}
     )
     extra = {name: run["outputs"][:, k] for k, name in enumerate(outputs())}
-    for k, lift in enumerate(("free", "main")):
+    for k, lift in enumerate(LIFTS):
+        extra[f"speed_{lift}_m_s"] = -FORKS_PER_SENSOR[lift] * extra[f"velocity_{lift}_m_s"]
         extra[f"reference_{lift}_m_s"] = run["reference"][:, k]
         extra[f"current_{lift}_a"] = run["current"][:, k]
     names = [require.name for require in spec.require]

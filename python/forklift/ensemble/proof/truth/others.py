@@ -36,10 +36,11 @@ class LoadTimesPosition(Law):
 
 
 class HyperbolicViscousFriction(Law):
-    """sigma_2/(1 + rate (T - 20 degC)), rate [1/K]."""
+    """sigma_2/(1 + rate (T - 20 degC)), rate [1/K]; in the cold not above five times sigma_2."""
 
     def viscous(self, sigma_2: Any, s: SimpleNamespace, k: Values) -> Any:
-        return sigma_2 / (1 + k["friction_temperature__hyperbolic.rate"] * (s.T - REFERENCE_K))
+        fluid = 1 + k["friction_temperature__hyperbolic.rate"] * (s.T - REFERENCE_K)
+        return sigma_2 / np.maximum(fluid, 0.2)
 
 
 class KinkedViscousFriction(Law):
