@@ -11,6 +11,7 @@ from plotly.offline import get_plotlyjs
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.diagnose import diagnose
 from forklift.diagnosis.result import Diagnosis
+from forklift.diagnosis.sentences import Gain
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
 from forklift.plant.simulate import simulate_plant
 from forklift.plant.subjects import subject
@@ -187,6 +188,20 @@ def test_the_call_that_simulates_what_was_found_does(bent, said):
         {"forklift": forklift, "plant": line(), "time_s": time, "u": bent.before.predictions[0].recording.u},
     )
     np.testing.assert_allclose(y["y"], bent.after.predictions[0].outputs["y"], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "unit", "better", "shows"),
+    [
+        (96.68, 97.02, "%", "rises", True),
+        (96.68, 96.48, "%", "rises", False),
+        (96.68, 96.72, "%", "rises", False),  # as printed the same
+        (0.02, 0.01, "V", "falls", True),
+        (0.01, 0.02, "V", "falls", False),
+    ],
+)
+def test_a_gain_that_is_none_is_not_told_as_one(before, after, unit, better, shows):
+    assert Gain("the fit", before, after, unit, better).shows is shows
 
 
 def test_a_notebook_gets_the_sentence_and_a_table(bent):

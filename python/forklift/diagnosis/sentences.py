@@ -36,6 +36,20 @@ class Gain(NamedTuple):
     better: str
     """``"rises"`` or ``"falls"``."""
 
+    @property
+    def printed(self) -> tuple[str, str]:
+        """Before and after, the latter with its unit."""
+        if self.unit == "%":
+            return f"{self.before:.1f}", f"{self.after:.1f} %"
+        return number(self.before), amount(self.after, self.unit)
+
+    @property
+    def shows(self) -> bool:
+        """Whether it is better, as printed."""
+        better = self.after > self.before if self.better == "rises" else self.after < self.before
+        before, after = self.printed
+        return better and before != after.partition(" ")[0]
+
 
 def sentence(found: Outcome) -> str:
     """The verdict in one sentence."""
@@ -123,16 +137,15 @@ def _gained(found: Outcome) -> str:
         )
     told = gain(found)
     kept = "held out" if found.judged_on == "validate" else "it was fitted on"
-    if told is None:
+    if told is None or not told.shows:
+        before, after = told.printed if told else ("", "")
+        beside = f", while {told.what} goes from {before} to {after}" if told else ""
         return (
             f"; what is left over of the recordings {kept} falls from {found.baseline.worst.mean_square:.3g} "
             f"to {found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
+            f"{beside}"
         )
-    before, after = (
-        (f"{told.before:.1f}", f"{told.after:.1f} %")
-        if told.unit == "%"
-        else (number(told.before), amount(told.after, told.unit))
-    )
+    before, after = told.printed
     return f"; {told.what} on recordings {kept} {told.better} from {before} to {after}"
 
 

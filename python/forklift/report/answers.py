@@ -395,9 +395,10 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         )
     all_errors = [f"Root mean square errors, {kept}: {', '.join(changes)}."] if changes else []
     gain = sentences.gain(found)
-    if gain is None:
+    if gain is None or not gain.shows:
         change = f"Left over {number(left['worst_before'])} → {number(left['worst_after'])}"
-        return Fact(question, change, [noise, *all_errors])
+        beside = [f"{capital(gain.what)}: {' → '.join(gain.printed)}."] if gain else []
+        return Fact(question, change, [noise, *beside, *all_errors])
     if gain.unit == "%" and summary:
         return Fact(
             question,
