@@ -44,7 +44,8 @@ class FreeCurves:
 
     def __call__(self, refit: Refit) -> list[Screened]:
         """The curves whose evidence is greatest beside what the refit has: at the most credible places, over
-        every variable. Beside nothing also what is no curve."""
+        every variable. Beside nothing also what is no curve, at every place that is nearly as credible as the
+        first."""
         if refit not in self.offered:
             self.offered[refit] = self._offered(refit)
         return self.offered[refit]
@@ -53,9 +54,11 @@ class FreeCurves:
         inputs = self._inputs(refit)
         places = self._first(refit, inputs)[:CURVES_AT]
         offered = self._curves(refit.told_from, places)
-        if not refit.hypotheses and inputs:
+        if not refit.hypotheses:
+            near = [one.port for one in inputs[:CURVES_AT] if one.evidence >= CURVE_NEAR * inputs[0].evidence]
             samples = refit.early.problem.samples
-            offered += self.machine.unnamed(self._place(inputs[0].port), samples)
+            further = [one for port in near for one in self.machine.unnamed(self._place(port), samples)]
+            offered += [one for place, one in enumerate(further) if one not in further[:place]]
         at = refit.told_from
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
