@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
+from forklift.diagnosis import curves
 from forklift.diagnosis.criteria import DOUBTFUL
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
@@ -83,3 +85,38 @@ def test_what_may_be_chance_is_no_curve_s(left, asked_for):
     race = Race(cast(Refitter, None), Clock())
     without_names(race, cast(Refit, nothing), [], cast(Refit, nothing), cast(General, general))
     assert len(asked) == asked_for
+
+
+def test_what_is_no_curve_is_offered_at_every_place_that_is_nearly_as_credible(monkeypatch):
+    """The first place may explain as much as the right one: a valve's answer is no matter of the oil's."""
+    places = {
+        name: SimpleNamespace(name=name, part="main", equation=name) for name in ("bulk", "valve", "far")
+    }
+    machine = SimpleNamespace(
+        places=list(places.values()), unnamed=lambda place, _: ("ringing", f"{place.name}'s own")
+    )
+    problem = SimpleNamespace(samples=(), moments=lambda x, part: [{"still": np.zeros(3)}])
+    at = SimpleNamespace(problem=problem, x=np.zeros(1))
+    refit = cast(Any, _Bare(early=at, told_from=at))
+    inputs = [
+        SimpleNamespace(port=name, evidence=ln)
+        for name, ln in (("bulk", 100.0), ("valve", 98.0), ("far", 9.0))
+    ]
+    offered: list[Any] = []
+
+    def screened(problem: Any, x: Any, hypotheses: Any, pairs: int) -> Any:
+        offered.extend(hypotheses)
+        return SimpleNamespace(ranked=[])
+
+    monkeypatch.setattr(curves, "screen", screened)
+    assert curves.FreeCurves(cast(Any, machine), {refit: cast(Any, inputs)})(refit) == []
+    assert offered == ["ringing", "bulk's own", "valve's own"]
+
+
+@dataclass(frozen=True, eq=False)
+class _Bare:
+    """A fit without any hypothesis."""
+
+    early: Any
+    told_from: Any
+    hypotheses: tuple[()] = ()
