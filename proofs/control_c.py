@@ -160,6 +160,7 @@ def without_clamp(folder: Path) -> Path:
 
 RANGED = {
     "fc_filtered_speed": {"counts": "counts", "raw": "raw"},
+    "fc_summed_error": {"counted": "counted"},
     "fc_order": {
         "proportional": "proportional",
         "derivative": "derivative",
@@ -181,7 +182,12 @@ RANGED = {
     "fc_tick": {
         "ramp": "ramp",
         "smooth": "smooth",
+        "early": "early",
         "wanted": "wanted",
+        "asked": "asked",
+        "references": "reference",
+        "errors": "counted",
+        "corrections": "correction",
         "speed": "speed",
         "error": "error",
         "integral": "integral",

@@ -4,7 +4,7 @@ use hydro_core::control::config::Config;
 use hydro_core::control::controller::{FixedPoint, State};
 use hydro_core::control::fixed::Word;
 use hydro_core::control::ranges::{ranges, widest, Range};
-use hydro_core::control::settings::{Curve, Lift, LiftSettings, Settings, SharedSettings, SwingSettings};
+use hydro_core::control::settings::{Curve, Lift, LiftSettings, Settings, ShaperSettings, SharedSettings, SwingSettings};
 use hydro_core::control::twin::FloatingPoint;
 use hydro_core::control::vectors::Draws;
 use hydro_core::run::closed_loop::{Controller, Reading};
@@ -41,6 +41,11 @@ fn settings(swing: bool) -> Settings {
                 i_max: f64::from(I_MAX),
                 adaptation_s: if swing { 20.0 } else { 0.0 },
                 swing_limit: if swing { 60.0 } else { 0.0 },
+                early_corner: if swing { 12.0 } else { 1.5 },
+                comb: if swing { 0.8 } else { 0.0 },
+                prediction: if swing { 0.5 } else { 0.0 },
+                overspeed: if swing { 3.0 } else { 0.0 },
+                overspeed_from: 590.0,
             },
             table: Curve { first: 0, spacing: 5, values: (0..23).map(|k| 400.0 + 40.0 * f64::from(k)).collect() },
             ratio: Curve { first: 900, spacing: 7, values: vec![1.0, 0.4] },
@@ -50,6 +55,11 @@ fn settings(swing: bool) -> Settings {
                 damping: vec![0.35; 4],
                 gain: vec![4.0; 4],
                 lead: vec![-30.0, 0.0, 40.0, 170.0],
+            }),
+            shaper: swing.then(|| ShaperSettings {
+                spacing: 8,
+                delay: vec![0.1, 0.21, 0.25, 0.3],
+                share: vec![0.55; 4],
             }),
         }
     };
@@ -98,6 +108,13 @@ fn within(config: &Config, state: &State) -> Result<(), String> {
         hold(k + 1, "speed", i64::from(lift.speed))?;
         hold(k + 1, "error", i64::from(lift.error))?;
         hold(k + 1, "integral", lift.integral)?;
+        for &past in &lift.errors {
+            hold(k + 1, "counted", i64::from(past))?;
+        }
+        for &past in &lift.corrections {
+            hold(k + 1, "correction", i64::from(past))?;
+        }
+        hold(k + 1, "reference", i64::from(lift.references[(lift.oldest as usize + 31) % 32]))?;
         hold(k + 1, "trim", i64::from(lift.trim))?;
         hold(k + 1, "cosine", i64::from(lift.cosine))?;
         hold(k + 1, "sine", i64::from(lift.sine))?;

@@ -121,28 +121,14 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
     """From speed of the forks [m/s] and cylinder pressure [Pa] to less of the current [A], at a constant
     reference.
 
-    (A.17) before (4.12); the swing of the pressure through its resonator at the point's mean pressure;
-    both times
-    the slope of table and temperature scale, without quantisation and saturation.
+    (A.17) before (4.12), with its integral part's error through the shaper as far as `comb` says, and less
+    the corrections that have not shown yet as far as `prediction` says; the swing of the pressure through its
+    resonator at the point's mean pressure; both times the slope of table and temperature scale, without
+    quantisation, saturation, `overspeed` and the slow learning of the feed-forward.
     """
     lift: LiftSettings = getattr(controller, point.lift)
     dt = tick_s()
-    p, i, d, rate = (
-        lift.numbers[name].value for name in ("proportional", "integral", "derivative", "filter_rate")
-    )
-    pole = float(np.exp(-rate * dt))
-    one = np.ones((1, 1))
-    # y = (1 − pole) v + pole y₋₁, then P y + I ∑ y₋ + D (y − y₋₁)/dt.
-    smooth = StateSpace(pole * one, one, (1.0 - pole) * pole * one, (1.0 - pole) * one, dt, ("speed",))
-    answer = StateSpace(
-        np.array([[1.0, 0.0], [0.0, 0.0]]),
-        np.array([[dt], [1.0]]),
-        np.array([[i, -d / dt]]),
-        np.array([[p + d / dt]]),
-        dt,
-        ("integral", "speed before"),
-    )
-    speed = series(smooth, answer)
+    speed = _pid(lift, point, dt)
     swing = _resonator(lift, point)
     slope = _slope(lift, point)
     k, n = len(speed.a), len(swing.a)
@@ -153,6 +139,51 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
     # More speed asks for less current; a pressure's swing is added as it is.
     c = slope * np.hstack([speed.c, -swing.c])
     return StateSpace(a, b, c, slope * np.hstack([speed.d, -swing.d]), dt, speed.names + swing.names)
+
+
+def _pid(lift: LiftSettings, point: OperatingPoint, dt: float) -> StateSpace:
+    """From the speed [m/s] to what the PID takes off the speed ordered [m/s].
+
+    ε = v̂ − κ (q₋₁ − q₋₁₋ₙ), q = P ε + I Σ₋ ε_s + D (ε − ε₋₁)/dt, ε_s = ε + comb (1 − a)(ε_τ − ε): v̂ is the speed
+    through (A.17), n the reference's delay, a and τ are the shaper's share and delay at the point's pressure.
+    """
+    names = ("proportional", "integral", "derivative", "filter_rate", "delay", "comb", "prediction")
+    p, i, d, rate, late, comb, prediction = (lift.numbers[name].value for name in names)
+    pole, delay = float(np.exp(-rate * dt)), round(late)
+    half, share = _shaper_at(lift, _pressure(point))
+    whole = int(half / dt)
+    into = half / dt - whole
+    errors = whole + 1 if comb > 0.0 else 1
+    corrections = 1 + delay if prediction > 0.0 else 0
+
+    def step(x: Floats, v: float) -> tuple[Floats, float]:
+        smooth, total, past, taken = x[0], x[1], x[2 : 2 + errors], x[2 + errors :]
+        smooth = pole * smooth + (1.0 - pole) * v
+        error = smooth - (prediction * (taken[0] - taken[-1]) if corrections else 0.0)
+        less = p * error + total + d * (error - past[0]) / dt
+        summed = error
+        if comb > 0.0:
+            every = np.append(error, past)
+            then = every[whole] * (1.0 - into) + every[whole + 1] * into
+            summed = error + comb * (1.0 - share) * (then - error)
+        kept = [[smooth, total + i * dt * summed, error], past[:-1]]
+        if corrections:
+            kept.append(np.append(less, taken[:-1]))
+        return np.concatenate(kept), float(less)
+
+    n = 2 + errors + corrections
+    columns = [step(column, 0.0) for column in np.eye(n)]
+    driven, through = step(np.zeros(n), 1.0)
+    states = ["speed", "integral", *(f"error {k} before" for k in range(errors))]
+    states += [f"correction {k} before" for k in range(corrections)]
+    return StateSpace(
+        np.array([column for column, _ in columns]).T,
+        driven[:, None],
+        np.array([[less for _, less in columns]]),
+        np.array([[through]]),
+        dt,
+        tuple(states),
+    )
 
 
 def _slope(lift: LiftSettings, point: OperatingPoint) -> float:
@@ -170,14 +201,11 @@ def _slope(lift: LiftSettings, point: OperatingPoint) -> float:
 
 def _resonator(lift: LiftSettings, point: OperatingPoint) -> StateSpace:
     """From the pressure [Pa] to the speed added [m/s]: z ← ρ e^{jϑ} z + p − p₋₁, w = Re(γ z)."""
-    from forklift.plant.forklift.tables import states
-
     dt = tick_s()
     if lift.swing is None:
         none = np.zeros((0, 0))
         return StateSpace(none, np.zeros((0, 1)), np.zeros((1, 0)), np.zeros((1, 1)), dt)
-    pressure = float(point.state[list(states()).index("cylinder_pressure")])
-    frequency, damping, gain, lead = _at_pressure(lift, pressure)
+    frequency, damping, gain, lead = _at_pressure(lift, _pressure(point))
     omega = 2.0 * np.pi * frequency * dt
     pole = np.exp(-damping * omega + 1j * omega * np.sqrt(1.0 - damping * damping))
     tick = np.exp(-1j * omega)
@@ -194,6 +222,24 @@ def _resonator(lift: LiftSettings, point: OperatingPoint) -> StateSpace:
     b = np.array([[1.0], [0.0], [1.0]])
     read: Floats = 1e-8 * np.array([[re, -im, 0.0]])  # mm/s per bar to m/s per Pa
     return StateSpace(a, b, read @ a, read @ b, dt, ("swing", "swing's quadrature", "pressure before"))
+
+
+def _pressure(point: OperatingPoint) -> float:
+    """Of the cylinder [Pa]."""
+    from forklift.plant.forklift.tables import states
+
+    return float(point.state[list(states()).index("cylinder_pressure")])
+
+
+def _shaper_at(lift: LiftSettings, pressure_pa: float) -> tuple[float, float]:
+    """Delay [s] and share of the first impulse."""
+    from forklift import _core
+
+    shaper = lift.shaper
+    if shaper is None:
+        return 0.0, 1.0
+    knots = float(1 << shaper.spacing) * _core.PRESSURE_STEP_PA * np.arange(len(shaper.delay_s))
+    return tuple(float(np.interp(pressure_pa, knots, column)) for column in (shaper.delay_s, shaper.share))  # type: ignore[return-value]
 
 
 def _at_pressure(lift: LiftSettings, pressure_pa: float) -> tuple[float, float, float, float]:

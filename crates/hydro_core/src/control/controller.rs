@@ -25,7 +25,8 @@ impl State {
     #[inline(always)]
     pub fn tick_of(&mut self, lifts: [bool; 2], config: &Config, request: i32, reading: &Reading) -> [i32; 2] {
         let height = i64::from(reading.position[0]) + 2 * i64::from(reading.position[1]);
-        self.wanted = self.reference.tick(config, request, height);
+        let shares = self.reference.tick(config, request, height);
+        self.wanted = shares.wanted;
         let (least, most) = (i64::from(config.temperature_least), i64::from(config.temperature_most));
         let temperature = clamped(i64::from(reading.temperature), least, most) as i32;
         [0, 1].map(|k| {
@@ -33,7 +34,7 @@ impl State {
                 return 0;
             }
             let own = LiftReading { position: reading.position[k], pressure: reading.pressure[k], temperature };
-            self.lifts[k].tick(&config.lifts[k], config.word, self.wanted[k], &own)
+            self.lifts[k].tick(&config.lifts[k], config.word, shares.asked[k], &own)
         })
     }
 }
