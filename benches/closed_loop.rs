@@ -113,8 +113,7 @@ impl<const N: usize> LaneWork<N> for Compare {
             let (lifts, _) = truck.build([LiftName::Free], load, |_, v| S::constant(v)).expect("no effects");
             let mut start = vec![S::zero(); STATES];
             lifts[0].at_rest(S::constant(LiftName::Free.start_position())).write(&mut start);
-            let mast =
-                Mast { lifts, physics: Thesis, command: [S::zero()], oil_temperature_degc: S::constant(40.0) };
+            let mast = Mast { lifts, physics: Thesis, command: [S::zero()], oil_temperature_degc: S::constant(40.0) };
             let mut end = S::zero();
             let mut record = |_, x: &[S]| end = x[0];
             let ticks = Ticks {

@@ -4,7 +4,9 @@ use hydro_core::control::config::Config;
 use hydro_core::control::controller::{FixedPoint, State};
 use hydro_core::control::fixed::Word;
 use hydro_core::control::ranges::{ranges, widest, Range};
-use hydro_core::control::settings::{Curve, Lift, LiftSettings, Settings, ShaperSettings, SharedSettings, SwingSettings};
+use hydro_core::control::settings::{
+    Curve, Lift, LiftSettings, Settings, ShaperSettings, SharedSettings, SwingSettings,
+};
 use hydro_core::control::twin::FloatingPoint;
 use hydro_core::control::vectors::Draws;
 use hydro_core::run::closed_loop::{Controller, Reading};

@@ -138,8 +138,7 @@ impl LiftTwin {
         }
         let delay = lift.delay as usize;
         let hidden = self.corrections[before(1)] - self.corrections[before(1 + delay)];
-        let error =
-            self.references[before(delay)] - self.speed - f64::from(lift.prediction) / factor * hidden;
+        let error = self.references[before(delay)] - self.speed - f64::from(lift.prediction) / factor * hidden;
         let over = (self.speed - f64::from(lift.overspeed_from) / speed).max(0.0);
         let counted = error - lift.overspeed.value() * over;
         self.errors[newest] = counted;

@@ -279,7 +279,8 @@ static int32_t fc_share(const fc_table *ratio, int64_t height, int32_t state)
 }
 
 /* A ramp with rounded edges, shared between the lifts: what the operator is used to, and what is to be shaped. */
-static void fc_references(const fc_config *config, fc_state *state, int32_t request, int64_t height, int32_t asked[2])
+static void fc_references(const fc_config *config, fc_state *state, int32_t request, int64_t height,
+                          int32_t shares[2])
 {
     const int64_t most = (int64_t)config->request_most;
     const int64_t asked = fc_clamped((int64_t)request, 0, fc_truncated(most, FC_SPEED_SHIFT))
@@ -292,7 +293,7 @@ static void fc_references(const fc_config *config, fc_state *state, int32_t requ
     for (k = 0U; k < 2U; k++) {
         state->early[k] = fc_passed(state->ramp, config->lifts[k].early_pole, state->early[k], most);
         state->wanted[k] = fc_share(&config->ratio[k], height, state->smooth);
-        asked[k] = fc_share(&config->ratio[k], height, state->early[k]);
+        shares[k] = fc_share(&config->ratio[k], height, state->early[k]);
     }
 }
 
