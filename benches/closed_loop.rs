@@ -47,7 +47,6 @@ fn config() -> Config {
             adaptation_s: 2.0,
             swing_limit: 60.0,
             early_corner: 10.0,
-            comb: 1.0,
             prediction: 0.5,
             overspeed: 4.0,
             overspeed_from: 590.0,

@@ -160,7 +160,7 @@ def without_clamp(folder: Path) -> Path:
 
 RANGED = {
     "fc_filtered_speed": {"counts": "counts", "raw": "raw"},
-    "fc_summed_error": {"counted": "counted"},
+    "fc_lift_tick": {"summed": "summed"},
     "fc_order": {
         "proportional": "proportional",
         "derivative": "derivative",
@@ -186,7 +186,6 @@ RANGED = {
         "wanted": "wanted",
         "asked": "asked",
         "references": "reference",
-        "errors": "counted",
         "corrections": "correction",
         "speed": "speed",
         "error": "error",

@@ -11,7 +11,7 @@ import numpy as np
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
 from forklift.control.controller import Controller
 from forklift.control.metrics import LIMIT_M_S, nrmse_percent, plateaus
-from forklift.control.tune import scattered
+from forklift.control.trial import scattered
 from forklift.plant.forklift.truck import Truck
 
 SEED = 2017

@@ -63,9 +63,11 @@ class Swing(BaseModel):
 
 
 class Shaper(BaseModel):
-    """The reference as two impulses, `share` at once and the rest `delay_s` later, over the mean pressure: knots
-    2^spacing steps of the sensor apart. A swing of twice the delay's period is not excited (Singer & Seering
-    1990)."""
+    """The reference as two impulses, `share` at once and the rest `delay_s` later, over the mean pressure.
+
+    Knots are 2^spacing steps of the sensor apart. A swing whose period is twice the delay is not excited:
+    Singer & Seering (1990), J. Dynamic Systems, Measurement and Control 112(1), (7) and (8).
+    """
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 

@@ -61,7 +61,7 @@ U_MAX: Mapping[Lift, Number] = {
     ),
     "main": Number(value=700.0, source="chosen: the end of Figure 5.6a; a sixth above the greatest request"),
 }
-_STILL = {"adaptation_s": 0.0, "swing_limit": 0.0, "comb": 0.0, "prediction": 0.0, "overspeed": 0.0}
+_STILL = {"adaptation_s": 0.0, "swing_limit": 0.0, "prediction": 0.0, "overspeed": 0.0}
 
 
 def _shared() -> dict[str, Number]:

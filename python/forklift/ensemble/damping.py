@@ -25,7 +25,6 @@ from forklift.ensemble.stability import (
     operating_point,
     plant,
     sampled,
-    series,
 )
 from forklift.ensemble.tables import tick_s
 from forklift.plant.forklift.speed_table import speed_to_current
@@ -121,14 +120,14 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
     """From speed of the forks [m/s] and cylinder pressure [Pa] to less of the current [A], at a constant
     reference.
 
-    (A.17) before (4.12), with its integral part's error through the shaper as far as `comb` says, and less
-    the corrections that have not shown yet as far as `prediction` says; the swing of the pressure through its
-    resonator at the point's mean pressure; both times the slope of table and temperature scale, without
-    quantisation, saturation, `overspeed` and the slow learning of the feed-forward.
+    (A.17) before (4.12), whose error is less the corrections that have not shown yet as far as `prediction`
+    says; the swing of the pressure through its resonator at the point's mean pressure; both times the slope
+    of table and temperature scale, without quantisation, saturation, `overspeed` and the learning of the
+    feed-forward.
     """
     lift: LiftSettings = getattr(controller, point.lift)
     dt = tick_s()
-    speed = _pid(lift, point, dt)
+    speed = _pid(lift, dt)
     swing = _resonator(lift, point)
     slope = _slope(lift, point)
     k, n = len(speed.a), len(swing.a)
@@ -141,48 +140,35 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
     return StateSpace(a, b, c, slope * np.hstack([speed.d, -swing.d]), dt, speed.names + swing.names)
 
 
-def _pid(lift: LiftSettings, point: OperatingPoint, dt: float) -> StateSpace:
+def _pid(lift: LiftSettings, dt: float) -> StateSpace:
     """From the speed [m/s] to what the PID takes off the speed ordered [m/s].
 
-    ε = v̂ − κ (q₋₁ − q₋₁₋ₙ), q = P ε + I Σ₋ ε_s + D (ε − ε₋₁)/dt, ε_s = ε + comb (1 − a)(ε_τ − ε): v̂ is the speed
-    through (A.17), n the reference's delay, a and τ are the shaper's share and delay at the point's pressure.
+    ε = v̂ − κ (q₋₁ − q₋₁₋ₙ), q = P ε + I Σ₋ ε dt + D (ε − ε₋₁)/dt: v̂ is the speed through (A.17), n the
+    reference's delay, κ `prediction` (Smith 1957).
     """
-    names = ("proportional", "integral", "derivative", "filter_rate", "delay", "comb", "prediction")
-    p, i, d, rate, late, comb, prediction = (lift.numbers[name].value for name in names)
-    pole, delay = float(np.exp(-rate * dt)), round(late)
-    half, share = _shaper_at(lift, _pressure(point))
-    whole = int(half / dt)
-    into = half / dt - whole
-    errors = whole + 1 if comb > 0.0 else 1
-    corrections = 1 + delay if prediction > 0.0 else 0
+    names = ("proportional", "integral", "derivative", "filter_rate", "delay", "prediction")
+    p, i, d, rate, delay, prediction = (lift.numbers[name].value for name in names)
+    pole = float(np.exp(-rate * dt))
+    hidden = 1 + round(delay) if prediction > 0.0 else 0
 
     def step(x: Floats, v: float) -> tuple[Floats, float]:
-        smooth, total, past, taken = x[0], x[1], x[2 : 2 + errors], x[2 + errors :]
-        smooth = pole * smooth + (1.0 - pole) * v
-        error = smooth - (prediction * (taken[0] - taken[-1]) if corrections else 0.0)
-        less = p * error + total + d * (error - past[0]) / dt
-        summed = error
-        if comb > 0.0:
-            every = np.append(error, past)
-            then = every[whole] * (1.0 - into) + every[whole + 1] * into
-            summed = error + comb * (1.0 - share) * (then - error)
-        kept = [[smooth, total + i * dt * summed, error], past[:-1]]
-        if corrections:
-            kept.append(np.append(less, taken[:-1]))
-        return np.concatenate(kept), float(less)
+        taken = x[3:]
+        smooth = pole * x[0] + (1.0 - pole) * v
+        error = smooth - (prediction * (taken[0] - taken[-1]) if hidden else 0.0)
+        less = p * error + x[1] + d * (error - x[2]) / dt
+        kept = [smooth, x[1] + i * dt * error, error]
+        return np.concatenate([kept, [less, *taken[:-1]] if hidden else []]), float(less)
 
-    n = 2 + errors + corrections
+    n = 3 + hidden
     columns = [step(column, 0.0) for column in np.eye(n)]
     driven, through = step(np.zeros(n), 1.0)
-    states = ["speed", "integral", *(f"error {k} before" for k in range(errors))]
-    states += [f"correction {k} before" for k in range(corrections)]
     return StateSpace(
         np.array([column for column, _ in columns]).T,
         driven[:, None],
         np.array([[less for _, less in columns]]),
         np.array([[through]]),
         dt,
-        tuple(states),
+        ("speed", "integral", "error before", *(f"correction {k + 1} before" for k in range(hidden))),
     )
 
 
@@ -229,17 +215,6 @@ def _pressure(point: OperatingPoint) -> float:
     from forklift.plant.forklift.tables import states
 
     return float(point.state[list(states()).index("cylinder_pressure")])
-
-
-def _shaper_at(lift: LiftSettings, pressure_pa: float) -> tuple[float, float]:
-    """Delay [s] and share of the first impulse."""
-    from forklift import _core
-
-    shaper = lift.shaper
-    if shaper is None:
-        return 0.0, 1.0
-    knots = float(1 << shaper.spacing) * _core.PRESSURE_STEP_PA * np.arange(len(shaper.delay_s))
-    return tuple(float(np.interp(pressure_pa, knots, column)) for column in (shaper.delay_s, shaper.share))  # type: ignore[return-value]
 
 
 def _at_pressure(lift: LiftSettings, pressure_pa: float) -> tuple[float, float, float, float]:

@@ -116,7 +116,6 @@ fn lift_fields(text: &mut String, tables: &mut String, name: &str, lift: &LiftCo
     add("early_pole", lift.early_pole.to_string());
     add("shaper_delay", table(tables, &format!("{name}_shaper_delay"), &s.delay));
     add("shaper_share", table(tables, &format!("{name}_shaper_share"), &s.share));
-    add("comb", lift.comb.to_string());
     add("prediction", lift.prediction.to_string());
     add("overspeed", gain(lift.overspeed));
     add("overspeed_from", lift.overspeed_from.to_string());

@@ -5,7 +5,7 @@ use super::table::Table;
 
 /// Longest delay of the reference model [ticks].
 pub const MOST_DELAY: usize = 16;
-/// Ticks that are remembered, of the reference, of the error and of the correction.
+/// Ticks that are remembered, of the reference and of the correction.
 pub const PAST: usize = 32;
 /// Scale of a shaper's delay: fractions of a tick.
 pub const SHAPER_SHIFT: u32 = 8;
@@ -71,8 +71,6 @@ pub struct LiftConfig {
     /// Pole of the low-pass ahead of the shaper, a factor.
     pub early_pole: i32,
     pub shaper: ShaperConfig,
-    /// How much of the integral part's error goes through the shaper, a factor.
-    pub comb: i32,
     /// How much of the corrections that have not shown yet the predictor takes off the error, a factor.
     pub prediction: i32,
     /// The integral part sees a speed above `overspeed_from` [speed] by this more.
@@ -152,7 +150,7 @@ impl Config {
             }
             let limits = [lift.u_min, lift.u_max, lift.i_min, lift.i_max, lift.pressure.limit];
             all.extend([lift.pole, lift.scale_base, lift.shift_base].iter().chain(&limits).map(|&x| i64::from(x)));
-            let beyond = [lift.most, lift.early_pole, lift.comb, lift.prediction, lift.overspeed_from];
+            let beyond = [lift.most, lift.early_pole, lift.prediction, lift.overspeed_from];
             all.extend(beyond.iter().map(|&x| i64::from(x)));
             all.extend([i64::from(lift.delay), i64::from(lift.pressure.shift)]);
             [&lift.shaper.delay, &lift.shaper.share].into_iter().for_each(|t| table(&mut all, t));

@@ -18,11 +18,10 @@ pub struct LiftState {
     pub pressure: i32,
     /// Filtered speed, with the filter's guard bits.
     pub speed: i32,
-    /// Of the last ticks, each a ring [speed]: what was asked of the lift, the same shaped, the integral part's error
-    /// and the PID's correction. `oldest` is the place that is written next.
+    /// Of the last ticks, each a ring [speed]: what was asked of the lift, the same shaped and the PID's
+    /// correction. `oldest` is the place that is written next.
     pub asked: [i32; PAST],
     pub references: [i32; PAST],
-    pub errors: [i32; PAST],
     pub corrections: [i32; PAST],
     pub oldest: u32,
     /// Of the tick before [speed].
@@ -83,13 +82,12 @@ impl LiftState {
             // The valve is shut: nothing is controlled, and nothing may be left over for the next lowering.
             self.integral = 0;
             self.error = 0;
-            self.errors = [0; PAST];
             self.corrections = [0; PAST];
             return 0;
         }
         let delayed = i64::from(self.references[before(newest, config.delay as usize)]);
         let error = saturated(delayed - speed - self.not_shown_yet(config, word, newest), word.most_speed());
-        let summed = self.summed_error(config, word, error, speed, newest);
+        let summed = Self::summed_error(config, word, error, speed);
         let u = self.speed_to_order(config, word, reference, Errors { own: error, summed }, swing, newest);
         current(config, word, u, i64::from(reading.temperature))
     }
@@ -114,15 +112,10 @@ impl LiftState {
         rounded(i64::from(config.prediction) * (i64::from(last) - i64::from(shown)), word.factor())
     }
 
-    /// The error that is summed: with what is too fast counted more, and a share of it through the shaper, so that the
-    /// integral part does not answer what swings.
-    fn summed_error(&mut self, config: &LiftConfig, word: Word, error: i64, speed: i64, newest: usize) -> i64 {
+    /// The error that is summed: what is too fast counts more.
+    fn summed_error(config: &LiftConfig, word: Word, error: i64, speed: i64) -> i64 {
         let over = clamped(speed - i64::from(config.overspeed_from), 0, word.most_speed());
-        let counted = saturated(error - config.overspeed.times(over), word.most_speed());
-        self.errors[newest] = counted as i32;
-        let shaped = saturated(self.through_shaper(config, word, &self.errors, newest), word.most_speed());
-        let moved = rounded(i64::from(config.comb) * (shaped - counted), word.factor());
-        saturated(counted + moved, word.most_speed())
+        saturated(error - config.overspeed.times(over), word.most_speed())
     }
 
     /// The difference of the encoder's counts as a lowering speed, through the filter of Figure A.17.

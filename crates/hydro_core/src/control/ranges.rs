@@ -136,19 +136,16 @@ fn of_lift(
     add("shaper's delay", "tick", delay, Interval::up_to(MOST_SHAPED), SHAPER_SHIFT);
     let share = Interval::of(&config.shaper.share);
     let one = Interval(1 << word.factor(), 1 << word.factor());
-    let shaped = |w: Interval| share.times(w).plus(one.minus(share).times(w)).shifted(word.factor());
     let most = Interval::up_to(i64::from(config.most));
-    let reference = add("reference", "mm/s", shaped(asked), most, word.speed());
+    let shaped = share.times(asked).plus(one.minus(share).times(asked)).shifted(word.factor());
+    let reference = add("reference", "mm/s", shaped, most, word.speed());
     // A correction is kept like a speed; see the end of the tick.
     let hidden = speeds.minus(speeds).by(i128::from(config.prediction)).shifted(word.factor());
     let error = reference.minus(speed.shifted(word.guard())).minus(hidden);
     let error = add("error", "mm/s", error, speeds, word.speed());
     let from = i128::from(config.overspeed_from);
     let over = speed.shifted(word.guard()).minus(Interval(from, from)).within(Interval::up_to(word.most_speed()));
-    let counted = add("counted", "mm/s", error.minus(product(config.overspeed, over)), speeds, word.speed());
-    let through = shaped(counted).within(speeds);
-    let moved = through.minus(counted).by(i128::from(config.comb)).shifted(word.factor());
-    let summed = add("summed", "mm/s", counted.plus(moved), speeds, word.speed());
+    let summed = add("summed", "mm/s", error.minus(product(config.overspeed, over)), speeds, word.speed());
     let proportional =
         add("proportional", "mm/s", product(config.proportional, error), guarded, word.speed() + word.guard());
     let slope = product(config.derivative, error.minus(error));

@@ -100,7 +100,6 @@ settings! {
     adaptation_s: "s", 0.0, 1000.0, "time in which the feed-forward learns at full speed; 0 if it does not";
     swing_limit: "mm/s", 0.0, 500.0, "greatest correction by the pressure's swing";
     early_corner: "Hz", 0.1, 25.0, "corner of the low-pass on the ramp ahead of the shaper";
-    comb: "1", 0.0, 1.0, "share of the integral part's error that goes through the shaper";
     prediction: "1", 0.0, 1.0, "share of the corrections of the last delay that the predictor takes off the error";
     overspeed: "1", 0.0, 20.0, "what is above overspeed_from counts this more in the integral part";
     overspeed_from: "mm/s", 0.0, 4095.0, "speed from which on the integral part sees more";
@@ -263,7 +262,6 @@ impl Lift {
             most: (shared.request_most * speed).round() as i32,
             early_pole: (early_pole * factor).round() as i32,
             shaper: self.shaper_config(&full("shaper"), word)?,
-            comb: (s.comb * factor).round() as i32,
             prediction: (s.prediction * factor).round() as i32,
             overspeed: own("overspeed", s.overspeed)?,
             overspeed_from: (s.overspeed_from * speed).round() as i32,

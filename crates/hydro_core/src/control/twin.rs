@@ -14,7 +14,6 @@ struct LiftTwin {
     speed: f64,
     asked: [f64; PAST],
     references: [f64; PAST],
-    errors: [f64; PAST],
     corrections: [f64; PAST],
     oldest: usize,
     error: f64,
@@ -133,16 +132,14 @@ impl LiftTwin {
         self.references[newest] = reference;
         if reference * speed < 0.5 {
             (self.integral, self.error) = (0.0, 0.0);
-            (self.errors, self.corrections) = ([0.0; PAST], [0.0; PAST]);
+            self.corrections = [0.0; PAST];
             return 0.0;
         }
         let delay = lift.delay as usize;
         let hidden = self.corrections[before(1)] - self.corrections[before(1 + delay)];
         let error = self.references[before(delay)] - self.speed - f64::from(lift.prediction) / factor * hidden;
         let over = (self.speed - f64::from(lift.overspeed_from) / speed).max(0.0);
-        let counted = error - lift.overspeed.value() * over;
-        self.errors[newest] = counted;
-        let summed = counted + f64::from(lift.comb) / factor * (shaped(&self.errors) - counted);
+        let summed = error - lift.overspeed.value() * over;
         let pid = lift.proportional.value() / guard * error
             + lift.derivative.value() / guard * (error - self.error)
             + self.integral;

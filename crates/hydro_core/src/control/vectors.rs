@@ -68,7 +68,6 @@ impl Draws {
             speed: self.around(speed << word.guard()) as i32,
             asked: std::array::from_fn(|_| self.up_to(most) as i32),
             references: std::array::from_fn(|_| self.up_to(most) as i32),
-            errors: std::array::from_fn(|_| self.around(speed) as i32),
             corrections: std::array::from_fn(|_| self.around(speed) as i32),
             oldest: (self.next() % PAST as u64) as u32,
             error: self.around(speed) as i32,
@@ -111,7 +110,7 @@ fn folded(mut digest: u64, state: &State, current: [i32; 2]) -> u64 {
     for lift in &state.lifts {
         add(i64::from(lift.started));
         [lift.position, lift.pressure, lift.speed].into_iter().for_each(|x| add(i64::from(x)));
-        for ring in [&lift.asked, &lift.references, &lift.errors, &lift.corrections] {
+        for ring in [&lift.asked, &lift.references, &lift.corrections] {
             ring.iter().for_each(|&x| add(i64::from(x)));
         }
         add(i64::from(lift.oldest));

@@ -166,18 +166,11 @@ static int64_t fc_not_shown_yet(const fc_lift_config *config, const fc_lift_stat
     return fc_rounded((int64_t)config->prediction * (last - shown), FC_FACTOR_SHIFT);
 }
 
-/* The error that is summed: what is too fast counts more, and a share goes through the shaper. */
-static int64_t fc_summed_error(const fc_lift_config *config, fc_lift_state *state, int64_t error, int64_t speed,
-                               uint32_t newest)
+/* The error that is summed: what is too fast counts more. */
+static int64_t fc_summed_error(const fc_lift_config *config, int64_t error, int64_t speed)
 {
     const int64_t over = fc_clamped(speed - (int64_t)config->overspeed_from, 0, FC_MOST_SPEED);
-    const int64_t counted = fc_saturated(error - fc_times(config->overspeed, over), FC_MOST_SPEED);
-    int64_t shaped;
-    int64_t moved;
-    state->errors[newest] = (int32_t)counted;
-    shaped = fc_saturated(fc_shaped(config, state, state->errors, newest), FC_MOST_SPEED);
-    moved = fc_rounded((int64_t)config->comb * (shaped - counted), FC_FACTOR_SHIFT);
-    return fc_saturated(counted + moved, FC_MOST_SPEED);
+    return fc_saturated(error - fc_times(config->overspeed, over), FC_MOST_SPEED);
 }
 
 /* Moves a little of the integral part into the feed-forward's trim. */
@@ -250,13 +243,12 @@ static int32_t fc_lift_tick(const fc_lift_config *config, fc_lift_state *state, 
         state->integral = 0;
         state->error = 0;
         for (k = 0U; k < FC_PAST; k++) {
-            state->errors[k] = 0;
             state->corrections[k] = 0;
         }
     } else {
         const int64_t late = fc_past(state->references, newest, config->delay) - speed;
         const int64_t error = fc_saturated(late - fc_not_shown_yet(config, state, newest), FC_MOST_SPEED);
-        const int64_t summed = fc_summed_error(config, state, error, speed, newest);
+        const int64_t summed = fc_summed_error(config, error, speed);
         const int64_t u = fc_order(config, state, reference, error, summed, swing, newest);
         current = fc_current(config, u, (int64_t)temperature);
     }

@@ -57,7 +57,6 @@ typedef struct {
     int32_t early_pole;
     fc_table shaper_delay;
     fc_table shaper_share;
-    int32_t comb;
     int32_t prediction;
     fc_gain overspeed;
     int32_t overspeed_from;
@@ -99,7 +98,6 @@ typedef struct {
     int32_t speed;
     int32_t asked[FC_PAST];
     int32_t references[FC_PAST];
-    int32_t errors[FC_PAST];
     int32_t corrections[FC_PAST];
     uint32_t oldest;
     int32_t error;

@@ -80,9 +80,6 @@ static void draw_state(const fc_config *config, fc_state *state)
             lift->references[j] = (int32_t)up_to(most);
         }
         for (j = 0U; j < FC_PAST; j++) {
-            lift->errors[j] = (int32_t)around(speed);
-        }
-        for (j = 0U; j < FC_PAST; j++) {
             lift->corrections[j] = (int32_t)around(speed);
         }
         lift->oldest = (uint32_t)(next_draw() % FC_PAST);
@@ -136,9 +133,6 @@ static uint64_t folded(uint64_t start, const fc_state *state, const int32_t curr
         }
         for (j = 0U; j < FC_PAST; j++) {
             digest = fold(digest, lift->references[j]);
-        }
-        for (j = 0U; j < FC_PAST; j++) {
-            digest = fold(digest, lift->errors[j]);
         }
         for (j = 0U; j < FC_PAST; j++) {
             digest = fold(digest, lift->corrections[j]);
