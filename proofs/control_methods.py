@@ -37,7 +37,7 @@ def with_method(to: Controller, lift: Lift, method: str, of: Controller) -> Cont
 
 
 def variants(thesis: Controller, better: Controller) -> Iterator[tuple[str, Controller]]:
-    """The better one's PID alone, each method alone with the thesis's PID, each left out of the better one."""
+    """The better one's PID alone, each method with the thesis's PID, each left out of the better one."""
     pid, alone, without = thesis, dict.fromkeys(METHODS, thesis), dict.fromkeys(METHODS, better)
     for lift in LIFTS:
         numbers = getattr(better, lift).numbers

@@ -69,8 +69,13 @@ def test_the_feedback_of_the_pressure_is_that_of_the_controllers_own_arithmetic(
     assert abs(found - expected) < 0.05 * abs(expected) + 0.3
 
 
-def test_the_feedback_of_the_speed_is_that_of_the_controllers_own_arithmetic(point: OperatingPoint) -> None:
-    controller = plain("thesis", proportional=0.4, integral=0.5, derivative=0.02)
+@pytest.mark.parametrize("prediction", [0.0, 0.8])
+def test_the_feedback_of_the_speed_is_that_of_the_controllers_own_arithmetic(
+    point: OperatingPoint, prediction: float
+) -> None:
+    gains = {"proportional": 0.4, "integral": 0.5, "derivative": 0.02}
+    controller = plain("thesis", **gains, prediction=prediction, delay=8.0)
+    without = feedback(plain("thesis", **gains), point)
     omega = 2.0 * np.pi * 0.8
     time = TICK_S * np.arange(1500)
     # Encoder counts, upward: about the speed asked for, which the integral part would wait for otherwise.
@@ -86,6 +91,11 @@ def test_the_feedback_of_the_speed_is_that_of_the_controllers_own_arithmetic(poi
     expected = -1e3 * complex(gain[0, 0]) * speed
     assert abs(expected) > 50.0
     assert abs(found - expected) < 0.03 * abs(expected)
+    # The predictor's states are there, and they matter.
+    assert (len(told.a) > len(without.a)) == (prediction > 0.0)
+    plainly = without.c @ np.linalg.solve(z * np.eye(len(without.a)) - without.a, without.b[:, :1])
+    plainly = -1e3 * complex((plainly + without.d[:, :1])[0, 0]) * speed
+    assert (abs(plainly - expected) > 0.1 * abs(expected)) == (prediction > 0.0)
 
 
 @pytest.fixture(scope="module")
