@@ -1,21 +1,19 @@
 """How many closed-loop lowerings of 10 s a core runs in a second, and at which error.
 
-    python benches/sweeps.py [--members 4096] [--repeats 5] [--peers] [--sundials FOLDER] [--out
-    benches/sweeps.md]
+    python benches/sweeps.py [--members 4096] [--repeats 5] [--peers] [--sundials FOLDER] [--radau FOLDER]
+        [--out benches/sweeps.md]
 
-The free lift under a controller, steps of the speed asked for, loads 0 to 1500 kg, oil 10 to 60
-degC. Each row is timed in turn, `--repeats` times over, and the fastest counts: processor time with one
-thread,
-wall time with two. The error is the
-median over 32 members of the largest difference in speed from the same loop with forty substeps, up
-to the first tick at which the controllers order different currents. From there on an encoder count
-that falls a tick later makes another lowering; that is no error of the integrator.
+The free lift under a controller, steps of the speed asked for, loads 0 to 1500 kg, oil 10 to 60 degC. Each
+row is timed in turn, `--repeats` times over, and the fastest counts: processor time with one thread, wall
+time with two. The error is the median over 32 members of the largest difference in speed from the same loop
+with forty substeps, up to the first tick at which the controllers order different currents. From there on
+an encoder count that falls a tick later makes another lowering; that is no error of the integrator.
 
-With --peers CVODE in C integrates the lowerings of `benches/peers` in turn with these rows, at its best
-settings
-(`benches/peers/README.md` says how they were found). That is an open loop, whose commands are known ahead:
-what a
-closed loop costs beside it is in the ratio. A lowering is one of 10 s of the same nine states.
+With --peers those of `benches/peers` (README.md there says what each needs, and how their settings were
+found) integrate its lowerings in turn with these rows. That is an open loop, whose commands are known
+ahead. Each stands in the table with its least time at a median error of 1.5e-4 m/s, interpolated between
+its tolerances, in processor time (median of the repeats, as there). A lowering is one of 10 s of the same
+nine states. "Times CVODE" is per core: a row of two threads counts both.
 """
 
 import argparse
@@ -75,44 +73,67 @@ def error(truck, controller, substeps, name):
     return float(np.median(largest)), float(np.mean(compared))
 
 
-class Cvode:
-    """CVODE in C at its best, on lowerings of `benches/peers`."""
+class Peers:
+    """What `benches/peers` compares, on its lowerings: an open loop, whose commands are known ahead."""
 
-    LADDER = (2e-5, 1e-5, 3e-6)
+    LEFT_OUT = ("restart at each tick", "no restart, stop,")
+    """Settings of CVODE that are slower than its best ones."""
 
-    def __init__(self, folder, sundials, count):
+    def __init__(self, folder, options):
         sys.path.insert(0, str(Path(__file__).parent / "peers"))
-        import native
+        import run
+        import table
         from lowerings import error, make
-        from run import CVODE_BEST, REFERENCE, TARGET
 
-        self.native, self.error, self.target = native, error, TARGET
-        self.best, self.count = CVODE_BEST, count
-        self.lowerings = folder / "lowerings"
-        make(count, 2017).write(self.lowerings)
-        self.command = [str(native.build_cvode(folder, sundials))]
-        self.reference, _ = native.integrate(self.command, self.lowerings, REFERENCE)
+        self.table, self.error, self.target = table, error, run.TARGET
+        lowerings = make(options.n, 2017)
+        reference = argparse.Namespace(sundials=options.sundials, radau=None, witness=0, n=options.n)
+        self.reference, _ = run.reference(lowerings, reference, folder)
+        given = argparse.Namespace(
+            sundials=options.sundials,
+            radau=options.radau,
+            ours=None,
+            n=options.n,
+            slow=2,
+            repeats=options.repeats,
+        )
+        found = run.peers(given, lowerings, folder)
+        self.peers = [one for one in found if not one[1].startswith(self.LEFT_OUT)]
         self.rows = {}
 
-    def time(self):
-        """Every tolerance once: the fastest of its times counts."""
-        for rtol in self.LADDER:
-            found, spent = self.native.integrate(self.command, self.lowerings, self.best | {"rtol": rtol})
-            before = self.rows.get(rtol, (0.0, float("inf")))[1]
-            self.rows[rtol] = (self.error(found, self.reference).v_median, min(before, spent / self.count))
+    def time(self, repeat):
+        """Every setting once; slow ones not in every repeat."""
+        for k, (method, setting, n, repeats, run) in enumerate(self.peers):
+            if repeat < repeats:
+                found, spent = run()
+                if k not in self.rows:
+                    self.rows[k] = self.table.Row(method, setting, n, self.error(found, self.reference[:n]))
+                self.rows[k].ms.append(1e3 * spent / n)
 
-    def seconds(self):
-        """A lowering at the target error, between the tolerances."""
-        errors, times = (np.log([self.rows[rtol][k] for rtol in reversed(self.LADDER)]) for k in (0, 1))
-        return float(np.exp(np.interp(np.log(self.target), errors, times)))
+    def at_target(self):
+        """By method the least seconds of a lowering at the target error or below, between its tolerances.
+
+        None of what never is as accurate.
+        """
+        rows, found = list(self.rows.values()), {}
+        for method in dict.fromkeys(row.method for row in rows):
+            exact = [
+                row.time_ms for row in rows if row.method == method and row.error.v_median <= self.target
+            ]
+            ms = self.table.time_at(rows, method, self.target)
+            found[method] = None if ms is None else 1e-3 * min([ms, *exact])
+        return found
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--members", type=int, default=4096)
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--threads", type=int, default=2, help="1 leaves out what counts wall time")
     parser.add_argument("--controller", default="thesis")
-    parser.add_argument("--peers", action="store_true", help="CVODE in C in turn with these")
+    parser.add_argument("--peers", action="store_true", help="those of benches/peers in turn with these")
+    parser.add_argument("--n", type=int, default=16, help="lowerings of the compiled peers")
+    parser.add_argument("--radau", type=Path, help="folder with radau.f, decsol.f, dc_decsol.f")
     parser.add_argument(
         "--sundials", type=Path, help="source of SUNDIALS 6 or 7; without it the system's library"
     )
@@ -124,13 +145,14 @@ def main():
         for loop in ("closed", "open")
         for substeps in (2, 3)
         for lanes, threads in ((16, 1), (16, 2), (1, 1))
+        if threads <= options.threads
     ]
     best = {}
     home = tempfile.TemporaryDirectory()
-    cvode = Cvode(Path(home.name), options.sundials, 16) if options.peers else None
-    for _ in range(options.repeats):
-        if cvode:
-            cvode.time()
+    peers = Peers(Path(home.name), options) if options.peers else None
+    for repeat in range(options.repeats):
+        if peers:
+            peers.time(repeat)
         for row in rows:
             loop, substeps, lanes, threads = row
             name = options.controller if loop == "closed" else None
@@ -139,10 +161,12 @@ def main():
             count = options.members // (8 if lanes == 1 else 1)
             spent = seconds(members, count, lanes) / count
             best[row] = min(spent, best.get(row, spent))
+    told = peers.at_target() if peers else {}
+    cvode = told.get(peers.table.CVODE) if peers else None
     lines = [
-        "| loop | substeps a tick | lanes | threads | v median [m/s] | ticks compared "
-        "| µs a lowering | lowerings a second | ns a state and substep |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| loop | what | lanes | threads | v median [m/s] | ticks compared | µs a lowering "
+        "| lowerings a second | ns a state and substep | times one lane | times CVODE in C |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     errors = {}
     for row in rows:
@@ -152,30 +176,22 @@ def main():
             errors[loop, substeps] = error(truck, Controller.read(name) if name else None, substeps, name)
         off, share = errors[loop, substeps]
         spent = best[row]
+        gain = f"{best[loop, substeps, 1, 1] / spent:.1f}" if threads == 1 else "–"
+        faster = f"{cvode / (spent * threads):.0f}" if cvode else "–"
         lines.append(
-            f"| {loop} | {substeps} | {lanes} | {threads} | {off:.1e} | {100 * share:.0f} % "
+            f"| {loop} | forklift, {substeps} substeps | {lanes} | {threads} "
+            f"| {off:.1e} | {100 * share:.0f} % "
             f"| {1e6 * spent:.1f} | {1.0 / spent:.0f} "
-            f"| {1e9 * spent * threads / (TICKS * substeps * STATES):.2f} |"
+            f"| {1e9 * spent * threads / (TICKS * substeps * STATES):.2f} | {gain} | {faster} |"
         )
-    if cvode:
-        peer = cvode.seconds()
-        lines += [
-            "",
-            f"CVODE in C at its best, open loop, {cvode.target:.1e} m/s: {1e3 * peer:.2f} ms a lowering.",
-        ]
-        lines += [
-            f"- {rtol:.0e}: {off:.1e} m/s, {1e3 * spent:.2f} ms." for rtol, (off, spent) in cvode.rows.items()
-        ]
-        for loop in ("closed", "open"):
-            near = min(
-                (row for row in rows if row[0] == loop and row[2:] == (16, 1)),
-                key=lambda row: abs(np.log(errors[row[0], row[1]][0] / cvode.target)),
-            )
-            lines.append(
-                f"- {loop.capitalize()} loop, {near[1]} substeps, 16 lanes, one core: "
-                f"{peer / best[near]:.0f} times as many "
-                f"lowerings a second, at {errors[near[0], near[1]][0]:.1e} m/s."
-            )
+    for method, spent in sorted(told.items(), key=lambda one: one[1] or np.inf):
+        rates = (
+            f"{1e6 * spent:.0f} | {1.0 / spent:.1f} | – | – | {cvode / spent:.2g}"
+            if spent
+            else "– | – | – | – | –"
+        )
+        off = f"{'at most' if spent else 'above'} {peers.target:.1e}"
+        lines.append(f"| open | {method} | 1 | 1 | {off} | 100 % | {rates} |")
     home.cleanup()
     text = "\n".join(lines)
     print(text)

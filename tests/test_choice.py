@@ -9,12 +9,12 @@ from typing import Any, cast
 import pytest
 
 from forklift import Truck
-from forklift.diagnosis.criteria import AS_NEAR, LEAST_FAULT, LIVES_BEYOND, MISFIT, SAME_PLACE
+from forklift.diagnosis.criteria import AS_NEAR, CLEARLY, LEAST_FAULT, LIVES_BEYOND, MISFIT, SAME_PLACE
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
-from forklift.diagnosis.rules import choice, foresees, may_help, mended, replaces
+from forklift.diagnosis.rules import choice, foresees, helping, may_help, mended, replaces
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import alarming, needed
 from forklift.plant.forklift.unnamed import curves
@@ -121,6 +121,26 @@ def test_who_could_not_remove_enough_is_not_tried(left, share):
     assert not helps(0.99 * needed)
 
 
+@pytest.mark.parametrize(
+    ("gained", "left", "complete", "together", "accepted"),
+    [
+        (300.0, 1.6, True, 1.0, True),
+        (300.0, 1.6, False, 1.0, False),  # something is left, so that half of the mismatch is asked for
+        (300.0, 1.6, True, 15.0, False),  # slow noise promises as much
+        (CLEARLY - 1.0, 1.6, True, 1.0, False),
+    ],
+    ids=["whole", "part", "slow noise", "little"],
+)
+def test_of_a_faint_mismatch_who_leaves_nothing_over_need_not_remove_half_of_what_noise_is_part_of(
+    gained, left, complete, together, accepted
+):
+    best = Tried((), 10_000.0, 1500.0, worst=SimpleNamespace(mean_square=left))
+    refit = Tried((LEAK,), 10_000.0 - gained, 1500.0 - gained, complete=complete)
+    refitter = SimpleNamespace(together=together, later=0.5)
+    kept = helping([cast(Refit, refit)], cast(Refit, best), cast(Refitter, refitter), ())
+    assert bool(kept) is accepted
+
+
 def test_a_curve_over_a_command_is_likely_at_the_current_alone():
     truck = Truck.read("thesis")
 
@@ -167,6 +187,7 @@ class Without:
     """A refitter that says that nothing is needed."""
 
     later = 0.5
+    together = 1.0
 
     def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
         return Asked(tuple(one for one in refit.hypotheses if one is not hypothesis))
@@ -180,6 +201,23 @@ def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need()
     assert unconfirmed.hypotheses == (gain,)
     confirmed = needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
     assert load in confirmed.hypotheses
+
+
+@pytest.mark.parametrize(("gained", "stays"), [(20.0, False), (400.0, True)])
+def test_where_nothing_is_left_over_a_name_stays_that_gains_what_it_must_promise_there(gained, stays):
+    """A curve beside a name leaves nothing over without it either, where hardly anything was left at all."""
+    lag = Hypothesis("valve_lag", "physics", "", "", "", "share", Addition())
+    curve = Hypothesis("unknown", "unknown", "", "", "", None, Addition())
+
+    class Curve:
+        later = 0.5
+        together = 1.0
+
+        def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
+            return Asked((curve,), squares=100.0 + gained)
+
+    found = needed(Race(cast(Refitter, Curve()), Clock()), cast(Refit, Asked((lag, curve))))
+    assert (lag in found.hypotheses) is stays
 
 
 @pytest.mark.parametrize(("removed", "stays"), [(0.4, False), (0.6, True)])

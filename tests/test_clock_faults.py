@@ -7,9 +7,10 @@ import pytest
 
 import clocked
 from campaigns import CAMPAIGNS
-from forklift import Campaign
-from forklift.plant.forklift.hypotheses import clocks_apart
+from forklift import Campaign, Truck
+from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses
 from forklift.plant.forklift.sensors import sensors
+from forklift.plant.protocol import Hypothesis
 from forklift.plant.sensor_faults import sensor_unknown
 from forklift.recordings.clocks import Sampled, union
 from forklift.recordings.formats.signals import Place
@@ -58,3 +59,16 @@ def test_clocks_apart_are_seen_and_lost_samples_are_no_clock(how):
     recordings = [recorded(one, how) for one in Campaign.read(CAMPAIGNS / "null").recordings[:2]]
     measured = list(sensors(recordings))
     assert clocks_apart(recordings, measured) == EXPECTED.get(how, (tuple(measured),))
+
+
+def dead_time(how: str) -> Hypothesis:
+    """The free valve's dead time, among the hypotheses for a recording logged so."""
+    recordings = [recorded(one, how) for one in Campaign.read(CAMPAIGNS / "null").recordings[:2]]
+    measured = list(sensors(recordings))
+    every = hypotheses(Truck.read("thesis"), ["free"], measured, {}, clocks_apart(recordings, measured))
+    return next(one for one in every if one.label == "free.valve_delay")
+
+
+@pytest.mark.parametrize("how", list(clocked.CLOCKS))
+def test_a_dead_time_yields_to_clocks_only_where_every_sensor_has_another_than_the_command(how):
+    assert dead_time(how).unlikely == (how in ("7 ms of phase", "0.3 % fast"))

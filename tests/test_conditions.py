@@ -50,6 +50,19 @@ def test_the_interval_holds_the_truth(found):
     } == {one.file: True for one in each}
 
 
+def test_there_is_no_mean_of_conditions_that_differ_from_recording_to_recording(found):
+    """One load entered too low and the other too high: their mean says nothing of either."""
+    _, _, load, refit = found
+    problem, x = refit.found.problem, refit.found.x.copy()
+    at = next(k for k, sample in enumerate(problem.samples) if "_1500kg" in sample.recording.file)
+    sample = problem.samples[at]
+    x[problem.starts[at] + int(np.searchsorted(sample.free, sample.names.index("load")))] *= -1.0
+    told = list(offsets(replace(refit, found=replace(refit.found, x=x)), load))
+    assert [one.file for one in told] == [one.recording.file for one in problem.samples]
+    off = [one.value for one in told if not one.lower <= 0.0 <= one.upper]
+    assert min(off) < 0.0 < max(off)
+
+
 def test_what_is_predicted_has_the_load_that_was_found(found):
     wrong_by, refitter, load, refit = found
     problem = with_hypotheses(refitter.everyone, [load]).weighted(

@@ -59,7 +59,7 @@ def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(told
         "Oil leaks from the cylinder (main lift)",
         "The main lift: the oil balance of the cylinder",
         f"{value} m³/(s Pa) (95 % interval {lower} to {upper})",
-        f"Credibility {cause['credibility']:.2f} of 1",
+        f"Credibility {cause['credibility']:.2f} of 1" if cause["rivals"] else "Not contested",
         f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
         f"{gain['gain']:.2f} points (95 % interval {gain['gain_lower']:.2f} to {gain['gain_upper']:.2f})",
         *(
@@ -171,9 +171,29 @@ def test_every_recording_is_drawn_and_keeps_its_peaks(leak, blocks):
     assert first["title"] == leak.baseline.worst.file
 
 
+def test_the_error_of_a_drawn_curve_and_what_is_left_over_are_told_apart(leak, told, blocks):
+    """The one is RMSE²/σ²; the other was judged with parameters moved within their uncertainty."""
+    explorer = next(block for block in blocks if "recordings" in block)
+    channel, sensor = "pressure_main_pa", leak.sensors["pressure_main_pa"]
+    rows = {row["file"]: row for row in told["fit"] if row["channel"] == channel}
+    for one in explorer["recordings"]:
+        note = next(s["note"] for s in one["signals"] if s["title"] == "Pressure of the main lift")
+        squared, left = (
+            re.search(r"squared (\S+) → (\S+) times", note),
+            re.search(r"left over (\S+) → (\S+) ", note),
+        )
+        row = rows[one["title"]]
+        for when, said, judged, side in zip(
+            ("before", "after"), squared.groups(), left.groups(), (leak.baseline, leak.final), strict=True
+        ):
+            assert float(said) == pytest.approx((row[f"rmse_{when}"] / sensor.noise) ** 2, rel=5e-3)
+            (own,) = (c for c in side.judged if (c.file, c.channel) == (one["title"], channel))
+            assert float(judged) == pytest.approx(float(np.mean(own.left**2)), rel=5e-3, abs=5e-3)
+
+
 def test_the_mismatch_is_seen_in_the_colours_where_it_is(leak, blocks):
     heat = next(block for block in blocks if block.get("title", "").startswith("Where the difference lies"))
-    before, after = heat["panels"][0]["data"]
+    before, after = heat["panels"][0]["data"][:2]
     assert (before["name"], after["name"]) == ("before", "after")
     assert set(before["y"]) == {one.file for one in leak.recordings}
     strong = [value for row in before["z"] for value in row if value is not None]

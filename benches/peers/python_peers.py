@@ -77,6 +77,14 @@ class Lift:
         self._lib.lift_at_rest(k.ctypes.data, START_M, y.ctypes.data)
         return solve(k, lowerings.command_a[n], y, times, rtol)
 
+    def at_rest(self, lowerings: Lowerings) -> tuple[np.ndarray, np.ndarray]:
+        """By lowering the numbers of free_lift.h, and the nine states at rest."""
+        numbers, starts = np.empty((len(lowerings), self._numbers)), np.empty((len(lowerings), 9))
+        for n, (k, y) in enumerate(zip(numbers, starts, strict=True)):
+            self._lib.lift_set(k.ctypes.data, lowerings.load_kg[n], lowerings.temperature_degc[n])
+            self._lib.lift_at_rest(k.ctypes.data, START_M, y.ctypes.data)
+        return numbers, starts
+
     def sundae(self, k, command, y, times, rtol):
         """CVODE through scikit-sundae, order 3 as in the best setting of the C peer."""
 

@@ -85,6 +85,20 @@ def peers(args: argparse.Namespace, lowerings: Lowerings, folder: Path) -> list[
     add_python("sundae", "CVODE, scikit-sundae", "compiled functions, order 3", (1e-4, 1e-5, 1e-6), 16, 3)
     add_python("bdf", "BDF, SciPy", "compiled functions", (1e-4, 1e-5, 1e-6), args.slow, 1)
     add_python("radau", "Radau, SciPy", "compiled functions", (1e-3, 1e-4, 1e-5), args.slow, 1)
+    if find_spec("diffrax"):
+        for rtol in (1e-4, 1e-5, 1e-6, 1e-7):
+
+            def run(rtol: float = rtol) -> Solved:
+                from by_diffrax import solver
+                from python_peers import SCALE
+
+                some = lowerings[: args.slow]
+                return solver(*lift.at_rest(some), SCALE, some, rtol)()
+
+            n = min(args.slow, args.n)
+            found.append(("Kvaerno5, diffrax", f"vmap, own Jacobian, rtol {rtol:.0e}", n, 1, run))
+    else:
+        print("diffrax is not installed: its rows are left out", file=sys.stderr)
     for label, setting in SETTINGS.items() if args.ours else ():
         found.append((OURS, label, args.n, args.repeats, lambda s=setting: ours(lowerings, s, args.ours)))
     return found

@@ -2,8 +2,10 @@
 
 Of every recording that was fitted the offset from what was entered, o_k, and the mean ō = Σ o_k / K of those
 K recordings whose own interval leaves zero out (of all, if none does): a load entered 70 kg too low is right
-where the forks were empty. Both come with intervals from the covariance C = (JᵀJ)⁻¹ of all unknowns together,
-so that what the machine's own parameters make up for is counted: var ō = 1ᵀ C_o 1 / K².
+where the forks were empty. Where these K differ from each other beyond their intervals, as the oil's do under
+a temperature sensor that stood still, a mean says nothing of any of them, and there is none. Both come with
+intervals from the covariance C = (JᵀJ)⁻¹ of all unknowns together, so that what the machine's own parameters
+make up for is counted: var ō = 1ᵀ C_o 1 / K².
 """
 
 from __future__ import annotations
@@ -17,6 +19,10 @@ from forklift.diagnosis.refit import Refit
 from forklift.fitting.intervals import QUANTILE
 from forklift.plant.protocol import Hypothesis
 
+AGREE = 1.5
+"""Half-widths of its own 95 % interval that a recording's offset may lie off the mean of all: three standard
+deviations, since one of many recordings may well be off by two."""
+
 
 @dataclass(frozen=True)
 class Offset:
@@ -27,7 +33,7 @@ class Offset:
     name
         Of the condition.
     file
-        The recording; empty for the mean of all that were fitted.
+        The recording; empty for the mean of those that are off.
     value, lower, upper
         In the condition's unit: what acts, less what was entered.
     """
@@ -41,7 +47,7 @@ class Offset:
 
 
 def offsets(refit: Refit, hypothesis: Hypothesis) -> Iterator[Offset]:
-    """Of every condition that the hypothesis doubts: the mean where it is off, then each recording fitted.
+    """Of every condition that the hypothesis doubts the mean, if recordings that are off agree, then each.
 
     Intervals of 95 %, widened by what the refit leaves over.
     """
@@ -63,7 +69,9 @@ def offsets(refit: Refit, hypothesis: Hypothesis) -> Iterator[Offset]:
         off = np.abs(values) > half * np.sqrt(np.diag(spread))
         off = off if off.any() else np.ones_like(off)
         common = float(np.sqrt(spread[np.ix_(off, off)].sum())) / int(off.sum())
-        rows = [("", float(values[off].mean()), common)]
+        mean = float(values[off].mean())
+        apart = np.abs(values[off] - mean) > half * np.sqrt(np.diag(spread)[off]) * AGREE
+        rows = [] if apart.any() else [("", mean, common)]
         rows += zip(files, values.tolist(), np.sqrt(np.diag(spread)).tolist(), strict=True)
         for file, value, deviation in rows:
             reach = half * deviation

@@ -23,16 +23,17 @@ BUDGET = 60000.0
 thousand a second, so that what was not tried by then would not have come within two minutes."""
 
 # When anything is asked for at all.
-ALARM_PHYSICS, ALARM_CONDITION, ALARM_SENSOR = 12.0, 30.0, 80.0
+ALARM_PHYSICS, ALARM_CONDITION, ALARM_SENSOR, ALARM_CURVE = 12.0, 30.0, 80.0, 30.0
 """Fall of −ln posterior over all recordings that a hypothesis must promise to be asked for where no channel
 of a recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some
 sixty. Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss,
-since an encoder that starts from the same place in every recording is rounded alike in all of them."""
+since an encoder that starts from the same place in every recording is rounded alike in all of them. A curve
+has several unknowns too, and is the best of some two hundred; of it the evidence counts."""
 ALARM: Mapping[Kind, float] = {
     "physics": ALARM_PHYSICS,
     "parameter": ALARM_CONDITION,
     "sensor": ALARM_SENSOR,
-    "unknown": float("inf"),
+    "unknown": ALARM_CURVE,
 }
 """By kind."""
 LEAST_FAULT = 0.02
@@ -108,8 +109,9 @@ ENDED = 0.3
 bound here. (A fit of its own goes on to 0.02.)"""
 MISFIT = 3.0
 """Mean square in the worst channel from which on that is clear after the tempered stages."""
-SLIGHT = 1.5
-"""Mean square in the worst channel up to which the tempered stages are blind to what is left over."""
+SLIGHT = 2.0
+"""Mean square in the worst channel up to which the tempered stages are blind to what is left over: beside
+three times the noise it is a ninth. Hypotheses are then asked over all recordings."""
 NEAR, MOVES = 1e-3, 12
 """A strict judgement of recordings whose own unknowns are known vaguely goes on until they stay."""
 LESS = 0.95
@@ -136,6 +138,9 @@ MEMORY = 2.0
 period of the lift's ringing is not told from its neighbour."""
 CURVES_AT, MOST_CURVES = 4, 3
 """At how many of the most credible places curves are screened, and how many of them are tried."""
+FAINT_CURVES = 6
+"""How many curves are screened over all recordings where next to nothing is left over: those that promise
+most over the recordings that were fitted."""
 CURVE_NEAR = 0.7
 """A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
 linear about the same place."""

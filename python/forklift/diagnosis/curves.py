@@ -8,12 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.diagnosis.criteria import CURVE_NEAR, CURVE_TIE, CURVES_AT, MOST_CURVES, MOVES_AT_ALL
+from forklift.diagnosis.criteria import (
+    CURVE_NEAR,
+    CURVE_TIE,
+    CURVES_AT,
+    FAINT_CURVES,
+    MOST_CURVES,
+    MOVES_AT_ALL,
+)
 from forklift.diagnosis.dependence import Shape, shapes
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.screening import Screened, screen
 from forklift.fitting.interface import Problem
+from forklift.fitting.search import Found
 from forklift.plant.protocol import Hypothesis, Machine, Place
 
 
@@ -44,7 +52,7 @@ class FreeCurves:
     def _offered(self, refit: Refit) -> list[Screened]:
         inputs = self._inputs(refit)
         places = self._first(refit, inputs)[:CURVES_AT]
-        offered = self._curves(refit, places)
+        offered = self._curves(refit.told_from, places)
         if not refit.hypotheses and inputs:
             samples = refit.early.problem.samples
             offered += self.machine.unnamed(self._place(inputs[0].port), samples)
@@ -52,6 +60,18 @@ class FreeCurves:
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
         return sorted(worth, key=lambda one: self.yields_to(one, ranked[0]))[:MOST_CURVES]
+
+    def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
+        """The curve of the greatest evidence over all recordings, of those that have the greatest over the
+        recordings that were fitted, beside a refit that leaves next to nothing over in any channel: the
+        coarsest over every variable, at the most credible places."""
+        places = [self._place(one.port) for one in self._inputs(refit)][:CURVES_AT]
+        at = refit.found
+        offered = self._curves(at, places, most=1)
+        ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
+        first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
+        told = screen(everywhere.problem, everywhere.x, first, 0).ranked
+        return max(told, key=lambda one: one.evidence, default=None)
 
     @staticmethod
     def yields_to(one: Screened, best: Screened) -> bool:
@@ -77,7 +97,7 @@ class FreeCurves:
             for one in self.machine.unnamed(place, refit.early.problem.samples)
             if one.over
         ]
-        return [*self._curves(refit, places, most=1), *others]
+        return [*self._curves(refit.told_from, places, most=1), *others]
 
     def _place(self, name: str) -> Place:
         return next(one for one in self.machine.places if one.name == name)
@@ -91,9 +111,9 @@ class FreeCurves:
             self.known[refit] = unknown_inputs(early.problem, early.x, places, width_s)
         return [one for one in self.known[refit] if one.port in places]
 
-    def _curves(self, refit: Refit, places: Sequence[Place], most: int | None = None) -> list[Hypothesis]:
+    def _curves(self, found: Found, places: Sequence[Place], most: int | None = None) -> list[Hypothesis]:
         """Curves over every variable at each of these places, of at most so many resolutions."""
-        ranges = {part: _ranges(refit, part) for part in dict.fromkeys(one.part for one in places)}
+        ranges = {part: _ranges(found, part) for part in dict.fromkeys(one.part for one in places)}
         return [
             one
             for place in places
@@ -128,9 +148,8 @@ def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Shape]:
     return shapes(found, variables(early.problem, early.x, part, found.centres))
 
 
-def _ranges(refit: Refit, part: str) -> dict[str, tuple[float, float]]:
+def _ranges(found: Found, part: str) -> dict[str, tuple[float, float]]:
     """Between which values each variable moves in the recordings."""
-    found = refit.told_from
     seen = found.problem.moments(found.x, part)
     ends = {
         name: (float(min(one[name].min() for one in seen)), float(max(one[name].max() for one in seen)))

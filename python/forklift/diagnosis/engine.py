@@ -53,9 +53,29 @@ def investigate(
 
     `hopeless` recordings tell nothing: the machine is fitted, and no more.
     """
-    refitter.work.grant(BUDGET)
     with clock.stage(FITTING):
         baseline = refitter.baseline()
+    while True:
+        refitter.work.grant(BUDGET)
+        inputs, seen, selection, screening = _from(refitter, baseline, hypotheses, machine, clock, hopeless)
+        if selection.baseline is baseline:
+            break
+        baseline = selection.baseline
+    found = causes(selection)
+    credible = told(found)
+    doubted = tuple(cause for cause in found if cause not in credible)
+    return Investigation(tuple(inputs), tuple(seen), selection, screening, credible, doubted)
+
+
+def _from(
+    refitter: Refitter,
+    baseline: Refit,
+    hypotheses: Sequence[Hypothesis],
+    machine: Machine,
+    clock: Clock,
+    hopeless: bool,
+) -> tuple[list[UnknownInput], list[Shape], Selection, Screening]:
+    """Screen, locate and select, from a baseline; where its search went astray, the selection has another."""
     with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
         at = refitter.everywhere(baseline) if baseline.slight else baseline.told_from
@@ -65,7 +85,7 @@ def investigate(
         asked = alarming(screening, refitter.together)
     inputs: list[UnknownInput] = []
     seen: list[Shape] = []
-    if hopeless or (asked is not screening and not asked.singles):
+    if hopeless:
         selection = Selection(baseline, (), baseline)
     else:
         with clock.stage("locating the mismatch"):
@@ -77,10 +97,7 @@ def investigate(
         with clock.stage(TRYING):
             general = FreeCurves(machine, {baseline: inputs})
             selection = select(refitter, baseline, asked, hypotheses, clock, general)
-    found = causes(selection)
-    credible = told(found)
-    doubted = tuple(cause for cause in found if cause not in credible)
-    return Investigation(tuple(inputs), tuple(seen), selection, screening, credible, doubted)
+    return inputs, seen, selection, screening
 
 
 def verdict(selection: Selection, found: Sequence[Cause], *, hopeless: bool = False) -> Verdict:

@@ -55,7 +55,8 @@ def numbers(refit: Refit) -> tuple[Number, ...]:
 
 
 def of_hypothesis(refit: Refit, hypothesis: Hypothesis) -> Iterator[Number]:
-    """Those that a hypothesis brings: its amplitude first; of a condition its offsets, the mean first."""
+    """Those that a hypothesis brings: its amplitude first; of a condition its offsets, the mean first, if
+    the recordings agree on one."""
     if hypothesis.amplitude is None:
         if hypothesis in refit.hypotheses:
             for one in offsets(refit, hypothesis):

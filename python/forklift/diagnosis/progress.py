@@ -79,7 +79,7 @@ class Clock:
         try:
             yield
         finally:
-            self.seconds[name] = self._now() - began
+            self.seconds[name] = self.seconds.get(name, 0.0) + self._now() - began
 
     def plan(self, trials: int) -> None:
         """So many trials may come from here on."""

@@ -51,7 +51,15 @@ def propose(
             rivals = [final, *_nearest(refitter, selection), *_exchanged(refitter, final, stands)]
     if len(rivals) > 1:
         return _answer(model, rivals, possible(model, recordings, _values(rivals), refitter.sensors))
+    doubted = {
+        name
+        for cause in found
+        if cause.hypothesis.amplitude is None
+        for name, _ in cause.hypothesis.addition.widened
+    }
     for condition, of in findings.same:
+        if any(condition.startswith(name) for name in doubted):
+            continue  # all alike as they were entered, which is what is doubted
         once_more = model.once_more(recordings, condition, of)
         if once_more:
             return Proposed(once_more, once_more.why)
@@ -62,11 +70,28 @@ def propose(
             return _told(model, tell(selection.final, vague, could_be))
     if not found:
         return Proposed(None, "nothing is left over that a further recording would explain")
+    if {cause.hypothesis.kind for cause in found} <= {"sensor", "parameter"} and selection.final.complete:
+        return Proposed(
+            None,
+            "before anything more is recorded, check with an independent instrument what was found "
+            "to be wrong: " + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
+        )
+    if not selection.final.complete or any(cause.hypothesis.kind == "unknown" for cause in found):
+        return Proposed(
+            None,
+            "something is left over, or has no name, that no hypothesis that was tried explains, so "
+            "that there "
+            "is nothing that a further recording could tell it from",
+        )
     return Proposed(
         None,
         "no other explanation is left that a further recording could rule out, and the size of what was "
         "found is known well",
     )
+
+
+def _at(model: Subject, cause: Cause) -> str:
+    return model.words.at(cause.hypothesis.name, cause.hypothesis.where)
 
 
 def _answer(model: Subject, rivals: Sequence[Refit], could_be: Sequence[Candidate]) -> Proposed:

@@ -147,7 +147,7 @@ class Race:
             several = [(one,) for one in screening.variants(screened.hypotheses[0])[:VARIANTS]]
         every = [(*best.hypotheses, *more) for more in several]
         if quick:
-            return self.refitter.quick(every[0], best)
+            return self.refitter.quick(every[0], best, bars)
         promised = screened.gain / screening.cost
         return self.refitter.ahead(every, best, promised, bars, again=again)
 

@@ -12,7 +12,6 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import (
-    ALIKE,
     BEHIND,
     BOUND,
     CLEAR,
@@ -21,6 +20,7 @@ from forklift.diagnosis.criteria import (
     LESS,
     LIVES_UP,
     MISFIT,
+    MOST_OF,
     MOVES,
     MUCH,
     NEAR,
@@ -266,10 +266,11 @@ class Refitter:
         where they will not come down to `bars`."""
         return self._led_on(self._first(hypotheses, after, bars), bars)
 
-    def quick(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
-        """A few evaluations from where another refit left them; fewer where the first ones gain little."""
+    def quick(self, hypotheses: Sequence[Hypothesis], after: Refit, bars: Bars) -> Refit:
+        """A few evaluations from where another refit left them; fewer where the first ones do not come down
+        to the first of `bars`."""
         found, first = self._searched(*self._from(hypotheses, after), QUICK[:1])
-        if first > ALIKE * after.costs[0]:
+        if first > bars[0]:
             return self._stopped(hypotheses, found, (first, np.inf))
         return self._led_on(First(hypotheses, found, first), stages=QUICK[1:])
 
@@ -441,6 +442,20 @@ class Refitter:
         x = carry(refit.found.x, refit.found.problem, problem)
         found, cost = self._searched(problem, x, AGAIN)
         return self.finish(self._stopped(rest, found, (np.inf, cost)))
+
+    def simpler(self, refit: Refit, before: Refit) -> Refit | None:
+        """The hypotheses of `before` alone, searched for again from where a refit with more of them ended.
+
+        None, unless that leaves far less over: the search that led to `before` had then gone astray.
+        """
+        problem = with_hypotheses(self.start, before.hypotheses)
+        x = carry(refit.early.x, refit.early.problem, problem)
+        bar = MOST_OF * before.rough
+        found, cost = self._searched(problem, x, AGAIN, (bar,))
+        if cost > bar:
+            return None
+        _, first = self._searched(problem, found.x, (replace(ROUGH[0], evaluations=1),))
+        return self.finish(self._stopped(before.hypotheses, found, (first, cost)))
 
     def _stopped(self, hypotheses: Sequence[Hypothesis], found: Found, costs: tuple[float, float]) -> Refit:
         """Judged as it stands after the tempered stages."""

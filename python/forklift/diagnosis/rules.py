@@ -11,6 +11,7 @@ import numpy as np
 
 from forklift.diagnosis.criteria import (
     AHEAD,
+    ALARM,
     ALIKE,
     AS_NEAR,
     CLEARLY,
@@ -62,7 +63,8 @@ def helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Se
     return [
         refit
         for refit in refits
-        if helps(refit, best, share) and (refit.complete or best.squares - refit.squares >= ALIKE * most)
+        if (helps(refit, best, share) or completes(refit, best, refitter))
+        and (refit.complete or best.squares - refit.squares >= ALIKE * most)
     ]
 
 
@@ -155,6 +157,19 @@ def helps(refit: Refit, best: Refit, share: float) -> bool:
         return refit.identifiable and gained >= -AS_NEAR and (refit.loo_log_score or 0.0) >= CONFIRMED
     eased = best.strained and refit.complete
     return refit.identifiable and gained >= (CLEARLY if eased else max(CLEARLY, share * best.excess))
+
+
+def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
+    """Whether a first name leaves nothing over of a faint mismatch, and gains as much on recordings held
+    out as a hypothesis must promise where no channel shows anything.
+
+    A model that explains everything still leaves something beside the noise that was measured, channel by
+    channel: where a mismatch is faint, that is no small share of it.
+    """
+    if best.hypotheses or best.worst.mean_square > MISFIT or not (refit.complete and refit.identifiable):
+        return False
+    alarm = 2.0 * refitter.together * max(ALARM[one.kind] for one in refit.hypotheses)
+    return best.squares - refit.squares >= max(CLEARLY, alarm, LEAST_GAIN * best.excess)
 
 
 def choice(enough: Sequence[Refit]) -> Refit | None:

@@ -53,6 +53,7 @@ from forklift.diagnosis.rules import (
     share_asked,
 )
 from forklift.diagnosis.screening import Screened, Screening, screen
+from forklift.fitting.search import Found
 from forklift.plant.protocol import Hypothesis
 
 
@@ -64,6 +65,9 @@ class General(Protocol):
 
     def beside(self, refit: Refit) -> Sequence[Hypothesis]:
         """That would mend the law of what the refit has, where it acts."""
+
+    def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
+        """Where next to nothing is left over: the one of the greatest evidence over all recordings."""
 
     def located(self, refit: Refit) -> Sequence[tuple[str, str]]:
         """Where and in which equation something acts that a refit leaves over, the most credible first."""
@@ -122,10 +126,24 @@ def select(
 ) -> Selection:
     """Rounds until nothing is left over, or no hypothesis removes enough of it; then shapes without a name.
 
-    `screening` is the baseline's: of a baseline that explains everything only what is `alarming`.
+    `screening` is the baseline's: of a baseline that explains everything only what is `alarming`. If its
+    search had gone astray, nothing is selected: the baseline that leaves far less over is returned, and
+    all is to be screened anew from there.
     """
     race = Race(refitter, clock)
+    curve = _faint_curve(race, baseline, general)
+    promised = max((one.gain for one in screening.singles[:1]), default=0.0)
+    if curve and (baseline.complete or baseline.slight) and curve.evidence >= AHEAD * promised:
+        found = _unseen(race, baseline, curve, Step(screening, (), None))
+        if found:
+            return found
     best, steps, shapes = _named(race, baseline, screening, hypotheses, general)
+    if curve and best is baseline:
+        found = _unseen(race, baseline, curve, *steps)
+        if found:
+            return found
+    if best is not baseline and not best.hypotheses:
+        return Selection(best, (), best, skipped=tuple(race.skipped))
     if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
         step = _near(race, best, steps, shapes, hypotheses, general)
         if step is not None:
@@ -156,6 +174,25 @@ def select(
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
 
 
+def _faint_curve(race: Race, baseline: Refit, general: General) -> Screened | None:
+    """Where no channel shows anything, or hardly: a curve whose evidence over all recordings is more than
+    chance and slow noise have. What no catalogue holds may still act."""
+    if not (baseline.complete or baseline.slight or by_chance(baseline)):
+        return None
+    curve = general.faint(baseline, race.refitter.everywhere(baseline))
+    alarm = race.refitter.together * ALARM["unknown"]
+    return curve if curve and curve.evidence >= alarm else None
+
+
+def _unseen(race: Race, baseline: Refit, curve: Screened, *steps: Step) -> Selection | None:
+    """With that curve, if recordings bear it out."""
+    if not race.begins("fitting", curve.hypotheses):
+        return None
+    refit = race.refitter.slightly(curve.hypotheses, baseline)
+    helped = helping([refit], baseline, race.refitter, ())
+    return Selection(baseline, steps, refit, (refit,), skipped=tuple(race.skipped)) if helped else None
+
+
 def _named(
     race: Race,
     baseline: Refit,
@@ -164,16 +201,27 @@ def _named(
     general: General,
 ) -> tuple[Refit, list[Step], list[Refit]]:
     """Rounds of names, as long as each leaves enough less over; and the curves that were tried before them,
-    as no name promised nearly as much."""
+    as no name promised nearly as much.
+
+    Where the machine alone had been caught in a local minimum, a better fit of it is returned, without a
+    round.
+    """
     best, steps = baseline, []
     shapes: list[Refit] = []
     while True:
         ahead = _shape_ahead(race, best, screening, general)
-        steps.append(_round(race, best, screening, ahead))
+        step = _round(race, best, screening, ahead)
+        if step.accepted and step.accepted.hypotheses and not ahead and not explains(step.accepted, best):
+            ahead = _shape_beside(race, best, general)
+            accepted = choice(helping(step.refits, best, race.refitter, ahead))
+            step = replace(step, accepted=accepted)
+        steps.append(step)
         shapes += ahead
-        accepted = steps[-1].accepted
+        accepted = step.accepted
         if accepted is None:
             return best, steps, shapes
+        if not accepted.hypotheses:
+            return accepted, [], []
         best = accepted
         left = _beside(best, hypotheses)
         if best.complete:  # a condition may be far off, and each recording's own make up for it
@@ -202,6 +250,16 @@ def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General
     if not shapes or shapes[0].evidence < AHEAD * max(promised):
         return []
     return race.beside(best, shapes[0].hypotheses[0], [])
+
+
+def _shape_beside(race: Race, best: Refit, general: General) -> list[Refit]:
+    """The curve that promises most, where a name was found that leaves most over: what has a freedom in every
+    recording removes some of anything, and is to remove half of what one curve does."""
+    if best.slight or best.complete or by_chance(best):
+        return []
+    return [
+        refit for screened in general(best)[:1] for refit in race.beside(best, screened.hypotheses[0], [])
+    ]
 
 
 def _beside(best: Refit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -263,6 +321,10 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
 
     Beside a curve that promised far more than any name, fewer names are tried, and one counts only if it
     removes nearly as much.
+
+    A name may gain only because the machine alone was caught in a local minimum. So the machine alone is
+    fitted again from where the first name that helps ended; if that leaves far less over, it is accepted
+    instead.
     """
     gains = [found.gain for found in screening.singles]
     least = max(WORTH * gains[0], LITTLE * excess_screened(best, screening)) if gains else 0.0
@@ -283,10 +345,17 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
     refits: list[Refit] = list(shapes)
+    asked = bool(best.hypotheses or best.complete or best.slight)
     race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
         accepted = choice(helping(refits[len(shapes) :], best, race.refitter, shapes))
+        if accepted is not None and not asked:
+            asked = True
+            race.say("fitting the machine alone again")
+            alone = race.refitter.simpler(accepted, best)
+            if alone is not None:
+                return Step(screening, (accepted,), alone)
         enough = accepted is not None and (accepted.complete or accepted.slight)
         if accepted is not None and (enough or leads(accepted, best, screening)):
             others = rivals(accepted, refits, screening)
@@ -400,7 +469,8 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
 
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
     and what a curve takes over needs no name beside it. Of what is left over without it each name must remove
-    what it must to be accepted after the others: two that entered at once may hide that one does not.
+    what it must to be accepted after the others: two that entered at once may hide that one does not. Where
+    nothing is left over without it either, it must gain what it must promise there to be asked for.
     """
     first = best.hypotheses[:1]
     for hypothesis in best.hypotheses:
@@ -412,7 +482,11 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
             share = LEAST_GAIN if hypothesis in first else race.refitter.later
-            least = max(CLEARLY, share * refit.excess)
-            if refit.complete or refit.squares <= best.squares + least:
+            slack = (
+                2.0 * race.refitter.together * ALARM[hypothesis.kind]
+                if refit.complete
+                else share * refit.excess
+            )
+            if refit.squares <= best.squares + max(CLEARLY, slack):
                 best = refit
     return best

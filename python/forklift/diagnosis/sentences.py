@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from forklift.diagnosis.dependence import Shape
     from forklift.diagnosis.outcome import Outcome
     from forklift.fitting.agreement import Agreement
+    from forklift.plant.protocol import Hypothesis
     from forklift.plant.subject import Words
 
 UNFIT = ("sensor_stuck", "sensor_slip")
@@ -46,7 +47,8 @@ def sentence(found: Outcome) -> str:
     if found.verdict == "no-mismatch":
         return (
             f"No mismatch: the fitted {noun} explains all {judged} recordings {kept} to the sensors' "
-            f"noise (mean square at most {found.final.worst.mean_square:.2f})."
+            f"noise (mean square at most {found.final.worst.mean_square:.2f} in any signal); "
+            f"{remainder(found)}."
         )
     if all(cause.hypothesis.id in UNFIT for cause in found.causes) and found.baseline.complete:
         return (
@@ -78,18 +80,39 @@ def sentence(found: Outcome) -> str:
     if found.selection.curve and not any(cause.curve for cause in found.causes):
         causes += ", perhaps by another law than the catalogue's"
     left = (
-        "nothing is left over"
+        remainder(found)
         if found.final.complete
         else "it is not the whole story: a mean square of up to "
         f"{found.final.worst.mean_square:.3g} times the noise's is left over"
     )
-    return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}, and {left}."
+    return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}; {left}."
+
+
+def remainder(found: Outcome) -> str:
+    """What the final model leaves over where it explains every signal: its size, and whether it is random."""
+    tested = found.deficiency[1]
+    if not tested.failures:
+        return "nothing but the sensors' noise is left over"
+    return (
+        "what is left over is no larger than the sensors' noise, but not quite random "
+        f"({len(tested.failures)} of {len(tested.tests)} tests fail)"
+    )
 
 
 def named(found: Outcome, cause: Cause) -> str:
     """A cause with where it acts."""
     law = f", by another law than the catalogue's, a curve over {cause.curve.over}" if cause.curve else ""
-    return f"{found.machine.words.at(cause.hypothesis.name, cause.hypothesis.where)}{law}"
+    return f"{as_found(found, cause.hypothesis) or _at(found, cause.hypothesis)}{law}"
+
+
+def as_found(found: Outcome, one: Hypothesis) -> str:
+    """How a sensor or a condition is off, with direction and size; empty of all else."""
+    rows = [row.to_dict() for row in of_hypothesis(found.final, one)]
+    return found.machine.words.found(one, rows).clause
+
+
+def _at(found: Outcome, one: Hypothesis) -> str:
+    return found.machine.words.at(one.name, one.where)
 
 
 def _gained(found: Outcome) -> str:
@@ -187,11 +210,9 @@ def _lines(found: Outcome) -> Iterator[str]:
         for one in found.inputs[:4]:
             yield f"  unknown input at {one.port}: ln evidence {one.evidence:.0f}, leaves {one.noise**2:.2f}"
     for cause in (*found.causes, *found.doubted):
-        sure = (
-            f"credibility {cause.credibility:.3f}"
-            if found.judged_on == "validate"
-            else "no recording was held out to say how sure that is"
-        )
+        sure = "no recording was held out to say how sure that is"
+        if found.judged_on == "validate":
+            sure = f"credibility {cause.credibility:.3f}" if cause.rivals else "not contested"
         yield f"Cause: {named(found, cause)}; {sure}, form {cause.form}"
         for row in [
             row for one in (cause.hypothesis, cause.curve) if one for row in of_hypothesis(found.final, one)

@@ -19,6 +19,7 @@ from forklift.base.typeset import number, printed
 from forklift.plant.findings import Caution, Findings, InvalidStretch, without
 from forklift.plant.hypotheses import hypotheses
 from forklift.plant.machine import NumpyMachine, completed
+from forklift.plant.misread import Found, misread
 from forklift.plant.parameter import Unknown
 from forklift.plant.parts import Plant
 from forklift.plant.protocol import Case, Hypothesis
@@ -123,6 +124,13 @@ class PlantWords:
     def sentence(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> str:
         """Its name says it."""
         return ""
+
+    def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
+        """A sensor's or an input's gain, offset or lag."""
+        if one.kind != "sensor" or not one.where:
+            return Found()
+        given = any(own.name == one.where for own in self.plant.inputs)
+        return Found() if given else misread(f"the sensor of {one.where}", rows)
 
     def law(self, one: Hypothesis) -> Sequence[str]:
         """Where it acts, and its source."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.plant.findings import Caution, Findings
+from forklift.plant.misread import Found
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Machine
 from forklift.recordings.noise import Sensor
@@ -221,6 +222,9 @@ class Words(Protocol):
 
     def sentence(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> str:
         """What is the matter, with its numbers; empty if its name says it."""
+
+    def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
+        """Of a sensor or a condition: how it is off, with direction and size; empty of all else."""
 
     def law(self, one: Hypothesis) -> Sequence[str]:
         """Of an effect that the catalogue knows its equation, how it shows itself, and its source."""

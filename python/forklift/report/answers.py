@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
-from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
+from forklift.diagnosis.criteria import AS_GOOD, LIKELY, REDRAWS, TOLD_REGION
 from forklift.fitting.criteria import AT_NOISE
 from forklift.report.blocks import Fact
 from forklift.report.ledger import counts
@@ -16,12 +16,13 @@ from forklift.report.words import NOISE
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.result import Diagnosis
+    from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.protocol import Hypothesis
 
 
 ENTERED = ("sensor", "parameter")
 """Kinds of cause that are none of the machine's: a sensor, or what was entered."""
-NRMSE = "NRMSE: 100 % less the normalised root mean square error"
+NRMSE = "NRMSE (100 % is perfect; see “Fit” among the words on this page)"
 LIKE = 3
 """How many names of what could stand for a cause are told here; all are in Doubts."""
 AS_CREDIBLE = 5.0
@@ -118,12 +119,21 @@ def _tested(told: Mapping[str, Any]) -> Fact:
                 *open_,
             ],
         )
+    explained = told["verdict"] == "no-mismatch"
+    size = "What is left over has the size of the noise" if explained else "More than noise is left over"
     return Fact(
         "How sure is that?",
-        f"{failed} of {len(tests)} tests fail",
+        f"{size}; {failed} of {len(tests)} tests of its randomness fail" if explained else size,
         [
-            "They ask whether what is left over is noise alone: see Doubts. A complete model passes all of "
-            "them 99 times in 100.",
+            f"{'The verdict rests on its size' if explained else f'{failed} of {len(tests)} tests fail'}. "
+            "The tests also ask whether it is as random as white noise, and depends on nothing that was "
+            "measured: see Doubts. "
+            + (
+                "That some fail means that the sensors' noise is not white, or that something is missing "
+                "whose effect is smaller than the noise."
+                if explained
+                else "A complete model passes all of them 99 times in 100."
+            ),
             screened,
             *open_,
         ],
@@ -143,6 +153,14 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
                 "either; it is drawn below."
             ],
         )
+    known = words.found(cause.hypothesis, row["parameters"])
+    if known.clause:
+        perhaps = "" if cause.credibility >= LIKELY else "perhaps "
+        return Fact(
+            "What is wrong, and how much?",
+            capital(perhaps + known.clause),
+            [known.interval, *_entered(found, cause)],
+        )
     sizes = list(_sizes(row))
     shown = (
         found.machine.physical(cause.hypothesis, found.values, found.recordings) if row["parameters"] else ""
@@ -159,6 +177,22 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
         capital(name),
         [*details, *([shown] if shown else [])],
     )
+
+
+def _entered(found: Diagnosis, cause: Cause) -> Iterator[str]:
+    """Where the values of a condition stand that was entered wrongly."""
+    if list(entered(found, cause.hypothesis)):
+        yield "Every recording's value, entered and found: see Evidence."
+
+
+def entered(found: Diagnosis, one: Hypothesis) -> Iterator[tuple[str, str, str, float, float]]:
+    """Every recording's conditions that a hypothesis doubts: file, role, condition, entered and found."""
+    doubted = [name for name, _ in one.addition.widened] if one.amplitude is None else []
+    for told in found.after.predictions:
+        given = found.machine.conditions(told.recording, {})
+        for name, value in told.conditions.items():
+            if any(name.startswith(of) for of in doubted) and name in given:
+                yield told.recording.file, told.recording.role, name, given[name], value
 
 
 def _sizes(row: Mapping[str, Any]) -> Iterator[str]:
@@ -180,7 +214,8 @@ def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     )
     velocity = bool(found.causes) and sentences.gain(found) is not None and not found.final.loo_log_score
     details = [_most(found, location["signal"], velocity)]
-    if found.inputs:
+    theirs = bool(found.causes) and found.causes[0].hypothesis.kind in ENTERED
+    if found.inputs and not theirs:
         details.append(_unknown(found))
     part = words.part(location[found.machine.part_word])
     of = "" if location["equation"] == "operating-point" or not part else f"{part}: "
@@ -254,17 +289,19 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
     if cause.rivals:
         share = 100.0 * row["credibility"]
         draws = (
-            f"{tried}. The {judged(found)}, were redrawn at random {REDRAWS} times; in "
+            f"{tried}. The {judged(found)} were redrawn at random {REDRAWS} times; in "
             f"{share:.0f} % of the draws this explains them better than all else that was fitted."
         )
     else:
         why = "no other promised enough beside it" if count["fitted"] == 1 else "none of them without it"
         draws = (
-            f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that it had no rival to beat on the "
+            f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that no credibility can be told. Judged on "
             f"{judged(found)}."
         )
-    stands = _stands(found, cause)
+    out = dict(ruled_out(found, cause))
+    stands = [name for name in _stands(found, cause) if name not in out]
     first_order = [f"To first order {_some(stands)} could stand for it: see Doubts."] if stands else []
+    first_order += [f"“{name}” {told}." for name, told in out.items()]
     groups = _groups(found) if cause is found.causes[0] else []
     alike = _alike(found, cause)
     if alike:
@@ -272,16 +309,19 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             question,
             f"Not sure: it cannot be told from {_some(alike)}",
             [
-                f"Credibility {row['credibility']:.2f} of 1. {draws}",
+                *([f"Credibility {row['credibility']:.2f} of 1."] if cause.rivals else []),
+                draws,
                 "Each of them explains the recordings as well.",
                 *first_order,
                 *groups,
             ],
         )
-    alone = "" if cause.rivals else ", without a rival"
-    return Fact(
-        question, f"Credibility {row['credibility']:.2f} of 1{alone}", [draws, law, *first_order, *groups]
+    sure = (
+        f"Credibility {row['credibility']:.2f} of 1"
+        if cause.rivals
+        else "Not contested: nothing else was fitted against it"
     )
+    return Fact(question, sure, [draws, law, *first_order, *groups])
 
 
 def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
@@ -289,11 +329,14 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
     if row["form"] != "complete":
         return f"Its law is uncertain: {_doubt(found, cause)}."
     if row["kind"] in ENTERED:
-        return "With it nothing but the sensors' noise is left over."
+        return f"With it {sentences.remainder(found)}."
     if found.final.loo_log_score:
-        return "Nothing but noise is left over, as without it: these recordings tell little of its law."
+        return (
+            f"{capital(sentences.remainder(found))}, as without it: these recordings tell little of its law."
+        )
+    right = "its law is right" if not found.deficiency[1].failures else "its law is right in size"
     return (
-        "Nothing but the sensors' noise is left over: its law is right as far as these recordings tell"
+        f"{capital(sentences.remainder(found))}: {right} as far as these recordings tell"
         f"{_covered(found, cause)}."
     )
 
@@ -306,13 +349,10 @@ def _doubt(found: Diagnosis, cause: Cause) -> str:
             f"{'' if cause.curve else '; those held out alone do not decide'}"
         )
     if not found.final.complete:
-        return "the place is right, but something is left over"
+        return "something is left over, so that neither the place nor the law is settled"
     if cause.hypothesis.kind == "unknown":
-        return "it has no name, but with it nothing but the sensors' noise is left over"
-    return (
-        "the catalogue's alone leaves something over; with a curve beside it nothing but the sensors' noise "
-        "is left"
-    )
+        return f"it has no name, but with it {sentences.remainder(found)}"
+    return f"the catalogue's alone leaves something over; with a curve beside it {sentences.remainder(found)}"
 
 
 def _covered(found: Diagnosis, cause: Cause) -> str:
@@ -337,8 +377,9 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         return Fact(question, answer, [f"Root mean square error, {kept}: {now}."] if now else [])
     changes = [f"{name} {before} → {after} {unit}".rstrip() for name, before, after, unit in errors]
     noise = (
-        f"What is left over falls in the worst signal from {number(left['worst_before'])} to "
-        f"{number(left['worst_after'])} {NOISE}."
+        f"What is left over falls in the worst signal from {number(left['worst_before'])} "
+        f"({_worst(found, found.baseline.worst)}) to {number(left['worst_after'])} "
+        f"({_worst(found, found.final.worst)}) {NOISE}."
     )
     if found.final.loo_log_score:
         noise += (
@@ -368,6 +409,13 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"Error of {changes[0]}",
         [*all_errors, f"Smaller in {fewer} of {len(rows)} signals.", noise],
     )
+
+
+def _worst(found: Diagnosis, one: ChannelResidual) -> str:
+    """Which signal of which recording; and how much of it is the cost of implausible conditions."""
+    cost = one.strain / one.samples
+    of = f"{found.machine.words.signal(one.channel)}, {one.file}"
+    return f"{of}; {number(cost)} of it for conditions beyond what is plausible" if cost >= 0.05 else of
 
 
 def _errors(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[tuple[str, str, str, str]]:
@@ -413,7 +461,9 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         question,
         "Nothing that was tried explains it as well.",
         [
-            f"Nearest: {nearest}, which leaves {number(left)} {NOISE}, with a credibility of {share:.2f}.",
+            f"Nearest: {nearest}. On average over all signals it leaves {number(left)} {NOISE}, "
+            "where what was "
+            f"found leaves {number(found.final.reduced_chi2)}; its credibility is {share:.2f}.",
             *alone,
             *open_,
         ],
@@ -428,8 +478,12 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     if wanted is None:
         left = _untold(counts(told))
         if alike or uncertain:
+            name = any(cause.hypothesis.kind == "unknown" for cause in found.causes)
+            effect = "Give the catalogue an effect that may act there: the curve in Evidence has its shape."
             return Fact(
-                question, "No recording is known that would settle it.", [prose(found.next_why), *left]
+                question,
+                "No recording is known that would settle it.",
+                [prose(found.next_why), *([effect] if name else []), *left],
             )
         if told["verdict"] == "unknown-effect" and not found.causes:
             telling = next((one for one in found.shapes if one.explained >= TOLD_REGION), None)
@@ -446,6 +500,8 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 ["And give the catalogue an effect that may act there: see Evidence.", *left],
             )
         answer = "Nothing more is needed for this cause." if found.causes else "Nothing more is needed."
+        if found.causes and all(cause.hypothesis.kind in ENTERED for cause in found.causes):
+            answer = "First check the sensor, or what was entered."
         return Fact(question, answer, [prose(found.next_why), *left, *([use] if found.causes else [])])
     if alike:
         why = f"It would tell the cause from this: {_some(alike)}."
@@ -484,6 +540,28 @@ def _stands(found: Diagnosis, cause: Cause) -> list[str]:
     return [name for name in dict.fromkeys(other) if name not in _alike(found, cause)]
 
 
+def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
+    """What could stand for a cause to first order, but was fitted and explains less: what it came to."""
+    for one in found.confounded:
+        if one.accepted is not cause.hypothesis or one.other in cause.not_separable_from:
+            continue
+        fitted = [
+            (left, share)
+            for names, share, left in cause.rivals
+            if one.other.label in {name.label for name in names}
+            and cause.hypothesis.label not in {name.label for name in names}
+        ]
+        if fitted and max(share for _, share in fitted) < AS_GOOD:
+            left = min(left for left, _ in fitted)
+            yield (
+                said(found, one.other),
+                f"imitates {100.0 * one.share:.0f} % of it to first order, but fitted it leaves "
+                f"{number(left)} "
+                f"on average, where what was found leaves {number(found.final.reduced_chi2)}: it is "
+                "ruled out",
+            )
+
+
 def _some(names: Sequence[str], *, quoted: bool = True) -> str:
     names = list(dict.fromkeys(names))
     more = f" and {len(names) - LIKE} more" if len(names) > LIKE else ""
@@ -498,7 +576,8 @@ def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
         return []
     return [
         f"Next in promise, and not fitted: {found.machine.words.at(other['name'], other['where'])}, with "
-        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of the cause's promise (list below)."
+        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what the cause promised before any fit (list "
+        "below)."
     ]
 
 

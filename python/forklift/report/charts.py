@@ -42,8 +42,8 @@ def law(
         "95 % interval. Solid line: what the final model has there, drawn in the same way: its own readings "
         f"were put in the recordings' place. All is relative to the fitted {noun}, which has taken up the "
         "mean already, and is smoothed towards none; so only the shape and the change count, not where zero "
-        "lies, and the size of the cause is the one said above. Where the lines lie on each other, the model "
-        "has what the recordings ask for; in grey stretches no recording tells."
+        "lies, and the size of the cause is the one said above. Where the dotted and the solid line agree, "
+        "the final model has what the recordings ask for; in grey stretches no recording tells."
         + ("" if own else " No single place stands for that cause; of those there are, this explains most.")
         + more,
         [_against(one, where, variable, noun) for one, variable in found],

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose
 from forklift.diagnosis.ledger import Untold
-from forklift.report.answers import judged, said
+from forklift.diagnosis.sentences import remainder
+from forklift.report.answers import judged, ruled_out, said
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.words import NOISE, another_law
 
@@ -19,7 +21,9 @@ if TYPE_CHECKING:
 FEW = 4
 """Stretches below which a credibility says little."""
 UNTOLD: Mapping[Untold, str] = {
-    "one-value": "It shows only between recordings at several oil temperatures, or loads, and these have one",
+    "one-value": "It shows only between recordings at several oil temperatures, or loads, and these "
+    "have one, as it was "
+    "entered or recorded",
     "no-trace": "Nothing that these recordings measure answers to it",
     "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
 }
@@ -37,7 +41,9 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
             [*_untestable(told, found.machine.words), *_skipped(told, found.machine.words)],
             "What these recordings cannot tell",
         ),
-        Points([told["deficient"]["after"]["sentence"], *_left(found)], "Is anything left over?"),
+        Points(
+            [_spoken(found, told["deficient"]["after"]["sentence"]), *_left(found)], "Is anything left over?"
+        ),
         Points(list(_recordings(found)), "About these recordings"),
     ]
     if told["regimes"]:
@@ -59,7 +65,14 @@ def _alike(found: Diagnosis) -> Iterator[str]:
             none = False
             others = " or ".join(f"“{said(found, one)}”" for one in cause.not_separable_from)
             yield f"“{name}” cannot be told from {others}: they explain the recordings as well."
-        stand = [one for one in found.confounded if one.accepted is cause.hypothesis]
+        out = dict(ruled_out(found, cause))
+        yield from (f"“{capital(other)}” {told}." for other, told in out.items())
+        none = none and not out
+        stand = [
+            one
+            for one in found.confounded
+            if one.accepted is cause.hypothesis and said(found, one.other) not in out
+        ]
         if stand:
             none = False
             others = ", ".join(f"{said(found, one.other)} ({100 * one.share:.0f} %)" for one in stand)
@@ -76,7 +89,7 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
-            yield f"{name}: complete. With it nothing above the sensors' noise is left over in any signal."
+            yield f"{name}: complete. With it {remainder(found)}."
         elif found.final.complete and found.selection.curve:
             yield f"{name}: uncertain. {another_law(found.selection.curve, bool(cause.curve))}"
         else:
@@ -89,11 +102,19 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         yield "No law was added."
 
 
+def _spoken(found: Diagnosis, text: str) -> str:
+    """With signals called what the page calls them."""
+    for channel in sorted(found.sensors, key=len, reverse=True):
+        text = re.sub(rf"(?<!\w){re.escape(channel)}(?!\w)", found.machine.words.signal(channel), text)
+    return text
+
+
 def _left(found: Diagnosis) -> Iterator[str]:
     """How many signals are not explained, and in how many what is left over is correlated."""
     held, worst = found.final.held_out, found.final.worst
     over = [one for one in held if not one.explained]
-    most = f"most in {worst.channel} of {worst.file}: {number(worst.mean_square)} {NOISE}"
+    most = f"most in the {found.machine.words.signal(worst.channel)}, {worst.file}: "
+    f"{number(worst.mean_square)} {NOISE}"
     if over:
         yield f"In {len(over)} of {len(held)} signals more than noise is left over, {most}."
     else:
@@ -103,7 +124,8 @@ def _left(found: Diagnosis) -> Iterator[str]:
     if coloured:
         yield (
             f"What is left over is correlated in time in {coloured} of {len(tested)} signals (Ljung–Box "
-            "test): something slow is not explained, if only by a little. The intervals allow for it."
+            "test): the sensors' noise may be so itself, or something slow is not explained that is "
+            f"{'smaller than that noise' if not over else 'part of it'}. The intervals allow for it."
         )
 
 
@@ -199,7 +221,7 @@ def _untestable(told: Mapping[str, Any], words: Words) -> list[str]:
     if not names:
         return ["Every hypothesis of the catalogue could be tested."]
     return [
-        f"{UNTOLD[why]}, so that neither its presence nor its absence is claimed: "  # type: ignore[index]
+        f"{UNTOLD[why]}, so that it may or may not be there: "  # type: ignore[index]
         f"{'; '.join(dict.fromkeys(those))}."
         for why, those in names.items()
     ]

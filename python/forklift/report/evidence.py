@@ -5,24 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.base.typeset import number
+from forklift.base.typeset import capital, number
+from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.criteria import TOLD_REGION
 from forklift.diagnosis.laws import laws
 from forklift.report import charts, heat, law, parameters, rivals
-from forklift.report.answers import said
+from forklift.report.answers import entered, said
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
 from forklift.report.fits import every_fit, operating_points
 from forklift.report.tables import mean_square, percent, share
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 from forklift.report.unseen import beyond
-from forklift.report.words import REST, Quantity
+from forklift.report.words import REST, Quantity, left_over, noise_power
 
 if TYPE_CHECKING:
     from forklift.diagnosis.result import Diagnosis
+    from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.protocol import Hypothesis
 
 MOST_ROWS = 60
 """A map of more recordings, or stretches, is not drawn."""
+HELD = {"validate": "held out", "estimate": "fitted on"}
 BEYOND = 3.0
 """An unknown input that moves readings so many times as far as they are off is mostly made up for."""
 
@@ -35,6 +38,7 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
         explorer(found, told, changed=changed),
         *_heat(found, changed=changed),
         *_asked_for(found),
+        *_conditions(found),
         *_laws(found),
         *_added(found),
         *rivals.contests(list(_contests(found)), lambda one: said(found, one), f"; {REST}"),
@@ -67,28 +71,30 @@ def explorer(found: Diagnosis, told: Mapping[str, Any], *, changed: bool) -> Exp
     """Every recording before and after, what was held out first, where it differs most first."""
     words = found.machine.words
     rows = {(row["file"], row["channel"]): row for row in told["fit"]}
-    left = [
-        {(one.file, one.channel): one.mean_square for one in refit.judged}
-        for refit in (found.baseline, found.final)
-    ]
+    left = [{(one.file, one.channel): one for one in refit.judged} for refit in (found.baseline, found.final)]
 
     def note(file: str, channel: str) -> str:
         row, notes = rows.get((file, channel)), []
         when = ("before", "after") if changed else ("after",)
-        if row and row["nrmse_after"] is not None and row["nrmse_before"] is not None:
+        if row and not row["driven"]:
+            notes.append("fit: not defined (the signal stands still)")
+        elif row and row["nrmse_after"] is not None and row["nrmse_before"] is not None:
             notes.append(f"fit {' → '.join(percent(row[f'nrmse_{one}']) for one in when)} % (NRMSE)")
         if row and row["rmse_after"] is not None and row["rmse_before"] is not None:
             _, unit, scale = words.fine(channel, row["unit"])
             errors = " → ".join(number(scale * row[f"rmse_{one}"]) for one in when)
             notes.append(f"root mean square error {errors} {unit}".rstrip())
-        squares = [mean_square(side[file, channel]) for side in left if (file, channel) in side]
-        if squares:
-            notes.append(f"left over {' → '.join(squares if changed else squares[:1])} times the noise")
+            powers = [noise_power(row[f"rmse_{one}"], found.sensors.get(channel)) for one in when]
+            if None not in powers:
+                notes.append(f"squared {' → '.join(map(number, powers))} times the noise power")
+        judged = [side[file, channel] for side in left if (file, channel) in side]
+        if judged:
+            notes.append(left_over(judged if changed else judged[:1]))
         return "; ".join(notes)
 
     sides = {"before": found.before, "after": found.after} if changed else {"simulated": found.after}
     recordings = replays(found.machine, sides, note, found.sensors)
-    worst = found.baseline.worst
+    worst = _first(found)
     return Explorer(
         "Measured, before and after" if changed else "Measured and simulated",
         f"{HOW_TO_READ} {BAND}",
@@ -96,6 +102,16 @@ def explorer(found: Diagnosis, told: Mapping[str, Any], *, changed: bool) -> Exp
         recordings,
         place(recordings, worst.file.partition(" from ")[0], words.signal(worst.channel)),
     )
+
+
+def _first(found: Diagnosis) -> ChannelResidual:
+    """The worst signal held out; where none is left over, of those that move."""
+    driven = {(row["file"], row["channel"]) for row in found.before.held_out.iter_rows(named=True)}
+    held = found.baseline.held_out
+    seen = [
+        one for one in held if not one.explained or (one.file.partition(" from ")[0], one.channel) in driven
+    ]
+    return max(seen or held, key=lambda one: one.mean_square)
 
 
 def _heat(found: Diagnosis, *, changed: bool) -> Iterator[Figure]:
@@ -116,9 +132,10 @@ def _asked_for(found: Diagnosis) -> Iterator[Figure]:
     variables = [(of, Quantity(*words.variable(of.variable, part))) for of in telling]
     far = beyond(found.baseline, one)
     more = (
-        f" Beware of the scale: by itself this would move the readings {number(far, 2)} times as far as they "
-        "lie off the fitted model; parameters of the model make up for most of it, so that a straight line "
-        "here means little."
+        " Its size is not to be trusted here: acting alone, it would move the readings "
+        f"{number(far, 2)} times "
+        "as far as they are from the fitted model. The fitted parameters cancel most of that, and could "
+        "cancel a straight line altogether; only where it bends does it mean something."
         if far > BEYOND
         else ""
     )
@@ -142,6 +159,38 @@ def _laws(found: Diagnosis) -> Iterator[Figure]:
             panels,
             choose="Effect",
         )
+
+
+def _conditions(found: Diagnosis) -> Iterator[Table]:
+    """Of a condition that was entered wrongly, what was entered and what was found."""
+    for cause in found.causes:
+        own = {(row.file, row.name): (row.lower, row.upper) for row in offsets(found.final, cause.hypothesis)}
+        rows = []
+        for file, role, name, given, value in entered(found, cause.hypothesis):
+            what, unit, _ = found.machine.words.condition(name)
+            ends = next(
+                (end for (of, short), end in own.items() if of == file and name.startswith(short)), None
+            )
+            between = f"{given + ends[0]:.1f} to {given + ends[1]:.1f}" if ends else "—"
+            rows.append(
+                [
+                    file,
+                    HELD.get(role, role),
+                    f"{capital(what)} [{unit}]",
+                    f"{given:.1f}",
+                    f"{value:.1f}",
+                    between,
+                ]
+            )
+        if rows:
+            yield Table(
+                "Conditions of the recordings, as entered and as found",
+                ["Recording", "Role", "Condition", "Entered or recorded", "Found", "95 % interval"],
+                rows,
+                [False, False, False, True, True, True],
+                note="Recordings fitted on have an interval; of those held out the condition was fitted "
+                "alone, with all else as it was found.",
+            )
 
 
 def _added(found: Diagnosis) -> Iterator[Points]:

@@ -39,6 +39,8 @@ def operating_points(
     words, changed = machine.words, before is not None
     points = machine.operating_points([one.conditions for one in after.predictions])
     own = {one.recording.file: at for one, at in zip(after.predictions, points, strict=True)}
+    entered = machine.operating_points([machine.conditions(one.recording, {}) for one in after.predictions])
+    given = {one.recording.file: at for one, at in zip(after.predictions, entered, strict=True)}
     rows = change(before or after, after).filter(
         pl.col("driven") & pl.col("channel").str.starts_with(machine.headline)
     )
@@ -50,27 +52,35 @@ def operating_points(
         mine.sort(key=lambda row: [own[row["file"]].get(name, np.nan) for name in names])
         noise, like = sensors.get(channel), words.like(channel)
         fine = words.fine(channel, unit)
+        columns = [
+            _conditions([(given[row["file"]].get(name), own[row["file"]].get(name)) for row in mine])
+            for name in names
+        ]
         conditions = [words.condition(name) for name in names]
         when = ("before", "after") if changed else ("after",)
         yield Table(
             f"{fine.name if fine.name == channel else capital(fine.name)}"
             f"{', before → after' if changed else ''}{f', {like}' if like else ''}{which}",
             [
-                *(f"{capital(one.name)}{f' [{one.unit}]' if one.unit else ''}" for one in conditions),
+                *(
+                    f"{capital(one.name)}{', entered / found' if both else ''}"
+                    f"{f' [{one.unit}]' if one.unit else ''}"
+                    for one, (both, _) in zip(conditions, columns, strict=True)
+                ),
                 "Fit (NRMSE) [%]",
-                *(["Gain (NRMSE)"] if changed else []),
+                *(["Gain [points of NRMSE]"] if changed else []),
                 f"Error{f' [{fine.unit}]' if fine.unit else ''}",
                 "Recording",
             ],
             [
                 [
-                    *(_condition(own[row["file"]].get(name)) for name in names),
+                    *(cells[place] for _, cells in columns),
                     " → ".join(percent(row[f"nrmse_percent_{one}"]) for one in when),
                     *([_gain(row)] if changed else []),
                     " → ".join(_error(row[f"rmse_{one}"], fine.scale) for one in when),
                     row["file"],
                 ]
-                for row in mine
+                for place, row in enumerate(mine)
             ],
             [*[True] * (len(names) + 2 + changed), False],
             note=f"{FITS} Error: root mean square."
@@ -83,8 +93,13 @@ def operating_points(
         )
 
 
-def _condition(value: float | None) -> str:
-    return "—" if value is None else f"{value:.4g}"
+def _conditions(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[bool, list[str]]:
+    """A column of a condition as entered and as found: whether these differ as printed, and its cells."""
+    largest = max((abs(one) for pair in pairs for one in pair if one is not None), default=0.0)
+    digits = 0 if largest >= 100.0 else 1 if largest >= 10.0 else 3
+    said = [["—" if one is None else f"{one:.{digits}f}" for one in pair] for pair in pairs]
+    both = any(given != found for given, found in said)
+    return both, [" / ".join(pair) if both else pair[1] for pair in said]
 
 
 def _gain(row: Mapping[str, Any]) -> str:
@@ -93,7 +108,11 @@ def _gain(row: Mapping[str, Any]) -> str:
 
 
 def _error(value: float | None, scale: float) -> str:
-    return "—" if value is None else number(scale * value)
+    """Always three digits, so that a column can be compared."""
+    if value is None:
+        return "—"
+    shown = scale * value
+    return f"{shown:#.3g}".rstrip(".") if 1e-3 <= abs(shown) < 1e3 else number(shown)
 
 
 def short(rows: pl.DataFrame) -> list[dict[str, Any]]:

@@ -25,6 +25,8 @@ FEW_TICKS, TICKS = (1.0, 2.0, 3.0, 5.0, 10.0), (1.0, 3.0, 10.0, 30.0, 100.0, 1e3
 FEW_MOST = 20.0
 COLUMN_PX, ROW_PX, LETTER_PX = 46, 20, 6.6
 HEAD_PX, FOOT_PX = 76, 46
+DARK = 0.54
+"""Share of the scale from which a colour is told from the background's: its number has the other ink."""
 SCALE = [[0.0, "@cold"], [0.5, "@warm"], [1.0, "@hot"]]
 
 Cells = Mapping[tuple[str, str, str], tuple[float, int, bool]]
@@ -46,10 +48,9 @@ def heat(
     greatest = max((cell[0] for known in cells.values() for cell in known.values()), default=1.0)
     top = max(greatest, LEAST_STRONGEST)
     rows = ROW_PX * len(files)
-    data = [
-        _trace(label, place, known, files, columns, top, machine.words)
-        for place, (label, known) in enumerate(cells.items())
-    ]
+    numbered = list(enumerate(cells.items()))
+    data = [_trace(label, k, known, files, columns, top, machine.words) for k, (label, known) in numbered]
+    data += [_digits(k, known, files, columns, top) for k, (_, known) in numbered]
     return Figure(
         "Where the difference lies" + (", before and after" if len(cells) > 1 else ""),
         _note(machine.phase_note),
@@ -100,11 +101,6 @@ def _trace(
         "x": list(range(len(columns))),
         "y": list(files),
         "z": [[None if ms is None else round(_strength(ms, top), 3) for ms in row] for row in squares],
-        "text": [
-            ["" if cell is None else brief(*cell[::2]) for cell in row] for row in known
-        ],
-        "texttemplate": "%{text}",
-        "textfont": {"size": 11.5},
         "customdata": [
             [
                 None if cell is None else [words.signal(channel), phase, f"{cell[0]:.2g}", cell[1]]
@@ -128,6 +124,32 @@ def _trace(
             "ticktext": ["1 (noise)", *(f"{tick:g}" for tick in ticks[1:])],
         },
     }  # fmt: skip
+
+
+def _digits(
+    place: int, cells: Cells, files: Sequence[str], columns: Sequence[tuple[str, str]], top: float
+) -> dict[str, Any]:
+    """The cells' numbers, in the colour that can be read on theirs."""
+    axes = {"xaxis": f"x{place + 1}", "yaxis": f"y{place + 1}"} if place else {}
+    seen = [
+        (k, file, cell)
+        for file in files
+        for k, column in enumerate(columns)
+        if (cell := cells.get((file, *column))) is not None
+    ]
+    return {
+        "type": "scatter",
+        "mode": "text",
+        **axes,
+        "x": [k for k, _, _ in seen],
+        "y": [file for _, file, _ in seen],
+        "text": [brief(*cell[::2]) for _, _, cell in seen],
+        "textfont": {
+            "size": 11.5,
+            "color": ["@onhot" if _strength(cell[0], top) > DARK else "@oncold" for _, _, cell in seen],
+        },
+        "hoverinfo": "skip",
+    }
 
 
 def _labels_px(files: Sequence[str]) -> int:
@@ -163,7 +185,7 @@ def _layout(
             "range": [-0.5, len(columns) - 0.5],
         }  # fmt: skip
         layout[f"yaxis{end}"] = {
-            "autorange": "reversed", "showgrid": False, "zeroline": False, "fixedrange": True,
+            "range": [len(files) - 0.5, -0.5], "showgrid": False, "zeroline": False, "fixedrange": True,
             "type": "category", "dtick": 1, "automargin": False, "tickfont": {"size": 11},
             "anchor": f"x{end}", "domain": domain,
         }  # fmt: skip
@@ -240,8 +262,12 @@ def brief(mean_square: float, encoder: bool) -> str:
 def _note(phases: str) -> str:
     """What the numbers are."""
     return (
-        "Each cell is the mean square of measured less simulated, in units of the noise of that sensor: 1 is "
-        f"noise alone, up to about {AT_NOISE:g} counts as explained. A dot: an encoder at rest, which "
+        "Each cell is the mean square left over there, in units of the noise power of that sensor: 1 "
+        "is noise "
+        f"alone. Over a whole signal of a recording up to about {AT_NOISE:g} counts as explained; a single "
+        "cell may lie above. As in every number that is left over, parameters were moved within their "
+        "uncertainty to suit each recording, so that it is not the squared error of the drawn curve. "
+        "A dot: an encoder at rest, which "
         f"reads the same count all the time and leaves next to nothing. {phases} Empty: the signal stands "
         "still, or the phase does not occur. Colours are logarithmic."
     )

@@ -80,6 +80,6 @@ def _use(found: Diagnosis) -> Iterator[Block]:
         yield Text(use.note, note=True)
     if any(one.hypothesis.addition.widened and not one.hypothesis.amplitude for one in found.causes):
         yield Text(
-            "corrected/, beside this page, holds the recordings with the conditions that were found: name "
-            "that folder instead of the campaign, and the next command runs on it."
+            "corrected/, beside this page, holds the recordings with the conditions that were found: give "
+            "that folder instead of the campaign to any command that reads one."
         )

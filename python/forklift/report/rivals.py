@@ -45,7 +45,11 @@ def contests(
         )
         bars = [
             (one.without, one.before, "before"),
-            (f"{whole}: credibility {cause.credibility:.2f}", one.after, "after"),
+            (
+                f"{whole}: {f'credibility {cause.credibility:.2f}' if cause.rivals else 'not contested'}",
+                one.after,
+                "after",
+            ),
             *alone,
             *(
                 (f"{' and '.join(map(said, hypotheses))}: credibility {credible:.2f}", left, "rival")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from forklift.base.typeset import amount as amount
@@ -17,6 +18,8 @@ from forklift.diagnosis.criteria import LAW
 
 if TYPE_CHECKING:
     from forklift.diagnosis.screening import Screened
+    from forklift.fitting.residuals import ChannelResidual
+    from forklift.recordings.noise import Sensor
 
 
 class Quantity(NamedTuple):
@@ -41,10 +44,16 @@ GLOSSARY: dict[str, str] = {
     "Fit": "Of simulated to measured. NRMSE, by the normalised root mean square error, is 100 % less that "
     "error in per cent of the measured signal's standard deviation; NMSE the same with squares. 100 % is "
     "perfect, 0 % no better than a constant.",
-    "Noise power": "The mean square of measured less simulated over the sensor's own noise squared. At 1 "
-    "nothing is left but noise, so that no model could do better; at 4 the error is twice the noise. "
+    "Noise power": "The sensor's own noise, squared: the unit of mean squares on this page. At 1 nothing is "
+    "left but noise, so that no model could do better; at 4 the error is twice the noise. "
     "An encoder at rest reads the same count all the time and leaves nothing, so that averages and moments "
     "at rest may lie below 1.",
+    "Left over": "The mean square of measured less simulated, in units of the noise power, with what the fit "
+    "leaves open removed: for each recording its own load, temperature and start, and the fitted parameters "
+    "within their uncertainty, are moved to where they explain it best (to first order). Where a recording's "
+    "own numbers had to move further than is plausible, what that costs is added to the signal that it "
+    "serves most. Decisions are made by it. It is not the squared error of a drawn curve, which has one set "
+    "of parameters for all recordings.",
     "Free run": "A simulation from the start of a recording to its end, which gets what drove it and sees no "
     "measurement.",
 }
@@ -66,6 +75,30 @@ REST = "an encoder at rest leaves nothing, so that an average may lie below 1"
 """Why averages lie below what is called noise alone."""
 NOISE = "times the sensors' noise power (1 is noise alone)"
 """The unit of what is left over, in words."""
+
+
+def noise_power(error: float, sensor: Sensor | None) -> float | None:
+    """A root mean square error squared, in units of the sensor's noise power.
+
+    None without a sensor, and of an encoder: its readings are rounded, and stand still as long as it does.
+    """
+    return None if sensor is None or sensor.count else (error / sensor.noise) ** 2
+
+
+def left_over(judged: Sequence[ChannelResidual]) -> str:
+    """What a signal leaves over by one model after another; what implausible conditions cost said apart."""
+    squares = [one.mean_square - one.strain / one.samples for one in judged]
+    said = (
+        f"left over {' → '.join(map(_square, squares))} times, with parameters moved within their uncertainty"
+    )
+    if any(one.strain for one in judged):
+        costs = [_square(one.strain / one.samples) for one in judged]
+        said += f", and {' → '.join(costs)} for conditions further from those entered than is plausible"
+    return said
+
+
+def _square(value: float) -> str:
+    return f"{value:.2f}" if value < 100.0 else f"{value:.0f}"
 
 
 def another_law(curve: Screened, joined: bool) -> str:

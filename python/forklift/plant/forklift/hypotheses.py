@@ -66,9 +66,20 @@ def hypotheses(
 
     Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
     values of its further parameters is a hypothesis for some of them, all under one label. `clocks` are the
-    channels of each clock that is not the command's: it may have started apart, or run fast.
+    channels of each clock that is not the command's: it may have started apart, or run fast. Where that is
+    every channel's, a dead time of one lift's valve and clocks that started apart are the same,
+
+        y(t; u(t − d)) = y(t − d; u(t)),    from rest,
+
+    and of what no recording can part the clocks are named, as they are seen to differ.
     """
-    return (*_physics(truck, lifts, travelled), *_sensors(measured), *_clocks(clocks), *_conditions())
+    apart = any(set(measured) <= set(clock) for clock in clocks)
+    return (
+        *_physics(truck, lifts, travelled, apart=apart),
+        *_sensors(measured),
+        *_clocks(clocks),
+        *_conditions(),
+    )
 
 
 def clocks_apart(recordings: Iterable[Recording], measured: Collection[str]) -> tuple[tuple[str, ...], ...]:
@@ -117,7 +128,7 @@ def _clocks(clocks: Collection[tuple[str, ...]]) -> Iterator[Hypothesis]:
 
 
 def _physics(
-    truck: Truck, lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]
+    truck: Truck, lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]], *, apart: bool
 ) -> Iterator[Hypothesis]:
     specs = effect_specs()
     for effect in EFFECTS:
@@ -136,6 +147,7 @@ def _physics(
                     acting(truck, effect.id, lift, starts),
                     effect.confused_with,
                     effect.needs_two_of,
+                    unlikely=apart and effect.id == "valve_delay",
                 )
 
 

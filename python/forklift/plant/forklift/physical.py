@@ -8,6 +8,7 @@ import numpy as np
 
 from forklift.base.typeset import amount, number
 from forklift.plant.forklift.free_curve import COEFFICIENTS, splines
+from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.recording import Recording
 
@@ -42,13 +43,20 @@ def _friction(truck: Truck, cases: Sequence[Case], lift: str) -> str:
 
 
 def _leak(truck: Truck, cases: Sequence[Case], lift: str) -> str:
-    """Flow at the highest mean pressure of a recording."""
+    """Flow at the highest mean pressure of a recording, and how fast forks that should be held sink by it."""
     channel = f"pressure_{lift}_pa"
-    means = [float(np.nanmean(one.channels[channel])) for one, _ in cases if channel in one.channels]
+    means = {
+        float(np.nanmean(one.channels[channel])): one.load_kg for one, _ in cases if channel in one.channels
+    }
     if not means:
         return ""
-    flow = _of(truck, f"{lift}.leakage.coefficient") * max(means)
-    return f"That is {number(6e4 * flow)} l/min at {number(1e-5 * max(means))} bar."
+    most = max(means)
+    flow = _of(truck, f"{lift}.leakage.coefficient") * most
+    sinks = 6e4 * FORKS_PER_CYLINDER * flow / _of(truck, f"{lift}.cylinder.area")
+    return (
+        f"That is {number(6e4 * flow)} l/min at {number(1e-5 * most)} bar: with {means[most]:.0f} kg, forks "
+        f"that should be held sink by {number(sinks)} mm/min."
+    )
 
 
 def _answer(truck: Truck, cases: Sequence[Case], lift: str) -> str:

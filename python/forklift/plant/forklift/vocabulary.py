@@ -11,6 +11,7 @@ from forklift.plant.forklift.free_curve import ports
 from forklift.plant.forklift.hypotheses import effect_specs
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.variables import words as variable_words
+from forklift.plant.misread import Found, misentered, misread
 from forklift.plant.protocol import Hypothesis
 from forklift.plant.subject import Shown
 from forklift.recordings.channels import LIFTS, Lift, channels
@@ -23,6 +24,12 @@ SHOWN: Mapping[str, tuple[str, str, float]] = {
     "degC": ("temperature", "°C", 1.0),
 }
 """By unit: what the quantity is called, and the unit and scale it is drawn in."""
+
+ENTERED: Mapping[str, tuple[str, str]] = {
+    "load_entered": ("load", "entered"),
+    "temperature_offset": ("oil temperature", "recorded"),
+}
+"""By hypothesis: a condition in words, and how its value came to be known."""
 
 THESIS = "Fri & Fahlén (2017)"
 
@@ -134,6 +141,22 @@ class ForkliftWords:
             return effect.sentence.format(lift=one.where, **said).replace(" degC", " °C")
         except KeyError:  # a parameter that was not estimated
             return plain
+
+    def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
+        """``"the free lift's pressure sensor reads 4.02 % high"``, or the same of what was entered."""
+        if one.kind == "sensor":
+            unit = (outputs() | channels())[one.where]["unit"] if one.where else ""
+            return misread(self._sensor(one.where), rows, SHOWN[unit][1:] if unit in SHOWN else None)
+        if one.kind == "parameter" and one.id in ENTERED:
+            return misentered(*ENTERED[one.id], rows)
+        return Found()
+
+    def _sensor(self, channel: str) -> str:
+        lift = next((lift for lift in LIFTS if f"_{lift}_" in channel), None)
+        if not channel:
+            return "every sensor"
+        what = self.signal(channel).partition(" of the ")[0]
+        return f"the {lift} lift's {what} sensor" if lift else f"the sensor of the {what}"
 
     def law(self, one: Hypothesis) -> Sequence[str]:
         """The equation, its signature and its source."""

@@ -166,7 +166,9 @@ for (const place of places) {
 // What is scrolled sideways can be reached by the keyboard, and nothing else need be.
 const reachable = new ResizeObserver(seen => {
   for (const { target } of seen) {
-    if (target.scrollWidth > target.clientWidth) target.tabIndex = 0;
+    const wider = target.scrollWidth > target.clientWidth;
+    target.classList.toggle("wider", wider);
+    if (wider) target.tabIndex = 0;
     else target.removeAttribute("tabindex");
   }
 });
@@ -202,7 +204,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
 // On paper: light colours, every figure, as wide as the paper.
 const PAPER_PX = 690, PAPER_HIGH_PX = 470;
-addEventListener("beforeprint", () => {
+function onPaper() {
   paint("light");
   for (const place of places) {
     draw(place);
@@ -211,9 +213,12 @@ addEventListener("beforeprint", () => {
     const upright = Object.keys(place.layout).filter(key => crowded && /^xaxis\d*$/.test(key)).map(key => [`${key}.tickangle`, -90]);
     Plotly.relayout(place, { width: PAPER_PX, ...high, ...Object.fromEntries(upright), autosize: false });
   }
-});
-addEventListener("afterprint", () => {
+}
+function onScreen() {
   paint(theme);
   for (const place of places) Plotly.relayout(place, { width: null, height: null, autosize: true });
   redraw();
-});
+}
+addEventListener("beforeprint", onPaper);
+addEventListener("afterprint", onScreen);
+matchMedia("print").addEventListener("change", media => media.matches ? onPaper() : onScreen());

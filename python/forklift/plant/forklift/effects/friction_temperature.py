@@ -16,8 +16,8 @@ EFFECT = Effect(
     ),
     confused_with=("friction_pressure", "temperature_offset", "viscosity_law"),
     sentence=(
-        "The {lift} lift's viscous friction changes with the oil's temperature: it falls by the rate {rate} "
-        "for every kelvin above 20 degC and rises likewise below."
+        "The {lift} lift's viscous friction changes with the oil's temperature T by the factor "
+        "exp(−{rate}·(T − 20 degC)): it falls as the oil warms."
     ),
     needs_two_of=("oil_temperature_degc",),
 )

@@ -1,4 +1,4 @@
-"""Oil that leaks from the cylinder past its seals to the tank."""
+"""Oil that leaks from the cylinder to the tank, past its seals or past the shut valve."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ EFFECT = Effect(
     ),
     confused_with=("position_scale", "sensor_slip"),
     sentence=(
-        "The {lift} lift's cylinder loses oil past its seals: {coefficient} for every pascal over the tank's."
+        "The {lift} lift's cylinder loses {coefficient} of oil, times its pressure over the tank's: past its "
+        "seals, or past the valve that should be shut; both have the same equation. To tell them apart, hold "
+        "a load and look at the valve's return line: oil that flows there passes the valve."
     ),
 )

@@ -1,0 +1,100 @@
+"""How a sensor, or an entered condition, is off: a clause with direction and size, for any machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from forklift.base.typeset import number, printed, size
+
+Rows = Sequence[Mapping[str, Any]]
+"""Parameters as `forklift.diagnosis.numbers.Number` has them: name, unit, value, lower, upper."""
+OF = " in "
+"""Between what a condition's number is called and the recording that it is of."""
+
+
+class Found(NamedTuple):
+    """What was found, as a clause, and its interval as a sentence; empty where nothing can be said."""
+
+    clause: str = ""
+    interval: str = ""
+
+
+def misread(sensor: str, rows: Rows, shown: tuple[str, float] | None = None) -> Found:
+    """A gain, an offset or a lag of a sensor that reads gain times the truth, plus an offset, late.
+
+    `shown`: the unit that an offset is told in, and how many of that one of its own is.
+    """
+    if len(rows) != 1:
+        return Found()
+    row, fault = rows[0], rows[0]["name"].rpartition(".")[2]
+    ends = (row["value"], row["lower"], row["upper"])
+    if fault == "gain":
+        told = tuple(100.0 * (end - 1.0) for end in ends)
+        return Found(
+            f"{sensor} reads {_size(told)} % {'high' if told[0] > 0.0 else 'low'}",
+            f"{_interval(told, '%')}: it reads {number(row['value'], 5)} times the truth.",
+        )
+    if fault == "offset":
+        unit, scale = shown or (printed(row["unit"]), 1.0)
+        told = tuple(scale * end for end in ends)
+        way = "high" if told[0] > 0.0 else "low"
+        return Found(f"{sensor} reads {_size(told)} {unit}".rstrip() + f" {way}", f"{_interval(told, unit)}.")
+    if fault == "lag" and row["unit"] == "s":
+        told = tuple(1e3 * end for end in ends)
+        return Found(f"{sensor} reads {_size(told)} ms late", f"{_interval(told, 'ms')}.")
+    return Found()
+
+
+def misentered(what: str, entered: str, rows: Rows) -> Found:
+    """A condition that is off what was entered: one number where the recordings agree, else their range.
+
+    Parameters
+    ----------
+    what, entered
+        The condition in words, and how its value came to be known: ``"entered"``, ``"recorded"``.
+    rows
+        The mean, if the recordings agree on it, and each recording: what acts, less what was entered.
+    """
+    each = [row for row in rows if OF in row["name"]]
+    mean = next((row for row in rows if OF not in row["name"]), None)
+    off = [row for row in each if row["lower"] > 0.0 or row["upper"] < 0.0]
+    if not each or not (mean or off):
+        return Found()
+    unit = printed(each[0]["unit"])
+    some = "" if len(off) == len(each) else f" in {len(off)} of {len(each)} recordings"
+    if mean:
+        told = (mean["value"], mean["lower"], mean["upper"])
+        way = "low" if told[0] > 0.0 else "high"
+        return Found(
+            f"the {what} was {entered} {_size(told)} {unit} too {way}{some}", f"{_interval(told, unit)}."
+        )
+    low, high = min(off, key=lambda row: row["value"]), max(off, key=lambda row: row["value"])
+    wide = max(row["upper"] - row["lower"] for row in off)
+    return Found(
+        f"the {what} is not what was {entered}: by {_signed(low['value'])} to "
+        f"{_signed(high['value'])} {unit}, "
+        f"differing from recording to recording",
+        f"In {len(off)} of {len(each)} recordings it is off, each known to ±{number(0.5 * wide, 2)} "
+        f"{unit} (95 % "
+        f"interval); positive: it was {entered} too low.",
+    )
+
+
+def _size(ends: Sequence[float]) -> str:
+    return size(*_upright(ends))[0]
+
+
+def _interval(ends: Sequence[float], unit: str) -> str:
+    _, low, high = size(*_upright(ends))
+    return f"95 % interval {low} to {high} {unit}".rstrip()
+
+
+def _upright(ends: Sequence[float]) -> tuple[float, float, float]:
+    """Value, lower and upper without the sign, which the direction says."""
+    value, lower, upper = ends
+    return (value, lower, upper) if value > 0.0 else (-value, -upper, -lower)
+
+
+def _signed(value: float) -> str:
+    return f"{'+' if value > 0.0 else ''}{number(value)}"
