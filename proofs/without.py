@@ -64,6 +64,9 @@ class NoShapes:
     def beside(self, refit):
         return []
 
+    def faint(self, refit, everywhere):
+        return None
+
     def located(self, refit):
         return []
 

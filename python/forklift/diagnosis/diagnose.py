@@ -108,7 +108,7 @@ def diagnose(
     found = investigate(refitter, asked, model, clock, hopeless=bool(findings.unexcited))
     selection = found.selection
     tested, left, agree = _evidence(model, kept, selection, every, clock)
-    seen = (Cause(invalid_hypothesis(one), 1.0, "complete", (), ()) for one in findings.invalid)
+    seen = tuple(Cause(invalid_hypothesis(one), 1.0, "complete", (), ()) for one in findings.invalid)
     named = (*found.causes, *seen)
     with clock.stage("leaving groups out"):
         groups = group_folds(refitter, selection.baseline, selection.final)
@@ -124,7 +124,7 @@ def diagnose(
     where = (
         None
         if said == "no-mismatch"
-        else _location(model, selection.baseline, named, found.inputs, found.shapes)
+        else _location(model, selection.baseline, found.causes, seen, found.inputs, found.shapes)
     )
     return Diagnosis(
         model,
@@ -188,13 +188,16 @@ def _location(
     model: Subject,
     baseline: Refit,
     found: Sequence[Cause],
+    invalid: Sequence[Cause],
     inputs: Sequence[UnknownInput],
     seen: Sequence[Shape],
 ) -> Location:
-    """By the first cause where one was found, else by the most credible unknown input."""
+    """By the first cause that was found, else by what was invalid before any fit, else by the most credible
+    unknown input."""
     first = found[0].hypothesis if found else None
-    if first and not inputs:  # told before any fit
-        return Location(model.part_where(first.where), first.equation, first.where, first.name, 1.0)
+    if invalid and not (found and inputs):
+        one = invalid[0].hypothesis if not found else found[0].hypothesis
+        return Location(model.part_where(one.where), one.equation, one.where, one.name, 1.0)
     places = {one.name: one for one in model.places}
     best = inputs[0].port
     at = first.where if first else best

@@ -293,7 +293,12 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             f"{share:.0f} % of the draws this explains them better than all else that was fitted."
         )
     else:
-        why = "no other promised enough beside it" if count["fitted"] == 1 else "none of them without it"
+        alone = count["fitted"] <= len(found.causes)
+        why = (
+            "no other promised enough"
+            if alone
+            else "those without it were given up, as they fell far behind, or were never asked for"
+        )
         draws = (
             f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that no credibility can be told. Judged on "
             f"{judged(found)}."
@@ -320,6 +325,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
         f"Credibility {row['credibility']:.2f} of 1"
         if cause.rivals
         else "Not contested: nothing else was fitted against it"
+        if count["fitted"] <= len(found.causes)
+        else "No rival was fitted to its end"
     )
     return Fact(question, sure, [draws, law, *first_order, *groups])
 

@@ -113,8 +113,8 @@ def _left(found: Diagnosis) -> Iterator[str]:
     """How many signals are not explained, and in how many what is left over is correlated."""
     held, worst = found.final.held_out, found.final.worst
     over = [one for one in held if not one.explained]
-    most = f"most in the {found.machine.words.signal(worst.channel)}, {worst.file}: "
-    f"{number(worst.mean_square)} {NOISE}"
+    signal = found.machine.words.signal(worst.channel)
+    most = f"most in the {signal}, {worst.file}: {number(worst.mean_square)} {NOISE}"
     if over:
         yield f"In {len(over)} of {len(held)} signals more than noise is left over, {most}."
     else:

@@ -46,7 +46,7 @@ def contests(
         bars = [
             (one.without, one.before, "before"),
             (
-                f"{whole}: {f'credibility {cause.credibility:.2f}' if cause.rivals else 'not contested'}",
+                f"{whole}: {f'credibility {cause.credibility:.2f}' if cause.rivals else 'no rival'}",
                 one.after,
                 "after",
             ),
