@@ -160,7 +160,6 @@ def without_clamp(folder: Path) -> Path:
 
 RANGED = {
     "fc_filtered_speed": {"counts": "counts", "raw": "raw"},
-    "fc_lift_tick": {"summed": "summed"},
     "fc_order": {
         "proportional": "proportional",
         "derivative": "derivative",

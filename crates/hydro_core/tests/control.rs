@@ -131,7 +131,8 @@ proptest! {
             for (request, reading) in &inputs {
                 let current = state.tick(&config, *request, reading);
                 for k in 0..2 {
-                    let shut = state.wanted[k] == 0 && current[k] == 0;
+                    let newest = (state.lifts[k].oldest as usize + 31) % 32;
+                    let shut = state.lifts[k].references[newest] == 0 && current[k] == 0;
                     prop_assert!(shut || (I_MIN..=I_MAX).contains(&current[k]));
                 }
                 prop_assert_eq!(within(&config, &state), Ok(()));

@@ -137,7 +137,8 @@ class Controller:
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> Controller:
-        """A shipped controller by name (``"thesis"``, ``"today"``, ``"damped"``, ``"calm"``), or a TOML file's.
+        """A shipped controller by name (``"thesis"``, ``"today"``, ``"damped"``, ``"calm"``), or that of
+        a TOML file.
 
         Raises
         ------

@@ -136,10 +136,11 @@ static int64_t fc_swing(const fc_lift_config *config, fc_lift_state *state, int3
     return fc_saturated(fc_rounded(sum, p->shift), (int64_t)p->limit);
 }
 
-/* What a ring held some ticks before its newest. */
+/* What a ring held some ticks before its newest; within these limits by what is written to it: said once more for
+ * whoever works out ranges. */
 static int64_t fc_past(const int32_t ring[FC_PAST], uint32_t newest, uint32_t ticks)
 {
-    return (int64_t)ring[((newest + FC_PAST) - ticks) % FC_PAST];
+    return fc_saturated((int64_t)ring[((newest + FC_PAST) - ticks) % FC_PAST], FC_MOST_SPEED);
 }
 
 /* What a ring holds now and held half a period ago, so that a swing of that period does not pass. */
