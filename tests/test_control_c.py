@@ -100,12 +100,13 @@ def test_an_emulated_cortex_gives_the_same_bits(processor: str, tmp_path: Path) 
 
 
 def test_a_tick_takes_a_counted_number_of_instructions_and_bytes(tmp_path: Path) -> None:
-    """Work is pinned by counts; what a tick costs in microseconds depends on the processor's clock."""
+    """Work is pinned by counts; what a tick costs in microseconds depends on the processor's clock. With all
+    that a controller can have, a tick is below a twentieth of 20 ms at 8 MHz and an instruction a cycle."""
     needs("arm-none-eabi-gcc", "qemu-system-arm")
     controller = Controller.read("damped")
     folder = export_c(controller, tmp_path / "ecu")
     counted = control_c.instructions(controller, folder, "cortex-m4", ticks=8)
-    assert 500 < counted["mean"] <= counted["most"] < 4_000
+    assert 500 < counted["mean"] <= counted["most"] < 8_000
     size = control_c.size(folder, "cortex-m4")
     assert size["static"] == 0
     assert size["state"] == 888

@@ -302,6 +302,8 @@ fn a_shaped_reference_leaves_no_swing_of_its_period_and_the_same_speed() {
     }
     // A jump: a ramp is a shaper too.
     shaped.shared.ramp_up = 1e5;
+    // Without a shaper its corner is the ramp's.
+    shaped.shared.ramp_corner = 25.0;
     let plain = Settings { lifts: shaped.lifts.clone().map(|lift| Lift { shaper: None, ..lift }), ..shaped.clone() };
     for word in Word::BOTH {
         let references = |settings: &Settings| -> Vec<f64> {

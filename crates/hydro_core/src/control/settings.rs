@@ -99,7 +99,7 @@ settings! {
     i_max: "mA", 0.0, 1750.0, "greatest current";
     adaptation_s: "s", 0.0, 1000.0, "time in which the feed-forward learns at full speed; 0 if it does not";
     swing_limit: "mm/s", 0.0, 500.0, "greatest correction by the pressure's swing";
-    early_corner: "Hz", 0.1, 25.0, "corner of the low-pass on the ramp ahead of the shaper";
+    early_corner: "Hz", 0.1, 25.0, "corner of the low-pass on the ramp ahead of the shaper; without one ramp_corner counts";
     prediction: "1", 0.0, 1.0, "share of the corrections of the last delay that the predictor takes off the error";
     overspeed: "1", 0.0, 20.0, "what is above overspeed_from counts this more in the integral part";
     overspeed_from: "mm/s", 0.0, 4095.0, "speed from which on the integral part sees more";
@@ -257,7 +257,8 @@ impl Lift {
             true => TICK_S / s.adaptation_s / (s.u_max * s.u_max) * f64::from(1u32 << TRIM_SHIFT),
             false => 0.0,
         };
-        let early_pole = libm::exp(-2.0 * std::f64::consts::PI * s.early_corner * TICK_S);
+        let early_corner = if self.shaper.is_some() { s.early_corner } else { shared.ramp_corner };
+        let early_pole = libm::exp(-2.0 * std::f64::consts::PI * early_corner * TICK_S);
         Ok(LiftConfig {
             most: (shared.request_most * speed).round() as i32,
             early_pole: (early_pole * factor).round() as i32,
