@@ -33,6 +33,9 @@ from forklift.recordings.channels import Lift
 
 KELVIN = 273.0
 """The thesis's 0 degC."""
+SWING_BELOW_HZ = 10.0
+"""Above, a mode is a controller's own: a predictor's, between the multiples of its delay's frequency. An unladen
+free lift swings at 5.5 Hz."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class Damping:
     open
         The least-damped mode of the plant under a constant current.
     closed
-        That of the loop; None if nothing oscillates.
+        That of the loop below `SWING_BELOW_HZ`; None if nothing oscillates.
     margins
         Of the loop opened at the valve's current.
     """
@@ -98,7 +101,7 @@ def damping_map(
                     t,
                     point.speed_m_s,
                     least_damped(held),
-                    least_damped(closed(loop)),
+                    least_damped(closed(loop), below_hz=SWING_BELOW_HZ),
                     margins(loop),
                 )
             )
