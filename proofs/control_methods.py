@@ -61,10 +61,11 @@ def report(name: str = "damped") -> None:
     for row in control_scattered.rows([thesis, *made.values()], Truck.read("thesis")):
         if row.load_kg == 0.0:
             continue
-        heads.append(f"{row.lift} {row.oil_temperature_degc:.0f} degC {row.load_kg:.0f} kg")
+        heads.append((f"{row.lift} {row.oil_temperature_degc:.0f} degC", f"{row.load_kg:.0f} kg"))
         worst, nrmse = row.swing_m_s.max(axis=1), row.nrmse_percent.mean(axis=1)
         for k, cells in enumerate(table.values(), start=1):
             cells.append(f"{worst[k] / worst[0]:.2f} {nrmse[k] - nrmse[0]:+.1f}")
-    print(" " * width + "".join(f"{head:>20}" for head in heads))
+    for words in zip(*heads, strict=True):
+        print(" " * width + "".join(f"{word:>13}" for word in words))
     for variant, cells in table.items():
-        print(f"{variant:<{width}}" + "".join(f"{cell:>20}" for cell in cells))
+        print(f"{variant:<{width}}" + "".join(f"{cell:>13}" for cell in cells))

@@ -15,8 +15,8 @@ from forklift.control.trial import scattered
 from forklift.plant.forklift.truck import Truck
 
 SEED = 20261
-"""Of the trucks and the noise; drawn from by nothing else. The tuner draws its trucks by seed 1, and the settings
-that ship were chosen with a look at those of seed 2017."""
+"""Of the trucks and the noise; drawn from by nothing else. The tuner draws its trucks by seed 1, and the
+settings that ship were chosen with a look at those of seed 2017."""
 TRUCKS = 16
 LOADS_KG = (0.0, 800.0, 1500.0)
 FACTORS = (0.8, 1.0, 1.2)
