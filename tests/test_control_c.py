@@ -72,9 +72,11 @@ def test_random_states_reach_every_line_and_branch(exported: tuple[Controller, P
     assert control_c.coverage(exported[1]) == {"Lines executed": 100.0, "Taken at least once": 100.0}
 
 
-def test_eva_finds_no_alarm_and_finds_one_without_the_clamp_of_the_integrator(tmp_path: Path) -> None:
+def test_eva_finds_no_alarm_and_finds_one_without_the_clamp_of_the_integrator(
+    exported: tuple[Controller, Path],
+) -> None:
     needs("frama-c")
-    folder = export_c(Controller.read("damped"), tmp_path / "ecu")
+    folder = exported[1]
     assert control_c.alarms(folder) == 0
     assert control_c.alarms(control_c.without_clamp(folder)) > 0
 

@@ -101,7 +101,7 @@ def test_it_settles_within_a_hundredth_and_never_above_the_limit(rows) -> None: 
 def test_no_answer_beats_a_perfect_one_that_is_as_late_by_more_than_noise(rows) -> None:  # type: ignore[no-untyped-def]
     for (name, *_), row in rows.items():
         one = Controller.read(name)
-        # A shaper has the ramp before its low-pass, which the reference is later than by the corner's time constant.
+        # A shaper has the ramp before its low-pass; the reference is later by the corner's time constant.
         ahead = 0.0 if one.free.shaper is None else 0.5 / np.pi / one.shared["ramp_corner"].value
         share = 1.0 - ahead / TOTAL_DELAY_S
         for own, perfect in zip(row.nrmse_percent, row.perfect_percent, strict=True):

@@ -107,7 +107,7 @@ def test_the_feedback_of_the_speed_is_that_of_the_controllers_own_arithmetic(
 
 
 def test_the_mode_of_the_map_is_the_loads_swing_and_not_the_predictors_own() -> None:
-    """`damped` has a predictor on the free lift, whose modes near half the frequency of the ticks are less damped."""
+    """`damped` has a predictor on the free lift; its modes near half the ticks' frequency are less damped."""
     damped = Controller.read("damped")
     (row,) = damping_map(TRUCK, damped, "free", loads_kg=(800.0,), oil_temperatures_degc=(40.0,))
     at = operating_point(TRUCK, "free", command_a=0.6, load_kg=800.0, oil_temperature_degc=40.0)

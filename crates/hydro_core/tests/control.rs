@@ -141,6 +141,23 @@ proptest! {
     }
 
     #[test]
+    fn a_lift_without_a_share_of_the_reference_is_left_out_and_no_order_changes(
+        requests in proptest::collection::vec(any::<i32>(), 1..60),
+        readings in proptest::collection::vec(reading(), 60),
+        idle in 0usize..2,
+    ) {
+        let mut one = settings(true);
+        one.lifts[idle].ratio = Curve { first: 0, spacing: 0, values: vec![0.0; 2] };
+        for word in Word::BOTH {
+            let config = one.config(word).unwrap();
+            let (mut left_out, mut both) = (FixedPoint::new(&config), State::default());
+            for (&request, reading) in requests.iter().zip(&readings) {
+                prop_assert_eq!(left_out.tick(request, reading), both.tick(&config, request, reading));
+            }
+        }
+    }
+
+    #[test]
     fn the_order_leaves_its_limit_within_a_tick_of_the_errors_change_of_sign(wait in 50usize..400, up in any::<bool>()) {
         // Pushed against a limit for as long as one likes, then the forks run away to the other side. With the strongest
         // integral gain a tick of it shows in whole mA.

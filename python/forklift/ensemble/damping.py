@@ -34,8 +34,8 @@ from forklift.recordings.channels import Lift
 KELVIN = 273.0
 """The thesis's 0 degC."""
 SWING_BELOW_HZ = 10.0
-"""Above, a mode is a controller's own: a predictor's, between the multiples of its delay's frequency. An unladen
-free lift swings at 5.5 Hz."""
+"""Above, a mode is a controller's own: a predictor's, between the multiples of its delay's frequency. An
+unladen free lift swings at 5.5 Hz."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 //! The whole controller: the reference, the transition, and both lifts.
 
+use std::borrow::Borrow;
+
 use super::config::Config;
 use super::fixed::{clamped, rounded};
 use super::lift::{LiftReading, LiftState};
@@ -41,23 +43,27 @@ impl State {
 
 /// A configuration with the state of one truck.
 #[derive(Debug, Clone)]
-pub struct FixedPoint<'a> {
-    pub config: &'a Config,
-    pub state: State,
+pub struct FixedPoint<C> {
+    config: C,
+    works: [bool; 2],
+    state: State,
 }
 
-impl<'a> FixedPoint<'a> {
+impl<C: Borrow<Config>> FixedPoint<C> {
     /// Before its first tick.
-    pub fn new(config: &'a Config) -> Self {
-        FixedPoint { config, state: State::default() }
+    pub fn new(config: C) -> Self {
+        // A lift that has no share of the reference anywhere is never wanted to move: its valve stays shut, whatever
+        // its filters hold, and it need not be worked out.
+        let works = [0, 1].map(|k| !config.borrow().ratio[k].is_zero());
+        FixedPoint { config, works, state: State::default() }
     }
 }
 
-impl closed_loop::Controller for FixedPoint<'_> {
+impl<C: Borrow<Config> + Send> closed_loop::Controller for FixedPoint<C> {
     fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
-        self.state.tick(self.config, request, reading)
+        self.state.tick_of(self.works, self.config.borrow(), request, reading)
     }
     fn reference(&self) -> [i32; 2] {
-        self.state.wanted.map(|speed| rounded(i64::from(speed), self.config.word.speed()) as i32)
+        self.state.wanted.map(|speed| rounded(i64::from(speed), self.config.borrow().word.speed()) as i32)
     }
 }
