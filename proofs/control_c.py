@@ -181,7 +181,11 @@ RANGED = {
     "fc_tick": {
         "ramp": "ramp",
         "smooth": "smooth",
+        "early": "early",
         "wanted": "wanted",
+        "asked": "asked",
+        "references": "reference",
+        "corrections": "correction",
         "speed": "speed",
         "error": "error",
         "integral": "integral",

@@ -11,11 +11,12 @@ import numpy as np
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
 from forklift.control.controller import Controller
 from forklift.control.metrics import LIMIT_M_S, nrmse_percent, plateaus
-from forklift.control.tune import scattered
+from forklift.control.trial import scattered
 from forklift.plant.forklift.truck import Truck
 
-SEED = 2017
-"""Another than the tuner's."""
+SEED = 20261
+"""Of the trucks and the noise; drawn from by nothing else. The tuner draws its trucks by seed 1, and the
+settings that ship were chosen with a look at those of seed 2017."""
 TRUCKS = 16
 LOADS_KG = (0.0, 800.0, 1500.0)
 FACTORS = (0.8, 1.0, 1.2)

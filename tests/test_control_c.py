@@ -72,9 +72,11 @@ def test_random_states_reach_every_line_and_branch(exported: tuple[Controller, P
     assert control_c.coverage(exported[1]) == {"Lines executed": 100.0, "Taken at least once": 100.0}
 
 
-def test_eva_finds_no_alarm_and_finds_one_without_the_clamp_of_the_integrator(tmp_path: Path) -> None:
+def test_eva_finds_no_alarm_and_finds_one_without_the_clamp_of_the_integrator(
+    exported: tuple[Controller, Path],
+) -> None:
     needs("frama-c")
-    folder = export_c(Controller.read("damped"), tmp_path / "ecu")
+    folder = exported[1]
     assert control_c.alarms(folder) == 0
     assert control_c.alarms(control_c.without_clamp(folder)) > 0
 
@@ -100,15 +102,16 @@ def test_an_emulated_cortex_gives_the_same_bits(processor: str, tmp_path: Path) 
 
 
 def test_a_tick_takes_a_counted_number_of_instructions_and_bytes(tmp_path: Path) -> None:
-    """Work is pinned by counts; what a tick costs in microseconds depends on the processor's clock."""
+    """Work is pinned by counts; what a tick costs in microseconds depends on the processor's clock. With all
+    that a controller can have, a tick is below a twentieth of 20 ms at 8 MHz and an instruction a cycle."""
     needs("arm-none-eabi-gcc", "qemu-system-arm")
     controller = Controller.read("damped")
     folder = export_c(controller, tmp_path / "ecu")
     counted = control_c.instructions(controller, folder, "cortex-m4", ticks=8)
-    assert 500 < counted["mean"] <= counted["most"] < 4_000
+    assert 500 < counted["mean"] <= counted["most"] < 8_000
     size = control_c.size(folder, "cortex-m4")
     assert size["static"] == 0
-    assert size["state"] == 240
+    assert size["state"] == 888
     assert size["flash"] < 5_000
     assert size["stack"] < 400
 

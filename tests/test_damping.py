@@ -9,8 +9,15 @@ import pytest
 from forklift import _core
 from forklift.control.controller import Controller, Curve
 from forklift.control.presets import OPEN_LOOP
-from forklift.ensemble.damping import Damping, damping_map, damping_table, feedback
-from forklift.ensemble.stability import OperatingPoint, operating_point
+from forklift.ensemble.damping import Damping, damping_map, damping_table, feedback, opened
+from forklift.ensemble.stability import (
+    OperatingPoint,
+    closed,
+    least_damped,
+    operating_point,
+    plant,
+    sampled,
+)
 from forklift.plant.forklift.tables import states
 from forklift.plant.forklift.truck import Truck
 
@@ -69,8 +76,14 @@ def test_the_feedback_of_the_pressure_is_that_of_the_controllers_own_arithmetic(
     assert abs(found - expected) < 0.05 * abs(expected) + 0.3
 
 
-def test_the_feedback_of_the_speed_is_that_of_the_controllers_own_arithmetic(point: OperatingPoint) -> None:
-    controller = plain("thesis", proportional=0.4, integral=0.5, derivative=0.02)
+@pytest.mark.parametrize("prediction", [0.0, 0.8])
+def test_the_feedback_of_the_speed_is_that_of_the_controllers_own_arithmetic(
+    point: OperatingPoint, prediction: float
+) -> None:
+    # 2 κ (P + 2 D/T_s) < 1: the predictor's own loop has no lag but a tick, and its difference doubles.
+    gains = {"proportional": 0.3, "integral": 0.5, "derivative": 0.002}
+    controller = plain("thesis", **gains, prediction=prediction, delay=8.0)
+    without = feedback(plain("thesis", **gains), point)
     omega = 2.0 * np.pi * 0.8
     time = TICK_S * np.arange(1500)
     # Encoder counts, upward: about the speed asked for, which the integral part would wait for otherwise.
@@ -86,6 +99,26 @@ def test_the_feedback_of_the_speed_is_that_of_the_controllers_own_arithmetic(poi
     expected = -1e3 * complex(gain[0, 0]) * speed
     assert abs(expected) > 50.0
     assert abs(found - expected) < 0.03 * abs(expected)
+    # The predictor's states are there, and they matter.
+    assert (len(told.a) > len(without.a)) == (prediction > 0.0)
+    plainly = without.c @ np.linalg.solve(z * np.eye(len(without.a)) - without.a, without.b[:, :1])
+    plainly = -1e3 * complex((plainly + without.d[:, :1])[0, 0]) * speed
+    assert (abs(plainly - expected) > 0.1 * abs(expected)) == (prediction > 0.0)
+
+
+def test_the_mode_of_the_map_is_the_loads_swing_and_not_the_predictors_own() -> None:
+    """`damped` has a predictor on the free lift; its modes near half the ticks' frequency are less damped."""
+    damped = Controller.read("damped")
+    (row,) = damping_map(TRUCK, damped, "free", loads_kg=(800.0,), oil_temperatures_degc=(40.0,))
+    at = operating_point(TRUCK, "free", command_a=0.6, load_kg=800.0, oil_temperature_degc=40.0)
+    loop = closed(opened(sampled(plant(at), delay_s=0.04), feedback(damped, at)))
+    anywhere = least_damped(loop)
+    assert anywhere is not None
+    assert anywhere.frequency_hz > 20.0
+    assert row.open is not None
+    assert row.closed is not None
+    assert abs(row.closed.frequency_hz - row.open.frequency_hz) < 0.5
+    assert row.closed.damping > 1.5 * row.open.damping
 
 
 @pytest.fixture(scope="module")

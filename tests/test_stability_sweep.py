@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from forklift.control.closed_loop import DELAY_TICKS, START_M, TICK_S, Lowering, lower
 from forklift.control.controller import Controller
-from forklift.control.tune import SPREADS
+from forklift.control.trial import SPREADS
 from forklift.plant.forklift.truck import Truck
 
 TRUCK, CONTROLLER = Truck.read("thesis"), Controller.read("thesis")

@@ -13,6 +13,7 @@ import pytest
 
 import forklift
 from forklift.base.errors import ForkliftError
+from forklift.control.controller import Controller
 from forklift.ensemble import chunks, specification
 from forklift.ensemble.members import Members
 from forklift.ensemble.reduce import Tally
@@ -300,6 +301,19 @@ def test_the_thesis_controller_follows_its_reference_within_the_envelope():
     assert one.margins["slow"] == table["margin.slow"][5]
     assert one.table["reference_main_m_s"].max() == pytest.approx(0.2, abs=5e-3)
     assert np.array_equal(one.table["current_free_a"].to_numpy(), np.zeros(250))
+
+
+def test_a_swept_controller_has_all_its_parts():
+    damped = Controller.read("damped")
+
+    def currents(controller):
+        swept = sweep(controlled(members=2), controller=controller)
+        return swept.replay(1).table["current_main_a"].to_numpy()
+
+    whole = currents(damped)
+    assert whole.max() > 0.5
+    for changed in (damped.with_shaper("main", None), damped.with_swing("main", None)):
+        assert not np.array_equal(currents(changed), whole)
 
 
 def test_a_folder_knows_its_controller_again(tmp_path):

@@ -341,7 +341,10 @@ _Curve = tuple[int, int, list[float]]  # first place, base-2 logarithm of the kn
 _Swing = tuple[
     int, list[float], list[float], list[float], list[float]
 ]  # distance; Hz, damping, mm/s per bar, degrees
-_Lift = tuple[list[float], _Curve, _Curve, _Swing | None]  # numbers, speed table, ratio, pressure's swing
+_Shaper = tuple[int, list[float], list[float]]  # distance; delays in s, shares
+_Lift = tuple[
+    list[float], _Curve, _Curve, _Swing | None, _Shaper | None
+]  # numbers, speed table, ratio, pressure's swing, shaper
 
 def lift_setting_table() -> list[SettingSpec]: ...
 def shared_setting_table() -> list[SettingSpec]: ...

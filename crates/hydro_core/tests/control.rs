@@ -4,7 +4,9 @@ use hydro_core::control::config::Config;
 use hydro_core::control::controller::{FixedPoint, State};
 use hydro_core::control::fixed::Word;
 use hydro_core::control::ranges::{ranges, widest, Range};
-use hydro_core::control::settings::{Curve, Lift, LiftSettings, Settings, SharedSettings, SwingSettings};
+use hydro_core::control::settings::{
+    Curve, Lift, LiftSettings, Settings, ShaperSettings, SharedSettings, SwingSettings,
+};
 use hydro_core::control::twin::FloatingPoint;
 use hydro_core::control::vectors::Draws;
 use hydro_core::run::closed_loop::{Controller, Reading};
@@ -41,6 +43,10 @@ fn settings(swing: bool) -> Settings {
                 i_max: f64::from(I_MAX),
                 adaptation_s: if swing { 20.0 } else { 0.0 },
                 swing_limit: if swing { 60.0 } else { 0.0 },
+                early_corner: if swing { 12.0 } else { 1.5 },
+                prediction: if swing { 0.5 } else { 0.0 },
+                overspeed: if swing { 3.0 } else { 0.0 },
+                overspeed_from: 590.0,
             },
             table: Curve { first: 0, spacing: 5, values: (0..23).map(|k| 400.0 + 40.0 * f64::from(k)).collect() },
             ratio: Curve { first: 900, spacing: 7, values: vec![1.0, 0.4] },
@@ -50,6 +56,11 @@ fn settings(swing: bool) -> Settings {
                 damping: vec![0.35; 4],
                 gain: vec![4.0; 4],
                 lead: vec![-30.0, 0.0, 40.0, 170.0],
+            }),
+            shaper: swing.then(|| ShaperSettings {
+                spacing: 8,
+                delay: vec![0.1, 0.21, 0.25, 0.3],
+                share: vec![0.55; 4],
             }),
         }
     };
@@ -98,6 +109,10 @@ fn within(config: &Config, state: &State) -> Result<(), String> {
         hold(k + 1, "speed", i64::from(lift.speed))?;
         hold(k + 1, "error", i64::from(lift.error))?;
         hold(k + 1, "integral", lift.integral)?;
+        for &past in &lift.corrections {
+            hold(k + 1, "correction", i64::from(past))?;
+        }
+        hold(k + 1, "reference", i64::from(lift.references[(lift.oldest as usize + 31) % 32]))?;
         hold(k + 1, "trim", i64::from(lift.trim))?;
         hold(k + 1, "cosine", i64::from(lift.cosine))?;
         hold(k + 1, "sine", i64::from(lift.sine))?;
@@ -116,10 +131,28 @@ proptest! {
             for (request, reading) in &inputs {
                 let current = state.tick(&config, *request, reading);
                 for k in 0..2 {
-                    let shut = state.wanted[k] == 0 && current[k] == 0;
+                    let newest = (state.lifts[k].oldest as usize + 31) % 32;
+                    let shut = state.lifts[k].references[newest] == 0 && current[k] == 0;
                     prop_assert!(shut || (I_MIN..=I_MAX).contains(&current[k]));
                 }
                 prop_assert_eq!(within(&config, &state), Ok(()));
+            }
+        }
+    }
+
+    #[test]
+    fn a_lift_without_a_share_of_the_reference_is_left_out_and_no_order_changes(
+        requests in proptest::collection::vec(any::<i32>(), 1..60),
+        readings in proptest::collection::vec(reading(), 60),
+        idle in 0usize..2,
+    ) {
+        let mut one = settings(true);
+        one.lifts[idle].ratio = Curve { first: 0, spacing: 0, values: vec![0.0; 2] };
+        for word in Word::BOTH {
+            let config = one.config(word).unwrap();
+            let (mut left_out, mut both) = (FixedPoint::new(&config), State::default());
+            for (&request, reading) in requests.iter().zip(&readings) {
+                prop_assert_eq!(left_out.tick(request, reading), both.tick(&config, request, reading));
             }
         }
     }
@@ -263,6 +296,132 @@ fn the_steady_speed_is_the_reference_and_the_twin_in_floating_point_says_the_sam
     }
 }
 
+/// Swing left of an oscillator without damping that follows `references` [speed], with a period in ticks.
+fn left_over(references: &[f64], period: f64) -> f64 {
+    let turn = 2.0 * std::f64::consts::PI / period;
+    let (cos, sin) = (turn.cos(), turn.sin());
+    let (mut x, mut v, mut before) = (0.0, 0.0, 0.0);
+    for &reference in references {
+        // x is how far it is off; a change of the reference moves it, then it turns.
+        x -= reference - before;
+        before = reference;
+        (x, v) = (cos * x - sin * v, sin * x + cos * v);
+    }
+    f64::hypot(x, v)
+}
+
+#[test]
+fn a_shaped_reference_leaves_no_swing_of_its_period_and_the_same_speed() {
+    let mut shaped = settings(true);
+    for lift in &mut shaped.lifts {
+        lift.numbers.early_corner = 25.0;
+        lift.shaper = Some(ShaperSettings { spacing: 10, delay: vec![0.205; 4], share: vec![0.5; 4] });
+    }
+    // A jump: a ramp is a shaper too.
+    shaped.shared.ramp_up = 1e5;
+    // Without a shaper its corner is the ramp's.
+    shaped.shared.ramp_corner = 25.0;
+    let plain = Settings { lifts: shaped.lifts.clone().map(|lift| Lift { shaper: None, ..lift }), ..shaped.clone() };
+    for word in Word::BOTH {
+        let references = |settings: &Settings| -> Vec<f64> {
+            let config = settings.config(word).unwrap();
+            let mut state = State::default();
+            let reading = Reading { position: [700, 0], pressure: [1500, 900], temperature: 81 };
+            let tick = |_| {
+                state.tick(&config, 300, &reading);
+                f64::from(state.lifts[0].references[(state.lifts[0].oldest as usize + 31) % 32])
+            };
+            (0..200).map(tick).collect()
+        };
+        let (with, without) = (references(&shaped), references(&plain));
+        assert_eq!(with.last(), without.last());
+        let unit = f64::from(1u32 << word.speed());
+        for period in [20.5, 19.5, 21.5] {
+            let (swing, before) = (left_over(&with, period), left_over(&without, period));
+            assert!(before > 200.0 * unit, "{before}");
+            // |cos(π/2 · f/f₀)| of what it was, and a rounding a tick (Singer & Seering 1990, equation 7).
+            let share = (std::f64::consts::FRAC_PI_2 * 20.5 / period).cos().abs();
+            assert!(swing < (share + 0.02) * before, "{period}: {swing} of {before}");
+        }
+    }
+}
+
+#[test]
+fn a_controller_that_shapes_nothing_follows_what_the_operator_is_used_to_to_the_bit() {
+    for word in Word::BOTH {
+        let config = settings(false).config(word).unwrap();
+        let mut state = State::default();
+        let reading = Reading { position: [960, 0], pressure: [1500, 900], temperature: 81 };
+        for k in 0..400 {
+            state.tick(&config, [0, 500, 120, 590, 0][k / 80], &reading);
+            let newest = (state.lifts[0].oldest as usize + 31) % 32;
+            assert_eq!([0, 1].map(|lift| state.lifts[lift].references[newest]), state.wanted);
+        }
+    }
+}
+
+/// Forks whose speed is the current's, 1 mm/s per mA above 400 mA, `late` ticks ago: the largest overshoot [mm/s] of
+/// the speed that counts of the encoder give, after the first second.
+fn overshoot(config: &Config, too_much: f64) -> f64 {
+    let (mut state, mut travelled, mut current) = (State::default(), 0.0, vec![0; 8]);
+    let mut speeds = Vec::new();
+    for _ in 0..600 {
+        let speed = f64::from((current.remove(0) - 400).max(0)) * too_much;
+        travelled += speed * 0.02 / 1.963495;
+        speeds.push(speed);
+        let reading = Reading { position: [-travelled as i32, 0], pressure: [1200, 900], temperature: 80 };
+        current.push(state.tick(config, 300, &reading)[0]);
+    }
+    let end = speeds[500..].iter().sum::<f64>() / 100.0;
+    speeds[50..].iter().fold(0.0, |most: f64, &speed| most.max((speed - end).abs()))
+}
+
+#[test]
+fn the_predictor_bears_an_integral_part_that_swings_without_it() {
+    // 1 mA per mm/s, no temperature: the table is the forks' inverse.
+    let with = |prediction: f64| {
+        let mut strong = settings(false);
+        let numbers = &mut strong.lifts[0].numbers;
+        (numbers.integral, numbers.prediction, numbers.derivative) = (12.0, prediction, 0.0);
+        (numbers.a, numbers.b, numbers.c, numbers.d) = (0.0, 1.0, 0.0, 0.0);
+        strong.lifts[0].table.values = (0..23).map(|k| 400.0 + 32.0 * f64::from(k)).collect();
+        strong.config(Word::Bits32).unwrap()
+    };
+    let (without, predicted) = (overshoot(&with(0.0), 0.8), overshoot(&with(1.0), 0.8));
+    assert!(without > 60.0, "{without}");
+    assert!(predicted < without / 3.0, "{predicted} of {without}");
+}
+
+#[test]
+fn what_is_too_fast_is_taken_back_sooner() {
+    let steps_down = |overspeed: f64| {
+        let mut fast = settings(false);
+        let numbers = &mut fast.lifts[0].numbers;
+        (numbers.overspeed, numbers.overspeed_from) = (overspeed, 400.0);
+        (numbers.proportional, numbers.derivative) = (0.0, 0.0);
+        let config = fast.config(Word::Bits32).unwrap();
+        let (mut state, mut position) = (State::default(), 0);
+        let mut currents = Vec::new();
+        for k in 0..80 {
+            // 3 counts a tick are what is asked, 295 mm/s; 5 are 491 mm/s.
+            position -= if k < 60 { 3 } else { 5 };
+            let reading = Reading { position: [position, 0], pressure: [1200, 900], temperature: 80 };
+            currents.push(state.tick(&config, 300, &reading)[0]);
+        }
+        currents[59] - currents[79]
+    };
+    let (plain, sooner) = (steps_down(0.0), steps_down(4.0));
+    // In the end 191 + 4·91 for 191; the filter's lag takes from it.
+    assert!(plain > 5 && 2 * sooner > 3 * plain, "{plain} {sooner}");
+    // Below the speed from which it counts nothing changes.
+    let quiet = |overspeed: f64| {
+        let mut slow = settings(false);
+        slow.lifts[0].numbers.overspeed = overspeed;
+        overshoot(&slow.config(Word::Bits16).unwrap(), 1.0)
+    };
+    assert_eq!(quiet(0.0), quiet(4.0));
+}
+
 #[test]
 fn a_setting_beyond_its_bounds_or_its_word_is_refused() {
     let names: Vec<f64> = vec![0.0; 3];
@@ -270,6 +429,13 @@ fn a_setting_beyond_its_bounds_or_its_word_is_refused() {
     let mut far = settings(false);
     far.lifts[0].table.values[3] = 3000.0;
     assert!(far.config(Word::Bits16).is_err());
+    for (delay, share) in [(0.61, 0.5), (-0.1, 0.5), (0.2, 1.1), (0.2, -0.1)] {
+        let mut odd = settings(false);
+        odd.lifts[1].shaper = Some(ShaperSettings { spacing: 9, delay: vec![delay; 3], share: vec![share; 3] });
+        let refused = odd.config(Word::Bits16).unwrap_err();
+        assert_eq!(refused.code(), "argument-invalid");
+        assert!(refused.to_string().contains("main.shaper"), "{refused}");
+    }
     let mut falling = settings(false);
     falling.lifts[1].table.values[3] = 0.0;
     let refused = falling.config(Word::Bits32).unwrap_err();

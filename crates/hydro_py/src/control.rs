@@ -8,8 +8,8 @@ use hydro_core::control::controller::FixedPoint;
 use hydro_core::control::fixed::{Word, MOST_SHIFT};
 use hydro_core::control::ranges::{ranges, widest};
 use hydro_core::control::settings::{
-    Curve, Lift, LiftSettings, SettingSpec, Settings, SharedSettings, SwingSettings, LIFT_SETTINGS, SHARED_SETTINGS,
-    TICK_S,
+    Curve, Lift, LiftSettings, SettingSpec, Settings, ShaperSettings, SharedSettings, SwingSettings, LIFT_SETTINGS,
+    SHARED_SETTINGS, TICK_S,
 };
 use hydro_core::control::twin::FloatingPoint;
 use hydro_core::control::vectors::{digest, helper_digest, Helper};
@@ -56,8 +56,10 @@ fn shared_setting_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
 pub type GivenCurve = (i32, u32, Vec<f64>);
 /// Knots' distance, frequencies, dampings, gains, leads.
 pub type GivenSwing = (u32, Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>);
-/// Numbers in the order of the table, the speed table, the ratio, the pressure's swing.
-pub type GivenLift = (Vec<f64>, GivenCurve, GivenCurve, Option<GivenSwing>);
+/// Knots' distance, delays, shares.
+pub type GivenShaper = (u32, Vec<f64>, Vec<f64>);
+/// Numbers in the order of the table, the speed table, the ratio, the pressure's swing, the shaper.
+pub type GivenLift = (Vec<f64>, GivenCurve, GivenCurve, Option<GivenSwing>, Option<GivenShaper>);
 
 /// A controller's integers.
 #[pyclass(name = "Controller", module = "forklift._core", frozen)]
@@ -67,7 +69,7 @@ fn curve((first, spacing, values): GivenCurve) -> Curve {
     Curve { first, spacing, values }
 }
 
-fn lift_of(name: &str, (numbers, table, ratio, swing): GivenLift) -> Result<Lift, hydro_core::error::Error> {
+fn lift_of(name: &str, (numbers, table, ratio, swing, shaper): GivenLift) -> Result<Lift, hydro_core::error::Error> {
     let swing = swing.map(|(spacing, frequency, damping, gain, lead)| SwingSettings {
         spacing,
         frequency,
@@ -75,8 +77,9 @@ fn lift_of(name: &str, (numbers, table, ratio, swing): GivenLift) -> Result<Lift
         gain,
         lead,
     });
+    let shaper = shaper.map(|(spacing, delay, share)| ShaperSettings { spacing, delay, share });
     let numbers = LiftSettings::from_values(name, &numbers)?;
-    Ok(Lift { numbers, table: curve(table), ratio: curve(ratio), swing })
+    Ok(Lift { numbers, table: curve(table), ratio: curve(ratio), swing, shaper })
 }
 
 /// Settings as Python gives them, and the word that holds them.

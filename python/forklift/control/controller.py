@@ -62,6 +62,21 @@ class Swing(BaseModel):
     source: str
 
 
+class Shaper(BaseModel):
+    """The reference as two impulses, `share` at once and the rest `delay_s` later, over the mean pressure.
+
+    Knots are 2^spacing steps of the sensor apart. A swing whose period is twice the delay is not excited:
+    Singer & Seering (1990), J. Dynamic Systems, Measurement and Control 112(1), (7) and (8).
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    spacing: int = Field(ge=0)
+    delay_s: list[float]
+    share: list[float]
+    source: str
+
+
 class LiftSettings(BaseModel):
     """One lift's numbers, the table from speed [mm/s] to current [mA], its share of the reference over the
     height."""
@@ -72,6 +87,7 @@ class LiftSettings(BaseModel):
     table: Curve
     ratio: Curve
     swing: Swing | None = None
+    shaper: Shaper | None = None
 
 
 class _File(BaseModel):
@@ -121,7 +137,8 @@ class Controller:
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> Controller:
-        """A shipped controller by name (``"thesis"``, ``"today"``, ``"damped"``), or that of a TOML file.
+        """A shipped controller by name (``"thesis"``, ``"today"``, ``"damped"``, ``"calm"``), or that of
+        a TOML file.
 
         Raises
         ------
@@ -176,6 +193,11 @@ class Controller:
         """Another controller with a lift's pressure feedback replaced."""
         settings: LiftSettings = getattr(self, lift)
         return self._with(lift, settings.model_copy(update={"swing": swing}))
+
+    def with_shaper(self, lift: Lift, shaper: Shaper | None) -> Controller:
+        """Another controller with a lift's reference shaped in another way."""
+        settings: LiftSettings = getattr(self, lift)
+        return self._with(lift, settings.model_copy(update={"shaper": shaper}))
 
     def _with(self, lift: Lift, settings: LiftSettings) -> Controller:
         return replace(self, free=settings) if lift == "free" else replace(self, main=settings)
@@ -233,12 +255,13 @@ def _ordered(
 
 
 def _given(name: str, lift: LiftSettings) -> tuple[Any, ...]:
-    swing = lift.swing
+    swing, shaper = lift.swing, lift.shaper
     return (
         _ordered(name, lift.numbers, lift_settings()),
         (lift.table.first, lift.table.spacing, lift.table.values),
         (lift.ratio.first, lift.ratio.spacing, lift.ratio.values),
         swing and (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
+        shaper and (shaper.spacing, shaper.delay_s, shaper.share),
     )
 
 
@@ -272,6 +295,8 @@ def _toml(controller: Controller) -> str:
         fields(f"{lift}.ratio", settings.ratio)
         if settings.swing:
             fields(f"{lift}.swing", settings.swing)
+        if settings.shaper:
+            fields(f"{lift}.shaper", settings.shaper)
     return "\n".join(lines).rstrip() + "\n"
 
 

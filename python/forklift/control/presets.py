@@ -61,7 +61,7 @@ U_MAX: Mapping[Lift, Number] = {
     ),
     "main": Number(value=700.0, source="chosen: the end of Figure 5.6a; a sixth above the greatest request"),
 }
-_STILL = {"adaptation_s": 0.0, "swing_limit": 0.0}
+_STILL = {"adaptation_s": 0.0, "swing_limit": 0.0, "prediction": 0.0, "overspeed": 0.0}
 
 
 def _shared() -> dict[str, Number]:
@@ -91,6 +91,8 @@ def _lift(lift: Lift, table: Curve, gains: Mapping[str, float], source: str, rat
         "i_max": Number(value=1400.0, source="Figure 5.6: the end of the tables"),
     }
     numbers |= {name: Number(value=value, source="off") for name, value in _STILL.items()}
+    numbers["early_corner"] = Number(value=1.5, source="that of ramp_corner: nothing is shaped")
+    numbers["overspeed_from"] = Number(value=590.0, source="the greatest request")
     return LiftSettings(numbers=numbers, table=table, ratio=ratio)
 
 

@@ -10,7 +10,8 @@ from forklift.recordings.channels import Lift, Lifts
 
 GivenCurve = tuple[int, int, list[float]]
 GivenSwing = tuple[int, list[float], list[float], list[float], list[float]]
-GivenLift = tuple[list[float], GivenCurve, GivenCurve, GivenSwing | None]
+GivenShaper = tuple[int, list[float], list[float]]
+GivenLift = tuple[list[float], GivenCurve, GivenCurve, GivenSwing | None, GivenShaper | None]
 GivenController = tuple[list[float], GivenLift, GivenLift, int]
 """As the core takes them."""
 
@@ -58,10 +59,11 @@ def value(controller: Controller, name: str) -> float:
 
 def _lift(controller: Controller, lift: Lift) -> GivenLift:
     settings = getattr(controller, lift)
-    swing = settings.swing
+    swing, shaper = settings.swing, settings.shaper
     return (
         [settings.numbers[name].value for name in lift_settings()],
         (settings.table.first, settings.table.spacing, settings.table.values),
         (settings.ratio.first, settings.ratio.spacing, settings.ratio.values),
         swing and (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
+        shaper and (shaper.spacing, shaper.delay_s, shaper.share),
     )

@@ -25,7 +25,6 @@ from forklift.ensemble.stability import (
     operating_point,
     plant,
     sampled,
-    series,
 )
 from forklift.ensemble.tables import tick_s
 from forklift.plant.forklift.speed_table import speed_to_current
@@ -34,6 +33,9 @@ from forklift.recordings.channels import Lift
 
 KELVIN = 273.0
 """The thesis's 0 degC."""
+SWING_BELOW_HZ = 10.0
+"""Above, a mode is a controller's own: a predictor's, between the multiples of its delay's frequency. An
+unladen free lift swings at 5.5 Hz."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class Damping:
     open
         The least-damped mode of the plant under a constant current.
     closed
-        That of the loop; None if nothing oscillates.
+        That of the loop below `SWING_BELOW_HZ`; None if nothing oscillates.
     margins
         Of the loop opened at the valve's current.
     """
@@ -99,7 +101,7 @@ def damping_map(
                     t,
                     point.speed_m_s,
                     least_damped(held),
-                    least_damped(closed(loop)),
+                    least_damped(closed(loop), below_hz=SWING_BELOW_HZ),
                     margins(loop),
                 )
             )
@@ -121,28 +123,14 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
     """From speed of the forks [m/s] and cylinder pressure [Pa] to less of the current [A], at a constant
     reference.
 
-    (A.17) before (4.12); the swing of the pressure through its resonator at the point's mean pressure;
-    both times
-    the slope of table and temperature scale, without quantisation and saturation.
+    (A.17) before (4.12), whose error is less the corrections that have not shown yet as far as `prediction`
+    says; the swing of the pressure through its resonator at the point's mean pressure; both times the slope
+    of table and temperature scale, without quantisation, saturation, `overspeed` and the learning of the
+    feed-forward.
     """
     lift: LiftSettings = getattr(controller, point.lift)
     dt = tick_s()
-    p, i, d, rate = (
-        lift.numbers[name].value for name in ("proportional", "integral", "derivative", "filter_rate")
-    )
-    pole = float(np.exp(-rate * dt))
-    one = np.ones((1, 1))
-    # y = (1 − pole) v + pole y₋₁, then P y + I ∑ y₋ + D (y − y₋₁)/dt.
-    smooth = StateSpace(pole * one, one, (1.0 - pole) * pole * one, (1.0 - pole) * one, dt, ("speed",))
-    answer = StateSpace(
-        np.array([[1.0, 0.0], [0.0, 0.0]]),
-        np.array([[dt], [1.0]]),
-        np.array([[i, -d / dt]]),
-        np.array([[p + d / dt]]),
-        dt,
-        ("integral", "speed before"),
-    )
-    speed = series(smooth, answer)
+    speed = _pid(lift, dt)
     swing = _resonator(lift, point)
     slope = _slope(lift, point)
     k, n = len(speed.a), len(swing.a)
@@ -153,6 +141,38 @@ def feedback(controller: Controller, point: OperatingPoint) -> StateSpace:
     # More speed asks for less current; a pressure's swing is added as it is.
     c = slope * np.hstack([speed.c, -swing.c])
     return StateSpace(a, b, c, slope * np.hstack([speed.d, -swing.d]), dt, speed.names + swing.names)
+
+
+def _pid(lift: LiftSettings, dt: float) -> StateSpace:
+    """From the speed [m/s] to what the PID takes off the speed ordered [m/s].
+
+    ε = v̂ − κ (q₋₁ − q₋₁₋ₙ), q = P ε + I Σ₋ ε dt + D (ε − ε₋₁)/dt: v̂ is the speed through (A.17), n the
+    reference's delay, κ `prediction` (Smith 1957).
+    """
+    names = ("proportional", "integral", "derivative", "filter_rate", "delay", "prediction")
+    p, i, d, rate, delay, prediction = (lift.numbers[name].value for name in names)
+    pole = float(np.exp(-rate * dt))
+    hidden = 1 + round(delay) if prediction > 0.0 else 0
+
+    def step(x: Floats, v: float) -> tuple[Floats, float]:
+        taken = x[3:]
+        smooth = pole * x[0] + (1.0 - pole) * v
+        error = smooth - (prediction * (taken[0] - taken[-1]) if hidden else 0.0)
+        less = p * error + x[1] + d * (error - x[2]) / dt
+        kept = [smooth, x[1] + i * dt * error, error]
+        return np.concatenate([kept, [less, *taken[:-1]] if hidden else []]), float(less)
+
+    n = 3 + hidden
+    columns = [step(column, 0.0) for column in np.eye(n)]
+    driven, through = step(np.zeros(n), 1.0)
+    return StateSpace(
+        np.array([column for column, _ in columns]).T,
+        driven[:, None],
+        np.array([[less for _, less in columns]]),
+        np.array([[through]]),
+        dt,
+        ("speed", "integral", "error before", *(f"correction {k + 1} before" for k in range(hidden))),
+    )
 
 
 def _slope(lift: LiftSettings, point: OperatingPoint) -> float:
@@ -170,14 +190,11 @@ def _slope(lift: LiftSettings, point: OperatingPoint) -> float:
 
 def _resonator(lift: LiftSettings, point: OperatingPoint) -> StateSpace:
     """From the pressure [Pa] to the speed added [m/s]: z ← ρ e^{jϑ} z + p − p₋₁, w = Re(γ z)."""
-    from forklift.plant.forklift.tables import states
-
     dt = tick_s()
     if lift.swing is None:
         none = np.zeros((0, 0))
         return StateSpace(none, np.zeros((0, 1)), np.zeros((1, 0)), np.zeros((1, 1)), dt)
-    pressure = float(point.state[list(states()).index("cylinder_pressure")])
-    frequency, damping, gain, lead = _at_pressure(lift, pressure)
+    frequency, damping, gain, lead = _at_pressure(lift, _pressure(point))
     omega = 2.0 * np.pi * frequency * dt
     pole = np.exp(-damping * omega + 1j * omega * np.sqrt(1.0 - damping * damping))
     tick = np.exp(-1j * omega)
@@ -194,6 +211,13 @@ def _resonator(lift: LiftSettings, point: OperatingPoint) -> StateSpace:
     b = np.array([[1.0], [0.0], [1.0]])
     read: Floats = 1e-8 * np.array([[re, -im, 0.0]])  # mm/s per bar to m/s per Pa
     return StateSpace(a, b, read @ a, read @ b, dt, ("swing", "swing's quadrature", "pressure before"))
+
+
+def _pressure(point: OperatingPoint) -> float:
+    """Of the cylinder [Pa]."""
+    from forklift.plant.forklift.tables import states
+
+    return float(point.state[list(states()).index("cylinder_pressure")])
 
 
 def _at_pressure(lift: LiftSettings, pressure_pa: float) -> tuple[float, float, float, float]:

@@ -264,13 +264,13 @@ def pid(
     return StateSpace(a, b, c, d, dt, ("integral", "filtered error"))
 
 
-def least_damped(loop: StateSpace) -> Mode | None:
-    """The oscillating mode of a closed loop that dies the slowest; None if nothing oscillates."""
+def least_damped(loop: StateSpace, *, below_hz: float = np.inf) -> Mode | None:
+    """The least damped of a closed loop's modes below a frequency; None if nothing oscillates there."""
     assert loop.dt
     found = [z for z in loop.eigenvalues if z.imag > 1e-9 and abs(z) > 1e-6]
-    if not found:
+    poles = [s for s in (np.log(z) / loop.dt for z in found) if s.imag < 2.0 * np.pi * below_hz]
+    if not poles:
         return None
-    poles = [np.log(z) / loop.dt for z in found]
     worst = min(poles, key=lambda s: -s.real / abs(s))
     return Mode(
         float(worst.imag / (2.0 * np.pi)),

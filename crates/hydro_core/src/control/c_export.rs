@@ -110,8 +110,15 @@ fn table(tables: &mut String, name: &str, table: &Table) -> String {
 }
 
 fn lift_fields(text: &mut String, tables: &mut String, name: &str, lift: &LiftConfig) {
-    let p = &lift.pressure;
+    let (p, s) = (&lift.pressure, &lift.shaper);
     let mut add = |field: &str, value: String| line(text, 3, field, &value);
+    add("most", lift.most.to_string());
+    add("early_pole", lift.early_pole.to_string());
+    add("shaper_delay", table(tables, &format!("{name}_shaper_delay"), &s.delay));
+    add("shaper_share", table(tables, &format!("{name}_shaper_share"), &s.share));
+    add("prediction", lift.prediction.to_string());
+    add("overspeed", gain(lift.overspeed));
+    add("overspeed_from", lift.overspeed_from.to_string());
     add("count_speed", gain(lift.count_speed));
     add("pole", lift.pole.to_string());
     add("delay", format!("{}U", lift.delay));
@@ -153,6 +160,7 @@ fn declared(config: &Config) -> String {
             ("adaptation", 0, most, lift.adaptation),
             ("scale_slope", -most, most, lift.scale_slope),
             ("shift_slope", -most, most, lift.shift_slope),
+            ("overspeed", 0, most, lift.overspeed),
         ];
         for (field, lower, upper, gain) in rows {
             let _ = writeln!(text, "    config.lifts[{k}].{field} = declared({lower}, {upper}, {}U);", gain.shift);
@@ -176,6 +184,7 @@ fn described(name: &str, lift: &LiftConfig) -> String {
         ("adaptation", lift.adaptation),
         ("scale_slope", lift.scale_slope),
         ("shift_slope", lift.shift_slope),
+        ("overspeed", lift.overspeed),
     ];
     let row = |(field, gain): (&str, Gain)| {
         format!(" * {name:<5}{field:<13}{:>12} / 2^{:<3} = {:.9}\n", gain.mantissa, gain.shift, gain.value())

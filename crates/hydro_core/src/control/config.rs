@@ -5,6 +5,12 @@ use super::table::Table;
 
 /// Longest delay of the reference model [ticks].
 pub const MOST_DELAY: usize = 16;
+/// Ticks that are remembered, of the reference and of the correction.
+pub const PAST: usize = 32;
+/// Scale of a shaper's delay: fractions of a tick.
+pub const SHAPER_SHIFT: u32 = 8;
+/// Longest delay of a shaper [ticks / 2^[`SHAPER_SHIFT`]]: the tick beyond it is remembered as well.
+pub const MOST_SHAPED: i64 = (PAST as i64 - 2) << SHAPER_SHIFT;
 /// Bits of a pressure filter's states below a step of the sensor.
 pub const PRESSURE_GUARD: u32 = 8;
 /// Share of the pressure's mean that a tick renews: 2^−this, a time constant of 0.64 s at 50 Hz.
@@ -47,9 +53,29 @@ impl PressureConfig {
     }
 }
 
+/// A reference shaped to what swings: two impulses half a period apart, of which the second answers the swing that the
+/// first one leaves (Singer & Seering 1990), over the mean pressure, which tells the load.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct ShaperConfig {
+    /// Over the mean pressure [steps]: half a period [ticks / 2^[`SHAPER_SHIFT`]].
+    pub delay: Table,
+    /// Over the mean pressure: the first impulse, a factor.
+    pub share: Table,
+}
+
 /// One lift's controller.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct LiftConfig {
+    /// Largest reference [speed].
+    pub most: i32,
+    /// Pole of the low-pass ahead of the shaper, a factor.
+    pub early_pole: i32,
+    pub shaper: ShaperConfig,
+    /// How much of the corrections that have not shown yet the predictor takes off the error, a factor.
+    pub prediction: i32,
+    /// The integral part sees a speed above `overspeed_from` [speed] by this more.
+    pub overspeed: Gain,
+    pub overspeed_from: i32,
     /// Speed of the forks per encoder count and tick.
     pub count_speed: Gain,
     /// Pole of the derivative filter (A.17), a factor.
@@ -118,12 +144,16 @@ impl Config {
                 lift.adaptation,
                 lift.scale_slope,
                 lift.shift_slope,
+                lift.overspeed,
             ] {
                 all.extend([i64::from(gain.mantissa), i64::from(gain.shift)]);
             }
             let limits = [lift.u_min, lift.u_max, lift.i_min, lift.i_max, lift.pressure.limit];
             all.extend([lift.pole, lift.scale_base, lift.shift_base].iter().chain(&limits).map(|&x| i64::from(x)));
+            let beyond = [lift.most, lift.early_pole, lift.prediction, lift.overspeed_from];
+            all.extend(beyond.iter().map(|&x| i64::from(x)));
             all.extend([i64::from(lift.delay), i64::from(lift.pressure.shift)]);
+            [&lift.shaper.delay, &lift.shaper.share].into_iter().for_each(|t| table(&mut all, t));
             let p = &lift.pressure;
             [&lift.table, &p.cosine, &p.sine, &p.real, &p.imaginary].into_iter().for_each(|t| table(&mut all, t));
         }

@@ -1,5 +1,7 @@
 //! The whole controller: the reference, the transition, and both lifts.
 
+use std::borrow::Borrow;
+
 use super::config::Config;
 use super::fixed::{clamped, rounded};
 use super::lift::{LiftReading, LiftState};
@@ -25,7 +27,8 @@ impl State {
     #[inline(always)]
     pub fn tick_of(&mut self, lifts: [bool; 2], config: &Config, request: i32, reading: &Reading) -> [i32; 2] {
         let height = i64::from(reading.position[0]) + 2 * i64::from(reading.position[1]);
-        self.wanted = self.reference.tick(config, request, height);
+        let shares = self.reference.tick(config, request, height);
+        self.wanted = shares.wanted;
         let (least, most) = (i64::from(config.temperature_least), i64::from(config.temperature_most));
         let temperature = clamped(i64::from(reading.temperature), least, most) as i32;
         [0, 1].map(|k| {
@@ -33,30 +36,34 @@ impl State {
                 return 0;
             }
             let own = LiftReading { position: reading.position[k], pressure: reading.pressure[k], temperature };
-            self.lifts[k].tick(&config.lifts[k], config.word, self.wanted[k], &own)
+            self.lifts[k].tick(&config.lifts[k], config.word, shares.asked[k], &own)
         })
     }
 }
 
 /// A configuration with the state of one truck.
 #[derive(Debug, Clone)]
-pub struct FixedPoint<'a> {
-    pub config: &'a Config,
-    pub state: State,
+pub struct FixedPoint<C> {
+    config: C,
+    works: [bool; 2],
+    state: State,
 }
 
-impl<'a> FixedPoint<'a> {
+impl<C: Borrow<Config>> FixedPoint<C> {
     /// Before its first tick.
-    pub fn new(config: &'a Config) -> Self {
-        FixedPoint { config, state: State::default() }
+    pub fn new(config: C) -> Self {
+        // A lift that has no share of the reference anywhere is never wanted to move: its valve stays shut, whatever
+        // its filters hold, and it need not be worked out.
+        let works = [0, 1].map(|k| !config.borrow().ratio[k].is_zero());
+        FixedPoint { config, works, state: State::default() }
     }
 }
 
-impl closed_loop::Controller for FixedPoint<'_> {
+impl<C: Borrow<Config> + Send> closed_loop::Controller for FixedPoint<C> {
     fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
-        self.state.tick(self.config, request, reading)
+        self.state.tick_of(self.works, self.config.borrow(), request, reading)
     }
     fn reference(&self) -> [i32; 2] {
-        self.state.wanted.map(|speed| rounded(i64::from(speed), self.config.word.speed()) as i32)
+        self.state.wanted.map(|speed| rounded(i64::from(speed), self.config.borrow().word.speed()) as i32)
     }
 }

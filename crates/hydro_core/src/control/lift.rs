@@ -3,8 +3,8 @@
 //! Every step is written in the C of `c/` in the same words and the same order.
 
 use super::config::{
-    LiftConfig, INTEGRAL_SHIFT, MEAN_SHIFT, MOST_COUNTS, MOST_DELAY, MOST_PRESSURE, MOST_PRESSURE_CHANGE,
-    MOST_RESONANCE, MOST_TRIM, PRESSURE_GUARD, TRIM_SHIFT,
+    LiftConfig, INTEGRAL_SHIFT, MEAN_SHIFT, MOST_COUNTS, MOST_PRESSURE, MOST_PRESSURE_CHANGE, MOST_RESONANCE,
+    MOST_SHAPED, MOST_TRIM, PAST, PRESSURE_GUARD, SHAPER_SHIFT, TRIM_SHIFT,
 };
 use super::fixed::{clamped, rounded, saturated, truncated, Word};
 
@@ -18,8 +18,11 @@ pub struct LiftState {
     pub pressure: i32,
     /// Filtered speed, with the filter's guard bits.
     pub speed: i32,
-    /// References of the last ticks, a ring; `oldest` is the place that is written next.
-    pub references: [i32; MOST_DELAY],
+    /// Of the last ticks, each a ring [speed]: what was asked of the lift, the same shaped and the PID's
+    /// correction. `oldest` is the place that is written next.
+    pub asked: [i32; PAST],
+    pub references: [i32; PAST],
+    pub corrections: [i32; PAST],
     pub oldest: u32,
     /// Of the tick before [speed].
     pub error: i32,
@@ -45,9 +48,22 @@ pub struct LiftReading {
     pub temperature: i32,
 }
 
+/// The error of (4.12), and that of its integral part [speed].
+#[derive(Debug, Clone, Copy)]
+struct Errors {
+    own: i64,
+    summed: i64,
+}
+
+/// The place of a ring that was written some ticks before `newest`.
+#[inline(always)]
+fn before(newest: usize, ticks: usize) -> usize {
+    (newest + PAST - ticks) % PAST
+}
+
 impl LiftState {
-    /// One tick: the valve's current [mA] for a lowering speed `reference` of the forks [speed].
-    pub fn tick(&mut self, config: &LiftConfig, word: Word, reference: i32, reading: &LiftReading) -> i32 {
+    /// One tick: the valve's current [mA] for a lowering speed `asked` of the forks [speed].
+    pub fn tick(&mut self, config: &LiftConfig, word: Word, asked: i32, reading: &LiftReading) -> i32 {
         if !self.started {
             self.position = reading.position;
             self.pressure = clamped(i64::from(reading.pressure), 0, MOST_PRESSURE) as i32;
@@ -56,16 +72,50 @@ impl LiftState {
         }
         let speed = self.filtered_speed(config, word, reading.position);
         let swing = self.swing(config, word, reading.pressure);
-        let delayed = self.delayed(config, reference);
+        let newest = self.oldest as usize % PAST;
+        self.oldest = ((newest + 1) % PAST) as u32;
+        self.asked[newest] = asked;
+        let shaped = self.through_shaper(config, word, &self.asked, newest);
+        let reference = clamped(shaped, 0, i64::from(config.most));
+        self.references[newest] = reference as i32;
         if reference == 0 {
             // The valve is shut: nothing is controlled, and nothing may be left over for the next lowering.
             self.integral = 0;
             self.error = 0;
+            self.corrections = [0; PAST];
             return 0;
         }
-        let error = saturated(i64::from(delayed) - speed, word.most_speed());
-        let u = self.speed_to_order(config, word, i64::from(reference), error, swing);
+        let delayed = i64::from(self.references[before(newest, config.delay as usize)]);
+        let error = saturated(delayed - speed - self.not_shown_yet(config, word, newest), word.most_speed());
+        let summed = Self::summed_error(config, word, error, speed);
+        let u = self.speed_to_order(config, word, reference, Errors { own: error, summed }, swing, newest);
         current(config, word, u, i64::from(reading.temperature))
+    }
+
+    /// What a ring held and holds now: a w + (1 − a) w(t − τ), with the shaper's share a and delay τ, between two ticks
+    /// straight. A swing of the period 2τ does not pass (Singer & Seering 1990, equations 7 and 8).
+    fn through_shaper(&self, config: &LiftConfig, word: Word, ring: &[i32; PAST], newest: usize) -> i64 {
+        let mean = i64::from(self.mean) >> PRESSURE_GUARD;
+        let delay = clamped(config.shaper.delay.at(mean), 0, MOST_SHAPED);
+        let (share, one) = (config.shaper.share.at(mean), 1i64 << word.factor());
+        let whole = (delay >> SHAPER_SHIFT) as usize;
+        let into = delay - ((whole as i64) << SHAPER_SHIFT);
+        let [now, late, later] = [0, whole, whole + 1].map(|ticks| i64::from(ring[before(newest, ticks)]));
+        let late = late * ((1 << SHAPER_SHIFT) - into) + later * into;
+        rounded(share * (now << SHAPER_SHIFT) + (one - share) * late, word.factor() + SHAPER_SHIFT)
+    }
+
+    /// Corrections that are ordered and have not come back as a speed: a model of the lift that answers after `delay`
+    /// ticks (Smith 1957), whose part of the feed-forward the delayed reference already is.
+    fn not_shown_yet(&self, config: &LiftConfig, word: Word, newest: usize) -> i64 {
+        let [last, shown] = [1, 1 + config.delay as usize].map(|ticks| self.corrections[before(newest, ticks)]);
+        rounded(i64::from(config.prediction) * (i64::from(last) - i64::from(shown)), word.factor())
+    }
+
+    /// The error that is summed: what is too fast counts more.
+    fn summed_error(config: &LiftConfig, word: Word, error: i64, speed: i64) -> i64 {
+        let over = clamped(speed - i64::from(config.overspeed_from), 0, word.most_speed());
+        saturated(error - config.overspeed.times(over), word.most_speed())
     }
 
     /// The difference of the encoder's counts as a lowering speed, through the filter of Figure A.17.
@@ -79,30 +129,31 @@ impl LiftState {
         rounded(i64::from(self.speed), word.guard())
     }
 
-    /// The reference of `delay` ticks ago.
-    fn delayed(&mut self, config: &LiftConfig, reference: i32) -> i32 {
-        let newest = self.oldest as usize % MOST_DELAY;
-        let place = (newest + MOST_DELAY - config.delay as usize) % MOST_DELAY;
-        self.references[newest] = reference;
-        self.oldest = ((newest + 1) % MOST_DELAY) as u32;
-        self.references[place]
-    }
-
     /// PID, feed-forward and what the pressure adds, kept within its limits: (4.12), (4.7), (4.6) with T_t = T_s.
-    fn speed_to_order(&mut self, config: &LiftConfig, word: Word, reference: i64, error: i64, swing: i64) -> i64 {
+    fn speed_to_order(
+        &mut self,
+        config: &LiftConfig,
+        word: Word,
+        reference: i64,
+        error: Errors,
+        swing: i64,
+        newest: usize,
+    ) -> i64 {
         let most = word.most_speed() << word.guard();
-        let proportional = saturated(config.proportional.times(error), most);
-        let derivative = saturated(config.derivative.times(error - i64::from(self.error)), most);
-        self.error = error as i32;
+        let proportional = saturated(config.proportional.times(error.own), most);
+        let derivative = saturated(config.derivative.times(error.own - i64::from(self.error)), most);
+        self.error = error.own as i32;
         let sum = proportional + derivative + rounded(self.integral, INTEGRAL_SHIFT - word.guard());
         let pid = saturated(rounded(sum, word.guard()), word.most_speed());
         let trim = rounded(i64::from(self.trim) * reference, TRIM_SHIFT);
         let wanted = reference + trim + pid + swing;
         let u = clamped(wanted, i64::from(config.u_min), i64::from(config.u_max));
         let learnt = self.learn(config, word, reference);
-        let step = i64::from(config.integral.mantissa) * error * (1i64 << (INTEGRAL_SHIFT - config.integral.shift));
+        let exact = 1i64 << (INTEGRAL_SHIFT - config.integral.shift);
+        let step = i64::from(config.integral.mantissa) * error.summed * exact;
         let tracked = self.integral - learnt + step + (u - wanted) * (1i64 << INTEGRAL_SHIFT);
         self.integral = saturated(tracked, word.most_speed() << INTEGRAL_SHIFT);
+        self.corrections[newest] = saturated(pid + u - wanted, word.most_speed()) as i32;
         u
     }
 

@@ -4,8 +4,8 @@
 //! requests alone: what the variables are before their saturation, and what they are after it.
 
 use super::config::{
-    Config, LiftConfig, INTEGRAL_SHIFT, MOST_COUNTS, MOST_PRESSURE, MOST_PRESSURE_CHANGE, MOST_RESONANCE, MOST_TRIM,
-    PRESSURE_GUARD, TRIM_SHIFT,
+    Config, LiftConfig, INTEGRAL_SHIFT, MOST_COUNTS, MOST_PRESSURE, MOST_PRESSURE_CHANGE, MOST_RESONANCE, MOST_SHAPED,
+    MOST_TRIM, PRESSURE_GUARD, SHAPER_SHIFT, TRIM_SHIFT,
 };
 use super::fixed::{Gain, Word};
 use super::table::Table;
@@ -97,14 +97,16 @@ pub fn ranges(config: &Config) -> Vec<Range> {
     add("ramp", ramp.plus(change), ramp, word.speed());
     let smooth = Interval::up_to(most << word.guard());
     add("smooth", smooth, smooth, word.speed() + word.guard());
-    let mut wanted = [ramp; 2];
-    for (wanted, ratio) in wanted.iter_mut().zip(&config.ratio) {
-        *wanted = Interval::of(ratio).times(ramp).shifted(word.factor());
-        add("wanted", *wanted, *wanted, word.speed());
+    add("early", smooth, smooth, word.speed() + word.guard());
+    let mut asked = [ramp; 2];
+    for (asked, ratio) in asked.iter_mut().zip(&config.ratio) {
+        *asked = Interval::of(ratio).times(ramp).shifted(word.factor());
+        add("wanted", *asked, *asked, word.speed());
+        add("asked", *asked, *asked, word.speed());
     }
     let temperature = Interval(i128::from(config.temperature_least), i128::from(config.temperature_most));
     for (k, lift) in config.lifts.iter().enumerate() {
-        of_lift(&mut rows, k + 1, word, lift, wanted[k], temperature);
+        of_lift(&mut rows, k + 1, word, lift, asked[k], temperature);
     }
     rows
 }
@@ -114,7 +116,7 @@ fn of_lift(
     owner: usize,
     word: Word,
     config: &LiftConfig,
-    reference: Interval,
+    asked: Interval,
     temperature: Interval,
 ) {
     let mut add = |variable, unit, reach: Interval, kept: Interval, scale| -> Interval {
@@ -130,8 +132,20 @@ fn of_lift(
     let raw = add("raw", "mm/s", product(config.count_speed, counts), speeds, word.speed());
     // A mean of what it was and of what comes in, by a pole between 0 and 1.
     let speed = add("speed", "mm/s", raw.by(1 << word.guard()), guarded, word.speed() + word.guard());
-    let error = reference.minus(speed.shifted(word.guard()));
+    let delay = Interval::of(&config.shaper.delay);
+    add("shaper's delay", "tick", delay, Interval::up_to(MOST_SHAPED), SHAPER_SHIFT);
+    let share = Interval::of(&config.shaper.share);
+    let one = Interval(1 << word.factor(), 1 << word.factor());
+    let most = Interval::up_to(i64::from(config.most));
+    let shaped = share.times(asked).plus(one.minus(share).times(asked)).shifted(word.factor());
+    let reference = add("reference", "mm/s", shaped, most, word.speed());
+    // A correction is kept like a speed; see the end of the tick.
+    let hidden = speeds.minus(speeds).by(i128::from(config.prediction)).shifted(word.factor());
+    let error = reference.minus(speed.shifted(word.guard())).minus(hidden);
     let error = add("error", "mm/s", error, speeds, word.speed());
+    let from = i128::from(config.overspeed_from);
+    let over = speed.shifted(word.guard()).minus(Interval(from, from)).within(Interval::up_to(word.most_speed()));
+    let summed = add("summed", "mm/s", error.minus(product(config.overspeed, over)), speeds, word.speed());
     let proportional =
         add("proportional", "mm/s", product(config.proportional, error), guarded, word.speed() + word.guard());
     let slope = product(config.derivative, error.minus(error));
@@ -160,8 +174,9 @@ fn of_lift(
     let limits = Interval(i128::from(config.u_min), i128::from(config.u_max));
     let u = add("u", "mm/s", wanted, limits, word.speed());
     let exact = i128::from(config.integral.mantissa) << (INTEGRAL_SHIFT - config.integral.shift);
-    let tracked = integral.minus(moved).plus(error.by(exact)).plus(u.minus(wanted).by(1 << INTEGRAL_SHIFT));
+    let tracked = integral.minus(moved).plus(summed.by(exact)).plus(u.minus(wanted).by(1 << INTEGRAL_SHIFT));
     add("integral", "mm/s", tracked, integral, word.speed() + INTEGRAL_SHIFT);
+    add("correction", "mm/s", pid.plus(u).minus(wanted), speeds, word.speed());
     let base = Interval(i128::from(config.scale_base), i128::from(config.scale_base));
     let factor = base.plus(product(config.scale_slope, temperature));
     let factor = add("factor", "1", factor, Interval::up_to(word.most_factor()), word.factor());
@@ -191,7 +206,8 @@ pub fn widest(config: &Config) -> u32 {
     let word = config.word;
     let (one, most) = (Interval::around(1i64 << word.factor()), Interval::around(word.most_speed()));
     let guarded = most.by(1 << word.guard());
-    let mut bits = one.times(guarded).plus(one.times(guarded)).bits();
+    let shaped = one.times(most).by(1 << SHAPER_SHIFT);
+    let mut bits = one.times(guarded).plus(one.times(guarded)).bits().max(shaped.plus(shaped).bits());
     for lift in &config.lifts {
         let mantissas = [lift.proportional, lift.derivative, lift.integral].map(|gain| i128::from(gain.mantissa));
         let error = most.minus(most);

@@ -2,7 +2,10 @@
 
 use num_complex::Complex;
 
-use super::config::{Config, LiftConfig, PressureConfig, INTEGRAL_SHIFT, MOST_DELAY, PRESSURE_GUARD, TRIM_SHIFT};
+use super::config::{
+    Config, LiftConfig, PressureConfig, ShaperConfig, INTEGRAL_SHIFT, MOST_DELAY, MOST_SHAPED, PRESSURE_GUARD,
+    SHAPER_SHIFT, TRIM_SHIFT,
+};
 use super::fixed::{Gain, Word, MOST_SHIFT};
 use super::table::{Table, MOST_KNOTS};
 use crate::error::Error;
@@ -96,6 +99,10 @@ settings! {
     i_max: "mA", 0.0, 1750.0, "greatest current";
     adaptation_s: "s", 0.0, 1000.0, "time in which the feed-forward learns at full speed; 0 if it does not";
     swing_limit: "mm/s", 0.0, 500.0, "greatest correction by the pressure's swing";
+    early_corner: "Hz", 0.1, 25.0, "corner of the low-pass on the ramp ahead of the shaper; without one ramp_corner counts";
+    prediction: "1", 0.0, 1.0, "share of the corrections of the last delay that the predictor takes off the error";
+    overspeed: "1", 0.0, 20.0, "what is above overspeed_from counts this more in the integral part";
+    overspeed_from: "mm/s", 0.0, 4095.0, "speed from which on the integral part sees more";
 }
 
 settings! {
@@ -129,6 +136,16 @@ pub struct SwingSettings {
     pub lead: Vec<f64>,
 }
 
+/// A reference shaped to what swings, at mean pressures from 0 on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShaperSettings {
+    /// The base-2 logarithm of the knots' distance [steps of the pressure sensor].
+    pub spacing: u32,
+    /// At each knot: the second impulse's delay, half a period [s], and the first one's share.
+    pub delay: Vec<f64>,
+    pub share: Vec<f64>,
+}
+
 /// A lift's numbers and curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lift {
@@ -139,6 +156,8 @@ pub struct Lift {
     pub ratio: Curve,
     /// None: what swings is left alone.
     pub swing: Option<SwingSettings>,
+    /// None: the reference is not shaped.
+    pub shaper: Option<ShaperSettings>,
 }
 
 /// A controller in the units of the ECU.
@@ -212,13 +231,13 @@ impl Settings {
             temperature_least: (shared.temperature_least / TEMPERATURE_STEP).round() as i32,
             temperature_most: (shared.temperature_most / TEMPERATURE_STEP).round() as i32,
             ratio: [ratio("free", free)?, ratio("main", main)?],
-            lifts: [free.config("free", word)?, main.config("main", word)?],
+            lifts: [free.config("free", shared, word)?, main.config("main", shared, word)?],
         })
     }
 }
 
 impl Lift {
-    fn config(&self, name: &str, word: Word) -> Result<LiftConfig, Error> {
+    fn config(&self, name: &str, shared: &SharedSettings, word: Word) -> Result<LiftConfig, Error> {
         let s = &self.numbers;
         let full = |setting: &str| format!("{name}.{setting}");
         let speed = f64::from(1u32 << word.speed());
@@ -238,7 +257,15 @@ impl Lift {
             true => TICK_S / s.adaptation_s / (s.u_max * s.u_max) * f64::from(1u32 << TRIM_SHIFT),
             false => 0.0,
         };
+        let early_corner = if self.shaper.is_some() { s.early_corner } else { shared.ramp_corner };
+        let early_pole = libm::exp(-2.0 * std::f64::consts::PI * early_corner * TICK_S);
         Ok(LiftConfig {
+            most: (shared.request_most * speed).round() as i32,
+            early_pole: (early_pole * factor).round() as i32,
+            shaper: self.shaper_config(&full("shaper"), word)?,
+            prediction: (s.prediction * factor).round() as i32,
+            overspeed: own("overspeed", s.overspeed)?,
+            overspeed_from: (s.overspeed_from * speed).round() as i32,
             count_speed: own("forks_per_count", per_count * speed)?,
             pole: (libm::exp(-s.filter_rate * TICK_S) * factor).round() as i32,
             delay: (s.delay.round() as u32).min(MOST_DELAY as u32 - 1),
@@ -257,6 +284,28 @@ impl Lift {
             i_max: (s.i_max * current).round() as i32,
             pressure: self.swing_config(&full("swing"), word)?,
         })
+    }
+
+    fn shaper_config(&self, name: &str, word: Word) -> Result<ShaperConfig, Error> {
+        let factor = f64::from(1u32 << word.factor());
+        let Some(shaper) = &self.shaper else {
+            return Ok(ShaperConfig { delay: Table::constant(0), share: Table::constant(factor as i32) });
+        };
+        if shaper.delay.len() != shaper.share.len() || shaper.spacing > 14 {
+            return refuse(name, shaper.spacing, "a delay and a share at each knot, knots at most 2^14 apart");
+        }
+        let scale = f64::from(1u32 << SHAPER_SHIFT) / TICK_S;
+        let longest = MOST_SHAPED as f64 / scale;
+        if let Some(delay) = shaper.delay.iter().find(|delay| !(0.0..=longest).contains(*delay)) {
+            return refuse(&format!("{name}.delay_s"), delay, &format!("from 0 to {longest} s"));
+        }
+        if let Some(share) = shaper.share.iter().find(|share| !(0.0..=1.0).contains(*share)) {
+            return refuse(&format!("{name}.share"), share, "from 0 to 1");
+        }
+        let table = |values: &[f64], scale: f64| -> Result<Table, Error> {
+            Ok(Table { first: 0, spacing: shaper.spacing, knots: knots(name, values, scale, word)? })
+        };
+        Ok(ShaperConfig { delay: table(&shaper.delay, scale)?, share: table(&shaper.share, factor)? })
     }
 
     fn swing_config(&self, name: &str, word: Word) -> Result<PressureConfig, Error> {

@@ -2,7 +2,7 @@
 //!
 //! It reads its numbers from the integers of a configuration, so that only the arithmetic differs.
 
-use super::config::{Config, LiftConfig, INTEGRAL_SHIFT, MEAN_SHIFT, MOST_DELAY, PRESSURE_GUARD, TRIM_SHIFT};
+use super::config::{Config, LiftConfig, INTEGRAL_SHIFT, MEAN_SHIFT, PAST, PRESSURE_GUARD, SHAPER_SHIFT, TRIM_SHIFT};
 use super::table::Table;
 use crate::run::closed_loop::{Controller, Reading};
 
@@ -12,7 +12,9 @@ struct LiftTwin {
     position: f64,
     pressure: f64,
     speed: f64,
-    references: [f64; MOST_DELAY],
+    asked: [f64; PAST],
+    references: [f64; PAST],
+    corrections: [f64; PAST],
     oldest: usize,
     error: f64,
     integral: f64,
@@ -28,6 +30,7 @@ pub struct FloatingPoint<'a> {
     config: &'a Config,
     ramp: f64,
     smooth: f64,
+    early: [f64; 2],
     wanted: [f64; 2],
     lifts: [LiftTwin; 2],
 }
@@ -48,7 +51,8 @@ fn at(table: &Table, x: f64) -> f64 {
 impl<'a> FloatingPoint<'a> {
     /// Before its first tick.
     pub fn new(config: &'a Config) -> Self {
-        FloatingPoint { config, ramp: 0.0, smooth: 0.0, wanted: [0.0; 2], lifts: [LiftTwin::default(); 2] }
+        let lifts = [LiftTwin::default(); 2];
+        FloatingPoint { config, ramp: 0.0, smooth: 0.0, early: [0.0; 2], wanted: [0.0; 2], lifts }
     }
 }
 
@@ -61,15 +65,20 @@ impl Controller for FloatingPoint<'_> {
         let pole = f64::from(config.ramp_pole) / factor;
         self.smooth = pole * self.smooth + (1.0 - pole) * self.ramp;
         // Below half a least significant bit the integers have come to zero.
-        let reference = if self.smooth * speed < 0.5 { 0.0 } else { self.smooth };
+        let rests = |state: f64| if state * speed < 0.5 { 0.0 } else { state };
+        let reference = rests(self.smooth);
         let height = f64::from(reading.position[0]) + 2.0 * f64::from(reading.position[1]);
         let (least, most) = (config.temperature_least, config.temperature_most);
         let temperature = f64::from(reading.temperature.clamp(least, most));
         let mut current = [0; 2];
         for k in 0..2 {
-            self.wanted[k] = at(&config.ratio[k], height) / factor * reference;
+            let share = at(&config.ratio[k], height) / factor;
+            self.wanted[k] = share * reference;
+            let pole = f64::from(config.lifts[k].early_pole) / factor;
+            self.early[k] = pole * self.early[k] + (1.0 - pole) * self.ramp;
+            let asked = share * rests(self.early[k]);
             let (position, pressure) = (f64::from(reading.position[k]), f64::from(reading.pressure[k]));
-            let order = self.lifts[k].tick(&config.lifts[k], config, self.wanted[k], position, pressure, temperature);
+            let order = self.lifts[k].tick(&config.lifts[k], config, asked, position, pressure, temperature);
             current[k] = order.round() as i32;
         }
         current
@@ -84,7 +93,7 @@ impl LiftTwin {
         &mut self,
         lift: &LiftConfig,
         config: &Config,
-        reference: f64,
+        asked: f64,
         position: f64,
         pressure: f64,
         temperature: f64,
@@ -108,14 +117,29 @@ impl LiftTwin {
         let read = at(&p.real, self.mean) * self.cosine + at(&p.imaginary, self.mean) * self.sine;
         let limit = f64::from(p.limit) / speed;
         let swing = (read * two_to(PRESSURE_GUARD) / two_to(p.shift) / speed).clamp(-limit, limit);
-        self.references[self.oldest] = reference;
-        let delayed = self.references[(self.oldest + MOST_DELAY - lift.delay as usize) % MOST_DELAY];
-        self.oldest = (self.oldest + 1) % MOST_DELAY;
-        if reference == 0.0 {
+        let newest = self.oldest;
+        self.oldest = (newest + 1) % PAST;
+        let before = |ticks: usize| (newest + PAST - ticks) % PAST;
+        let late = at(&lift.shaper.delay, self.mean) / two_to(SHAPER_SHIFT);
+        let share = at(&lift.shaper.share, self.mean) / factor;
+        let shaped = |ring: &[f64; PAST]| {
+            let (whole, into) = (late as usize, late.fract());
+            let then = ring[before(whole)] * (1.0 - into) + ring[before(whole + 1)] * into;
+            share * ring[newest] + (1.0 - share) * then
+        };
+        self.asked[newest] = asked;
+        let reference = shaped(&self.asked);
+        self.references[newest] = reference;
+        if reference * speed < 0.5 {
             (self.integral, self.error) = (0.0, 0.0);
+            self.corrections = [0.0; PAST];
             return 0.0;
         }
-        let error = delayed - self.speed;
+        let delay = lift.delay as usize;
+        let hidden = self.corrections[before(1)] - self.corrections[before(1 + delay)];
+        let error = self.references[before(delay)] - self.speed - f64::from(lift.prediction) / factor * hidden;
+        let over = (self.speed - f64::from(lift.overspeed_from) / speed).max(0.0);
+        let summed = error - lift.overspeed.value() * over;
         let pid = lift.proportional.value() / guard * error
             + lift.derivative.value() / guard * (error - self.error)
             + self.integral;
@@ -127,7 +151,8 @@ impl LiftTwin {
         let moved = (trim - self.trim) * reference;
         self.trim = trim;
         debug_assert!(lift.integral.shift <= INTEGRAL_SHIFT);
-        self.integral += lift.integral.value() * error + (u - wanted) - moved;
+        self.integral += lift.integral.value() * summed + (u - wanted) - moved;
+        self.corrections[newest] = pid + u - wanted;
         let scale = (f64::from(lift.scale_base) + lift.scale_slope.value() * temperature) / factor;
         let table = at(&lift.table, scale.max(0.0) * u * speed);
         let order = table + f64::from(lift.shift_base) + lift.shift_slope.value() * temperature;

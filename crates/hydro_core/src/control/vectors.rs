@@ -3,7 +3,7 @@
 //! One tick that is equal from every state is equality of all runs, by induction; so states are drawn over the whole
 //! of their ranges, and not only where runs come by.
 
-use super::config::{Config, INTEGRAL_SHIFT, MOST_DELAY, MOST_PRESSURE, MOST_RESONANCE, MOST_TRIM, PRESSURE_GUARD};
+use super::config::{Config, INTEGRAL_SHIFT, MOST_PRESSURE, MOST_RESONANCE, MOST_TRIM, PAST, PRESSURE_GUARD};
 use super::controller::State;
 use super::fixed::{rounded, saturated, truncated, Gain};
 use super::lift::LiftState;
@@ -56,8 +56,9 @@ impl Draws {
     /// A state within the ranges that ticks keep.
     pub fn state(&mut self, config: &Config) -> State {
         let (word, most) = (config.word, i64::from(config.request_most));
-        let reference =
-            ReferenceState { ramp: self.up_to(most) as i32, smooth: self.up_to(most << word.guard()) as i32 };
+        let mut guarded = || self.up_to(most << word.guard()) as i32;
+        let (smooth, early) = (guarded(), [guarded(), guarded()]);
+        let reference = ReferenceState { ramp: self.up_to(most) as i32, smooth, early };
         let wanted = [self.up_to(most) as i32, self.up_to(most) as i32];
         let speed = word.most_speed();
         let mut lift = || LiftState {
@@ -65,8 +66,10 @@ impl Draws {
             position: self.word(),
             pressure: self.up_to(MOST_PRESSURE) as i32,
             speed: self.around(speed << word.guard()) as i32,
+            asked: std::array::from_fn(|_| self.up_to(most) as i32),
             references: std::array::from_fn(|_| self.up_to(most) as i32),
-            oldest: (self.next() % MOST_DELAY as u64) as u32,
+            corrections: std::array::from_fn(|_| self.around(speed) as i32),
+            oldest: (self.next() % PAST as u64) as u32,
             error: self.around(speed) as i32,
             integral: self.around(speed << INTEGRAL_SHIFT),
             trim: self.around(MOST_TRIM) as i32,
@@ -100,13 +103,16 @@ fn fold(digest: u64, value: i64) -> u64 {
 /// All of a state and the currents, folded into a digest.
 fn folded(mut digest: u64, state: &State, current: [i32; 2]) -> u64 {
     let mut add = |value: i64| digest = fold(digest, value);
-    for value in [state.reference.ramp, state.reference.smooth, state.wanted[0], state.wanted[1]] {
+    let reference = &state.reference;
+    for value in [reference.ramp, reference.smooth].into_iter().chain(reference.early).chain(state.wanted) {
         add(i64::from(value));
     }
     for lift in &state.lifts {
         add(i64::from(lift.started));
         [lift.position, lift.pressure, lift.speed].into_iter().for_each(|x| add(i64::from(x)));
-        lift.references.iter().for_each(|&x| add(i64::from(x)));
+        for ring in [&lift.asked, &lift.references, &lift.corrections] {
+            ring.iter().for_each(|&x| add(i64::from(x)));
+        }
         add(i64::from(lift.oldest));
         add(i64::from(lift.error));
         add(lift.integral);

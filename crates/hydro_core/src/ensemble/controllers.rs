@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use crate::control::config::Config;
-use crate::control::controller::State;
-use crate::control::fixed::{rounded, Word};
+use crate::control::controller::FixedPoint;
+use crate::control::fixed::Word;
 use crate::control::settings::{LiftSettings, SettingSpec, Settings, SharedSettings, LIFT_SETTINGS, SHARED_SETTINGS};
 use crate::error::Error;
-use crate::run::closed_loop::{Controller, Reading};
+use crate::run::closed_loop::Controller;
 
 /// A controller whose numbers may vary from member to member.
 #[derive(Debug, Clone)]
@@ -66,26 +66,6 @@ impl Fleet {
             settings.lifts[1].numbers = LiftSettings::from_values("main", main)?;
             Arc::new(settings.config(self.word)?)
         };
-        // A lift that has no share of the reference anywhere is never wanted to move: its valve stays shut, whatever
-        // its filters hold, and it need not be worked out.
-        let works = [0, 1].map(|k| !config.ratio[k].is_zero());
-        Ok(Box::new(Owned { config, works, state: State::default() }))
-    }
-}
-
-/// [`crate::control::controller::FixedPoint`], with a share in its configuration.
-struct Owned {
-    config: Arc<Config>,
-    works: [bool; 2],
-    state: State,
-}
-
-impl Controller for Owned {
-    fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
-        self.state.tick_of(self.works, &self.config, request, reading)
-    }
-
-    fn reference(&self) -> [i32; 2] {
-        self.state.wanted.map(|speed| rounded(i64::from(speed), self.config.word.speed()) as i32)
+        Ok(Box::new(FixedPoint::new(config)))
     }
 }

@@ -17,7 +17,7 @@ control = typer.Typer(
     rich_markup_mode="markdown",
 )
 
-_Name = Annotated[str, typer.Argument(help="A shipped controller (thesis, today, damped) or a TOML file.")]
+_Name = Annotated[str, typer.Argument(help="A shipped controller (thesis, today, damped, calm) or a file.")]
 _Truck = Annotated[str, typer.Option(help="A shipped truck or a TOML file.")]
 
 
@@ -105,11 +105,13 @@ def tune(
     out: Annotated[Path, typer.Option(help="The TOML file of the tuned controller.")],
     truck: _Truck = "thesis",
     delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
-    seed: Annotated[int, typer.Option(help="Of the sensors' noise.")] = 1,
+    seed: Annotated[int, typer.Option(help="Of the noise, the search and the trucks.")] = 1,
     name: Annotated[str, typer.Option(help="Its name.")] = "damped",
+    methods: Annotated[
+        str, typer.Option(help="What is added to the gains: some of adaptation,shaped,swing,predictor.")
+    ] = "adaptation,shaped,swing,predictor",
 ) -> None:
-    """Tune a controller's gains and its feedback of the pressure's swing on a truck, and write it with its
-    sources."""
+    """Tune a controller's gains and what goes beyond them on a truck, and write it with its sources."""
     from dataclasses import replace
 
     from forklift.control.closed_loop import DELAY_TICKS
@@ -119,6 +121,9 @@ def tune(
 
     output.check_suffix(out, (".toml",))
     delays = None if delay is None else dict.fromkeys(DELAY_TICKS, delay)
-    found = tuned(Controller.read(controller), Truck.read(truck), delays_ticks=delays, seed=seed)
+    with_ = tuple(part for part in methods.split(",") if part)
+    found = tuned(
+        Controller.read(controller), Truck.read(truck), methods=with_, delays_ticks=delays, seed=seed
+    )
     replace(found, name=name).write(out)
     typer.echo(f"wrote {out}")

@@ -19,6 +19,8 @@
 #define FC_MOST_PRESSURE ((int64_t)10000)
 #define FC_MOST_PRESSURE_CHANGE ((int64_t)1000)
 #define FC_MOST_RESONANCE (16000 * FC_PRESSURE_ONE)
+#define FC_SHAPER_ONE ((int64_t)256)
+#define FC_MOST_SHAPED (30 * FC_SHAPER_ONE)
 
 @TABLES@
 const uint64_t fc_configuration = @HASH@ULL;
@@ -134,14 +136,42 @@ static int64_t fc_swing(const fc_lift_config *config, fc_lift_state *state, int3
     return fc_saturated(fc_rounded(sum, p->shift), (int64_t)p->limit);
 }
 
-/* The reference of some ticks ago. */
-static int32_t fc_delayed(const fc_lift_config *config, fc_lift_state *state, int32_t reference)
+/* What a ring held some ticks before its newest; within these limits by what is written to it: said once more for
+ * whoever works out ranges. */
+static int64_t fc_past(const int32_t ring[FC_PAST], uint32_t newest, uint32_t ticks)
 {
-    const uint32_t newest = state->oldest % FC_DELAYS;
-    const uint32_t place = ((newest + FC_DELAYS) - config->delay) % FC_DELAYS;
-    state->references[newest] = reference;
-    state->oldest = (newest + 1U) % FC_DELAYS;
-    return state->references[place];
+    return fc_saturated((int64_t)ring[((newest + FC_PAST) - ticks) % FC_PAST], FC_MOST_SPEED);
+}
+
+/* What a ring holds now and held half a period ago, so that a swing of that period does not pass. */
+static int64_t fc_shaped(const fc_lift_config *config, const fc_lift_state *state, const int32_t ring[FC_PAST],
+                         uint32_t newest)
+{
+    const int64_t mean = fc_truncated((int64_t)state->mean, FC_PRESSURE_SHIFT);
+    const int64_t delay = fc_clamped(fc_table_at(&config->shaper_delay, mean), 0, FC_MOST_SHAPED);
+    const int64_t share = fc_table_at(&config->shaper_share, mean);
+    const int64_t whole = fc_truncated(delay, FC_SHAPER_SHIFT);
+    /* Within these limits by the truncation above: said once more for whoever works out ranges. */
+    const int64_t into = fc_clamped(delay - (whole * FC_SHAPER_ONE), 0, FC_SHAPER_ONE - 1);
+    const int64_t late = (fc_past(ring, newest, (uint32_t)whole) * (FC_SHAPER_ONE - into))
+                       + (fc_past(ring, newest, (uint32_t)whole + 1U) * into);
+    const int64_t now = fc_past(ring, newest, 0U) * FC_SHAPER_ONE;
+    return fc_rounded((share * now) + ((FC_FACTOR_ONE - share) * late), FC_FACTOR_SHIFT + FC_SHAPER_SHIFT);
+}
+
+/* Corrections that are ordered and have not come back as a speed. */
+static int64_t fc_not_shown_yet(const fc_lift_config *config, const fc_lift_state *state, uint32_t newest)
+{
+    const int64_t last = fc_past(state->corrections, newest, 1U);
+    const int64_t shown = fc_past(state->corrections, newest, 1U + config->delay);
+    return fc_rounded((int64_t)config->prediction * (last - shown), FC_FACTOR_SHIFT);
+}
+
+/* The error that is summed: what is too fast counts more. */
+static int64_t fc_summed_error(const fc_lift_config *config, int64_t error, int64_t speed)
+{
+    const int64_t over = fc_clamped(speed - (int64_t)config->overspeed_from, 0, FC_MOST_SPEED);
+    return fc_saturated(error - fc_times(config->overspeed, over), FC_MOST_SPEED);
 }
 
 /* Moves a little of the integral part into the feed-forward's trim. */
@@ -157,7 +187,7 @@ static int64_t fc_learn(const fc_lift_config *config, fc_lift_state *state, int6
 
 /* PID, feed-forward and what the pressure adds, within the limits. */
 static int64_t fc_order(const fc_lift_config *config, fc_lift_state *state, int64_t reference, int64_t error,
-                        int64_t swing)
+                        int64_t summed, int64_t swing, uint32_t newest)
 {
     const int64_t most = FC_MOST_SPEED * FC_GUARD_ONE;
     const int64_t proportional = fc_saturated(fc_times(config->proportional, error), most);
@@ -169,10 +199,11 @@ static int64_t fc_order(const fc_lift_config *config, fc_lift_state *state, int6
     const int64_t u = fc_clamped(wanted, (int64_t)config->u_min, (int64_t)config->u_max);
     const int64_t learnt = fc_learn(config, state, reference);
     const uint64_t exact = (uint64_t)1U << (FC_INTEGRAL_SHIFT - config->integral.shift);
-    const int64_t step = ((int64_t)config->integral.mantissa * error) * (int64_t)exact;
+    const int64_t step = ((int64_t)config->integral.mantissa * summed) * (int64_t)exact;
     const int64_t tracked = ((state->integral - learnt) + step) + ((u - wanted) * FC_INTEGRAL_ONE);
     state->error = (int32_t)error;
     state->integral = fc_saturated(tracked, FC_MOST_SPEED * FC_INTEGRAL_ONE); /* integrator's clamp */
+    state->corrections[newest] = (int32_t)fc_saturated((pid + u) - wanted, FC_MOST_SPEED);
     return u;
 }
 
@@ -187,13 +218,14 @@ static int32_t fc_current(const fc_lift_config *config, int64_t u, int64_t tempe
     return (int32_t)fc_rounded(fc_clamped(order, (int64_t)config->i_min, (int64_t)config->i_max), FC_CURRENT_SHIFT);
 }
 
-static int32_t fc_lift_tick(const fc_lift_config *config, fc_lift_state *state, int32_t reference, int32_t position,
+static int32_t fc_lift_tick(const fc_lift_config *config, fc_lift_state *state, int32_t asked, int32_t position,
                             int32_t pressure, int32_t temperature)
 {
+    const uint32_t newest = state->oldest % FC_PAST;
     int32_t current = 0;
     int64_t speed;
     int64_t swing;
-    int32_t delayed;
+    int64_t reference;
     if (state->started == 0U) {
         state->position = position;
         state->pressure = (int32_t)fc_clamped((int64_t)pressure, 0, FC_MOST_PRESSURE);
@@ -202,37 +234,59 @@ static int32_t fc_lift_tick(const fc_lift_config *config, fc_lift_state *state, 
     }
     speed = fc_filtered_speed(config, state, position);
     swing = fc_swing(config, state, pressure);
-    delayed = fc_delayed(config, state, reference);
+    state->oldest = (newest + 1U) % FC_PAST;
+    state->asked[newest] = asked;
+    reference = fc_clamped(fc_shaped(config, state, state->asked, newest), 0, (int64_t)config->most);
+    state->references[newest] = (int32_t)reference;
     if (reference == 0) {
+        uint32_t k;
         /* The valve is shut, and nothing may be left over for the next lowering. */
         state->integral = 0;
         state->error = 0;
+        for (k = 0U; k < FC_PAST; k++) {
+            state->corrections[k] = 0;
+        }
     } else {
-        const int64_t error = fc_saturated((int64_t)delayed - speed, FC_MOST_SPEED);
-        const int64_t u = fc_order(config, state, (int64_t)reference, error, swing);
+        const int64_t late = fc_past(state->references, newest, config->delay) - speed;
+        const int64_t error = fc_saturated(late - fc_not_shown_yet(config, state, newest), FC_MOST_SPEED);
+        const int64_t summed = fc_summed_error(config, error, speed);
+        const int64_t u = fc_order(config, state, reference, error, summed, swing, newest);
         current = fc_current(config, u, (int64_t)temperature);
     }
     return current;
 }
 
-/* A ramp with rounded edges, shared between the lifts. */
-static void fc_references(const fc_config *config, fc_state *state, int32_t request, int64_t height)
+/* The ramp through a low-pass of that pole. */
+static int32_t fc_passed(int32_t ramp, int32_t pole, int32_t state, int64_t most)
+{
+    const int64_t sum = ((int64_t)pole * (int64_t)state)
+                      + ((FC_FACTOR_ONE - (int64_t)pole) * ((int64_t)ramp * FC_GUARD_ONE));
+    return (int32_t)fc_clamped(fc_truncated(sum, FC_FACTOR_SHIFT), 0, most * FC_GUARD_ONE);
+}
+
+/* A lift's share of a low-passed ramp. */
+static int32_t fc_share(const fc_table *ratio, int64_t height, int32_t state)
+{
+    const int64_t reference = fc_rounded((int64_t)state, FC_GUARD_SHIFT);
+    return (int32_t)fc_rounded(fc_table_at(ratio, height) * reference, FC_FACTOR_SHIFT);
+}
+
+/* A ramp with rounded edges, shared between the lifts: what the operator is used to, and what is to be shaped. */
+static void fc_references(const fc_config *config, fc_state *state, int32_t request, int64_t height,
+                          int32_t shares[2])
 {
     const int64_t most = (int64_t)config->request_most;
     const int64_t asked = fc_clamped((int64_t)request, 0, fc_truncated(most, FC_SPEED_SHIFT))
                         * FC_SPEED_ONE;
     const int64_t change =
         fc_clamped(asked - (int64_t)state->ramp, -(int64_t)config->ramp_down, (int64_t)config->ramp_up);
-    const int64_t pole = (int64_t)config->ramp_pole;
-    int64_t sum;
-    int64_t reference;
     uint32_t k;
     state->ramp = (int32_t)fc_clamped((int64_t)state->ramp + change, 0, most);
-    sum = (pole * (int64_t)state->smooth) + ((FC_FACTOR_ONE - pole) * ((int64_t)state->ramp * FC_GUARD_ONE));
-    state->smooth = (int32_t)fc_clamped(fc_truncated(sum, FC_FACTOR_SHIFT), 0, most * FC_GUARD_ONE);
-    reference = fc_rounded((int64_t)state->smooth, FC_GUARD_SHIFT);
+    state->smooth = fc_passed(state->ramp, config->ramp_pole, state->smooth, most);
     for (k = 0U; k < 2U; k++) {
-        state->wanted[k] = (int32_t)fc_rounded(fc_table_at(&config->ratio[k], height) * reference, FC_FACTOR_SHIFT);
+        state->early[k] = fc_passed(state->ramp, config->lifts[k].early_pole, state->early[k], most);
+        state->wanted[k] = fc_share(&config->ratio[k], height, state->smooth);
+        shares[k] = fc_share(&config->ratio[k], height, state->early[k]);
     }
 }
 
@@ -241,10 +295,11 @@ void fc_tick(const fc_config *config, fc_state *state, int32_t request, const fc
     const int64_t height = (int64_t)reading->position[0] + (2 * (int64_t)reading->position[1]);
     const int64_t temperature = fc_clamped((int64_t)reading->temperature, (int64_t)config->temperature_least,
                                            (int64_t)config->temperature_most);
+    int32_t asked[2] = { 0, 0 };
     uint32_t k;
-    fc_references(config, state, request, height);
+    fc_references(config, state, request, height, asked);
     for (k = 0U; k < 2U; k++) {
-        current[k] = fc_lift_tick(&config->lifts[k], &state->lifts[k], state->wanted[k], reading->position[k],
+        current[k] = fc_lift_tick(&config->lifts[k], &state->lifts[k], asked[k], reading->position[k],
                                   reading->pressure[k], (int32_t)temperature);
     }
 }

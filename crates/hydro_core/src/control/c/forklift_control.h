@@ -24,7 +24,8 @@
 #define FC_TRIM_SHIFT 26U /* the trim of the feed-forward */
 #define FC_PRESSURE_SHIFT 8U /* a pressure filter's bits below a step */
 #define FC_MEAN_SHIFT 5U /* what a tick renews of the mean pressure: 2^-5 */
-#define FC_DELAYS 16U /* longest delay of the reference [ticks] */
+#define FC_SHAPER_SHIFT 8U /* fractions of a tick */
+#define FC_PAST 32U /* ticks that are remembered */
 
 typedef int@BITS@_t fc_word;
 
@@ -52,6 +53,13 @@ typedef struct {
 } fc_pressure_config;
 
 typedef struct {
+    int32_t most;
+    int32_t early_pole;
+    fc_table shaper_delay;
+    fc_table shaper_share;
+    int32_t prediction;
+    fc_gain overspeed;
+    int32_t overspeed_from;
     fc_gain count_speed;
     int32_t pole;
     uint32_t delay;
@@ -88,7 +96,9 @@ typedef struct {
     int32_t position;
     int32_t pressure;
     int32_t speed;
-    int32_t references[FC_DELAYS];
+    int32_t asked[FC_PAST];
+    int32_t references[FC_PAST];
+    int32_t corrections[FC_PAST];
     uint32_t oldest;
     int32_t error;
     int64_t integral;
@@ -101,6 +111,7 @@ typedef struct {
 typedef struct {
     int32_t ramp;
     int32_t smooth;
+    int32_t early[2];
     int32_t wanted[2];
     fc_lift_state lifts[2];
 } fc_state;

@@ -61,8 +61,10 @@ static void draw_state(const fc_config *config, fc_state *state)
     const int64_t speed = 4095 * ((int64_t)1 << FC_SPEED_SHIFT);
     uint32_t k;
     uint32_t j;
-    state->ramp = (int32_t)up_to(most);
     state->smooth = (int32_t)up_to(most * guard);
+    state->early[0] = (int32_t)up_to(most * guard);
+    state->early[1] = (int32_t)up_to(most * guard);
+    state->ramp = (int32_t)up_to(most);
     state->wanted[0] = (int32_t)up_to(most);
     state->wanted[1] = (int32_t)up_to(most);
     for (k = 0U; k < 2U; k++) {
@@ -71,10 +73,16 @@ static void draw_state(const fc_config *config, fc_state *state)
         lift->position = any_word();
         lift->pressure = (int32_t)up_to(10000);
         lift->speed = (int32_t)around(speed * guard);
-        for (j = 0U; j < FC_DELAYS; j++) {
+        for (j = 0U; j < FC_PAST; j++) {
+            lift->asked[j] = (int32_t)up_to(most);
+        }
+        for (j = 0U; j < FC_PAST; j++) {
             lift->references[j] = (int32_t)up_to(most);
         }
-        lift->oldest = (uint32_t)(next_draw() % FC_DELAYS);
+        for (j = 0U; j < FC_PAST; j++) {
+            lift->corrections[j] = (int32_t)around(speed);
+        }
+        lift->oldest = (uint32_t)(next_draw() % FC_PAST);
         lift->error = (int32_t)around(speed);
         lift->integral = around(speed * ((int64_t)1 << FC_INTEGRAL_SHIFT));
         lift->trim = (int32_t)around((int64_t)1 << (FC_TRIM_SHIFT - 2U));
@@ -110,6 +118,8 @@ static uint64_t folded(uint64_t start, const fc_state *state, const int32_t curr
     uint32_t j;
     digest = fold(digest, state->ramp);
     digest = fold(digest, state->smooth);
+    digest = fold(digest, state->early[0]);
+    digest = fold(digest, state->early[1]);
     digest = fold(digest, state->wanted[0]);
     digest = fold(digest, state->wanted[1]);
     for (k = 0U; k < 2U; k++) {
@@ -118,8 +128,14 @@ static uint64_t folded(uint64_t start, const fc_state *state, const int32_t curr
         digest = fold(digest, lift->position);
         digest = fold(digest, lift->pressure);
         digest = fold(digest, lift->speed);
-        for (j = 0U; j < FC_DELAYS; j++) {
+        for (j = 0U; j < FC_PAST; j++) {
+            digest = fold(digest, lift->asked[j]);
+        }
+        for (j = 0U; j < FC_PAST; j++) {
             digest = fold(digest, lift->references[j]);
+        }
+        for (j = 0U; j < FC_PAST; j++) {
+            digest = fold(digest, lift->corrections[j]);
         }
         digest = fold(digest, (int64_t)lift->oldest);
         digest = fold(digest, lift->error);
