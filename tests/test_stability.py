@@ -66,7 +66,7 @@ def test_the_least_damped_mode_is_that_of_an_oscillator():
 
 @pytest.fixture(scope="module")
 def point():
-    return operating_point(THESIS, "main", command_a=0.7, load_kg=1500.0, oil_temperature_degc=20.0)
+    return operating_point(THESIS, "main", command_a=0.7, load_kg=1500, oil_temperature_degc=20)
 
 
 def test_the_plant_stands_still_where_it_is_linearised_but_for_its_position(point):

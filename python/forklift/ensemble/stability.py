@@ -141,7 +141,7 @@ def operating_point(
             np.array([0.0, PIECE_S]),
             np.zeros(1),
             command,
-            np.array([oil_temperature_degc]),
+            np.array([oil_temperature_degc], float),
             load_kg,
             lifts=lift,
             solver="adaptive",
