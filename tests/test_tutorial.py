@@ -45,6 +45,7 @@ def missing(expected: str, printed: str) -> str | None:
 @pytest.mark.parametrize("page", ["docs/tutorial.md", "docs/fitting.md", "README.md"])
 def test_every_block_of_a_page_runs_and_prints_what_the_page_says(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")  # as in a checkout
     names: dict[str, object] = {}
     printed = ""
     blocks = BLOCK.findall((ROOT / page).read_text(encoding="utf-8"))
