@@ -163,9 +163,15 @@ def _paid(judged: list[ChannelResidual], at: Linearised, own: Floats) -> list[Ch
 
 
 def settled(problem: Problem, theta: Floats, *, far: float, moves: int) -> Floats:
-    """The unknown vector at θ with each recording's own unknowns where they explain it best."""
-    x, _, steps = _settled(problem, theta, np.zeros((len(theta), len(theta))), far, moves)
-    return np.asarray(x + np.concatenate([np.zeros(len(theta)), *(step[len(theta) :] for step in steps)]))
+    """The unknown vector at θ with each recording's own unknowns where they explain it best.
+
+    What the recordings share is held, so that it is not differentiated along.
+    """
+    held, at = problem.with_fixed(problem.at(theta), (), conditions=True)
+    n = len(held.unknowns)
+    x, _, steps = _settled(held, at[:n], np.zeros((n, n)), far, moves)
+    own = x[n:] + np.concatenate([np.zeros(0), *(step[n:] for step in steps)])
+    return np.concatenate([theta[: len(problem.unknowns)], own])
 
 
 def _settled(
