@@ -304,7 +304,7 @@ def _worst(sweep: Sweep, trajectories: list[Trajectory]) -> Section | None:
             str(row["index"]),
             _said(str(row["verdict"])),
             _closest(sweep, row),
-            number(row["least_scaled_margin"]),
+            number(row["least_scaled_margin"]) if np.isfinite(row["least_scaled_margin"]) else "—",
             *(number(row[name], 4) for name in vary),
         ]
         for row in sweep.worst.iter_rows(named=True)
