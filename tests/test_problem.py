@@ -16,6 +16,7 @@ from forklift import Campaign, Recording, Truck
 from forklift.fitting.levenberg_marquardt import cost
 from forklift.fitting.posing import pose
 from forklift.fitting.problem import LeastSquares
+from forklift.fitting.residuals import settled
 from forklift.fitting.sample import Sample
 from forklift.plant.forklift.model import OWN, Forklift
 from forklift.plant.forklift.sensors import sensors
@@ -232,3 +233,18 @@ def test_a_search_does_not_depend_on_any_number_of_threads_to_the_bit():
     assert alone.endswith("True\n")  # it has moved
     for threads in ((2, 1, 2), (1, 2, 1), (3, 2, 5)):
         assert searched(*threads) == alone
+
+
+def test_where_recordings_settle_nothing_of_their_own_explains_them_better():
+    """What they share stays as given, though it is no optimum."""
+    posed = problem()
+    theta = np.full(len(posed.unknowns), 0.2)
+    x = settled(posed, theta, far=0.01, moves=6)
+    n = len(theta)
+    np.testing.assert_array_equal(x[:n], theta)
+    least = cost(posed, x)
+    for k in range(n, len(x)):
+        for step in (-0.05, 0.05):
+            there = x.copy()
+            there[k] += step
+            assert cost(posed, there) > least - 1e-3
