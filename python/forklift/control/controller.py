@@ -110,6 +110,14 @@ def shared_settings() -> dict[str, Mapping[str, Any]]:
     return {row["name"]: row for row in _core.shared_setting_table()}
 
 
+GivenCurve = tuple[int, int, list[float]]
+GivenSwing = tuple[int, list[float], list[float], list[float], list[float]]
+GivenShaper = tuple[int, list[float], list[float]]
+GivenLift = tuple[list[float], GivenCurve, GivenCurve, GivenSwing | None, GivenShaper | None]
+Given = tuple[list[float], GivenLift, GivenLift, int]
+"""As the core takes them: both lifts' numbers, the free lift, the main lift, the word."""
+
+
 @dataclass(frozen=True)
 class Controller:
     """Settings of a controller, immutable and checked by the core.
@@ -131,9 +139,13 @@ class Controller:
     """The same controller as the core holds it: integers."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "core", _core.Controller(*self.given))
+
+    @property
+    def given(self) -> Given:
+        """Everything as the core takes it."""
         shared = _ordered("shared", self.shared, shared_settings())
-        free, main = _given("free", self.free), _given("main", self.main)
-        object.__setattr__(self, "core", _core.Controller(shared, free, main, self.word))
+        return shared, _given("free", self.free), _given("main", self.main), self.word
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> Controller:
@@ -254,14 +266,16 @@ def _ordered(
     return [numbers[name].value for name in known]
 
 
-def _given(name: str, lift: LiftSettings) -> tuple[Any, ...]:
+def _given(name: str, lift: LiftSettings) -> GivenLift:
     swing, shaper = lift.swing, lift.shaper
     return (
         _ordered(name, lift.numbers, lift_settings()),
         (lift.table.first, lift.table.spacing, lift.table.values),
         (lift.ratio.first, lift.ratio.spacing, lift.ratio.values),
-        swing and (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
-        shaper and (shaper.spacing, shaper.delay_s, shaper.share),
+        None
+        if swing is None
+        else (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
+        None if shaper is None else (shaper.spacing, shaper.delay_s, shaper.share),
     )
 
 

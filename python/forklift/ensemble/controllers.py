@@ -5,24 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from forklift.control.controller import Controller, LiftSettings, Number, lift_settings, shared_settings
+from forklift.control.controller import (
+    Controller,
+    Given,
+    LiftSettings,
+    Number,
+    lift_settings,
+    shared_settings,
+)
 from forklift.recordings.channels import Lift, Lifts
 
-GivenCurve = tuple[int, int, list[float]]
-GivenSwing = tuple[int, list[float], list[float], list[float], list[float]]
-GivenShaper = tuple[int, list[float], list[float]]
-GivenLift = tuple[list[float], GivenCurve, GivenCurve, GivenSwing | None, GivenShaper | None]
-GivenController = tuple[list[float], GivenLift, GivenLift, int]
-"""As the core takes them."""
 
-
-def given(controller: Controller, lifts: Lifts) -> GivenController:
-    """Of one lift alone the reference is all its own."""
-    if lifts != "both":
-        controller = controller.only(lifts)
-    shared = [controller.shared[name].value for name in shared_settings()]
-    free, main = (_lift(controller, lift) for lift in get_args(Lift))
-    return shared, free, main, controller.word
+def given(controller: Controller, lifts: Lifts) -> Given:
+    """As the core takes it; of one lift alone the reference is all its own."""
+    return (controller if lifts == "both" else controller.only(lifts)).given
 
 
 def to_data(controller: Controller) -> dict[str, Any]:
@@ -55,15 +51,3 @@ def value(controller: Controller, name: str) -> float:
     part, _, setting = name.partition(".")
     numbers = controller.shared if part == "shared" else getattr(controller, part).numbers
     return float(numbers[setting].value)
-
-
-def _lift(controller: Controller, lift: Lift) -> GivenLift:
-    settings = getattr(controller, lift)
-    swing, shaper = settings.swing, settings.shaper
-    return (
-        [settings.numbers[name].value for name in lift_settings()],
-        (settings.table.first, settings.table.spacing, settings.table.values),
-        (settings.ratio.first, settings.ratio.spacing, settings.ratio.values),
-        swing and (swing.spacing, swing.frequency_hz, swing.damping, swing.gain_mm_s_per_bar, swing.lead_deg),
-        shaper and (shaper.spacing, shaper.delay_s, shaper.share),
-    )
