@@ -28,7 +28,7 @@ from forklift.plant.forklift.physical import physical
 from forklift.plant.forklift.ports import lift_of
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.signals import PREDICTED, signals
-from forklift.plant.forklift.simulate import mean_temperature, predict
+from forklift.plant.forklift.simulate import first_temperature, mean_temperature, predict
 from forklift.plant.forklift.speed_table import SpeedTable, speed_to_current
 from forklift.plant.forklift.splits import splits
 from forklift.plant.forklift.tables import outputs
@@ -246,11 +246,11 @@ class ForkliftSubject(Forklift):
 
     def conditions(self, recording: Recording, found: Mapping[str, float]) -> Mapping[str, float]:
         """Load on the forks [kg] and mean oil temperature [°C]."""
-        entered = mean_temperature(recording, self.oil_temperature_degc)
-        return {
-            "load_kg": found.get("load", recording.load_kg),
-            "oil_temperature_degc": entered + found.get("oil_temperature", 0.0),
-        }
+        temperature = mean_temperature(recording, self.oil_temperature_degc)
+        if "oil_temperature" in found:
+            at_first = first_temperature(recording, self.oil_temperature_degc) + found["oil_temperature"]
+            temperature = at_first + 0.5 * found.get("oil_warming", 0.0)
+        return {"load_kg": found.get("load", recording.load_kg), "oil_temperature_degc": temperature}
 
     def states(self, recording: Recording, outputs: Mapping[str, Floats]) -> Mapping[str, Floats]:
         """Positions, velocities and pressures of both lifts."""
