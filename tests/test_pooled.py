@@ -1,4 +1,4 @@
-"""Recordings held out that reach beyond those that were fitted: one machine for all of them is no mismatch."""
+"""Recordings held out that reach beyond those fitted: one machine for all of them is no mismatch."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from forklift.diagnosis.refit import Refitter
 from test_astray import TIME, Recording, ringing, slopes
 
 START, TRUE, NOISE, SHORT = 8.5, 9.0, 0.3, 24
-"""Angular frequencies [rad/s]; the noise; how many samples of a recording are fitted. In so short a time the phase
-hardly turns: what the fit does not know of the frequency is radians at the end of a whole recording."""
+"""Angular frequencies [rad/s]; the noise; how many samples of a recording are fitted. In so short a time the
+phase hardly turns: what the fit does not know of the frequency is radians at the end of a whole recording."""
 
 
 def formula(parameters: np.ndarray) -> np.ndarray:
