@@ -185,7 +185,7 @@ class Forklift:
     def case(self, recording: Recording, sensors: Mapping[str, Sensor]) -> Case:
         """A recording with what is unknown about its conditions.
 
-        The oil temperature is the mean of the recording's, the start what the first second's first sample
+        The oil temperature is what was read in the recording's first second, the start what its first sample
         tells.
         """
         truck = self.truck
