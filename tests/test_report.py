@@ -23,7 +23,7 @@ from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.page import html
 from forklift.report.tables import mean_square, percent
 from forklift.report.traces import decimate, replays
-from pages import FETCHING, ROOMY_BYTES, Text, drawn
+from pages import FETCHING, ROOMY_BYTES, Text, drawn, in_a_notebook
 
 WORDS = ForkliftWords()
 
@@ -307,7 +307,7 @@ def test_nothing_from_a_file_reaches_the_page_unescaped(leak):
     assert "<script>alert" not in page
     assert "<b>'" not in page
     assert page.count("</script>") == diagnosis_page(leak).count("</script>")
-    assert "<script>alert" not in other._repr_html_()
+    assert "<script>alert" not in in_a_notebook(other)
 
 
 def test_no_mismatch_is_said_as_plainly():
@@ -325,7 +325,7 @@ def test_notebooks_get_a_short_table(leak, null_fit):
         (null_fit, null_fit.verdict[0]),
         (null_fit.after, null_fit.after.verdict[0]),
     ):
-        shown = result._repr_html_()
+        shown = in_a_notebook(result)
         assert len(shown) < 5_000
         assert "<script" not in shown
         text = Text(shown)
