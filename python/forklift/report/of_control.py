@@ -19,8 +19,6 @@ COLOURS = ("@before", "@measured", "@after")
 """Of the controllers in their order; further ones begin anew."""
 DASHES = ("solid", "dash", "longdash")
 """Of those that share a colour."""
-ASKED_M_S = 0.01
-"""Where a controller swings by more, there is something to damp."""
 
 
 def control_page(told: ControlComparison) -> str:
