@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from forklift.plant.subject import Words
 
 
-def verdict(comparison: Compared) -> tuple[str, ...]:
+def sentences(comparison: Compared) -> tuple[str, ...]:
     """Of each part its headlines, or why there is none."""
     machine = comparison.machine
     driven = {part for one in comparison.predictions for part in machine.driven(one.recording)}

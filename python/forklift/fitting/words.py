@@ -18,7 +18,7 @@ MORE = 1.5
 """Recordings of one operating point are told if they hold so many times their share of what is left over."""
 
 
-def verdict(fit: Fitted) -> tuple[str, ...]:
+def sentences(fit: Fitted) -> tuple[str, ...]:
     """All sentences, the most important first."""
     said = [_interrupted(fit)] if fit.interrupted else []
     said += [_part(fit, part) for part in fit.parts]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def comparison_page(comparison: Comparison) -> str:
     """The page of a comparison."""
-    said, origin, machine = comparison.verdict, comparison.origin, comparison.machine
+    said, origin, machine = comparison.sentences, comparison.origin, comparison.machine
     channels = [channel for _, channel in comparison.headlines]
     return page.html(
         Page(

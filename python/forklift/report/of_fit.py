@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def fit_page(fit: Fit) -> str:
     """The page of a fit."""
-    said = fit.verdict
+    said = fit.sentences
     return page.html(
         Page(
             f"{capital(fit.origin.title)} fitted from {fit.machine.name}",
@@ -161,7 +161,7 @@ def _mean_squares(fit: Fit) -> Table:
 
 
 def _doubts(fit: Fit) -> Section:
-    blocks: list[Block] = [Points(fit.verdict[1:])] if fit.verdict[1:] else []
+    blocks: list[Block] = [Points(fit.sentences[1:])] if fit.sentences[1:] else []
     blocks += [*_profiles(fit), charts.correlations([one.name for one in fit.unknowns], fit.knowledge)]
     blocks += [_sensors(fit), *_starts(fit)]
     return Section(
