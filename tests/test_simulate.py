@@ -226,7 +226,7 @@ def test_only_the_first_second_tells_the_start(thesis, missing, start):
 
 
 def test_forks_move_as_far_as_the_core_says():
-    both = Command.of_samples(50.0, free=np.full(101, 0.7), main=np.full(101, 0.7))
+    both = Command.of_samples(50.0, free=np.full(201, 0.9), main=np.full(201, 0.9))
     run = simulate("thesis", both, load_kg=800, oil_temperature_degc=40)
     forks = run["fork_height_m"] - run["fork_height_m"][0]
     for head, factors in (
