@@ -401,7 +401,7 @@ def test_a_negative_fit_is_said_to_be_worse_than_the_mean(campaign, thesis):
     channels = dict(first.channels) | {"pressure_free_pa": 9e6 - first.channels["pressure_free_pa"]}
     odd = Recording("n.csv", "free", 800.0, "validate", first.time_s, channels)
     (sentence,) = compare(Campaign("odd", 50.0, (odd,)), thesis).sentences
-    assert "pressure_free_pa in n.csv, with an NRMSE fit of -" in sentence
+    assert "pressure of the free lift in n.csv, with an NRMSE fit of -" in sentence
     assert "%, worse than its mean (RMSE" in sentence
 
 

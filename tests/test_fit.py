@@ -144,7 +144,7 @@ def test_the_velocity_of_null_fits(null_replays):
 
 def test_the_fit_says_of_null_what_its_replays_show(null_fit, null_replays):
     assert null_fit.complete
-    assert "explains all 6 validate recordings to the sensors' noise" in null_fit.sentences[0]
+    assert "explains all 6 held-out recordings to the sensors' noise" in null_fit.sentences[0]
     judged = {(found.file, found.channel): found for found in null_fit.held_out}
     for replay in null_replays:
         for channel in ANALOGUE:
@@ -227,7 +227,7 @@ def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatch
     share = 100.0 * squares[most] / sum(squares.values())
     of_time = 100.0 * samples[most] / sum(samples.values())
     assert by_phase.rstrip(".") == f"{share:.0f} % of {worst}'s in {most} ({of_time:.0f} % of the time)"
-    assert f"{len({one.file for one in bad})} of 6 validate recordings" in mismatched.sentences[0]
+    assert f"{len({one.file for one in bad})} of 6 held-out recordings" in mismatched.sentences[0]
 
 
 def test_ctrl_c_keeps_the_best_so_far():

@@ -80,7 +80,7 @@ def test_a_value_in_the_truck_says_its_interval_or_that_it_is_not_told(null_fit)
     omega = next(found for found in null_fit.knowledge.estimates if found.name == "free.valve.omega")
     assert f"95 % interval {omega.lower:.6g} to {omega.upper:.6g}" in sources["free.valve.omega"]
     assert null_fit.origin.sha256[:12] in sources["free.valve.omega"]
-    assert sources["free.viscosity.nu_0"].startswith("not told by campaign")
+    assert sources["free.viscosity.nu_0"].startswith("not identifiable from campaign")
     assert sources["main.valve.omega"] == null_fit.machine.truck.sources["main.valve.omega"]
 
 

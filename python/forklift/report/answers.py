@@ -108,7 +108,6 @@ def _tested(told: Mapping[str, Any]) -> Fact:
     tests, count = told["deficient"]["after"]["tests"], counts(told)
     failed = sum(test["failed"] for test in tests)
     screened = f"{considered_of(count)} (list below)."
-    open_ = _untold(count)
     if not failed:
         return Fact(
             "How sure is that?",
@@ -117,7 +116,6 @@ def _tested(told: Mapping[str, Any]) -> Fact:
                 "What is left over has the size of the sensors' noise, is as random, and depends on nothing "
                 "that was measured. A complete model passes all of them 99 times in 100.",
                 screened,
-                *open_,
             ],
         )
     explained = told["verdict"] == "no-mismatch"
@@ -136,7 +134,6 @@ def _tested(told: Mapping[str, Any]) -> Fact:
                 else "A complete model passes all of them 99 times in 100."
             ),
             screened,
-            *open_,
         ],
     )
 
@@ -244,8 +241,8 @@ def _unknown(found: Diagnosis) -> str:
         else "no variable tells most of it"
     )
     return (
-        f"Found without knowing any cause: beyond the fitted {words.noun}, something unseen acts on "
-        f"{words.place(best.port).name}{doubt}, and {told}."
+        f"Found without any hypothesis: an unknown input at {words.place(best.port).name}{doubt} would "
+        f"explain what the fitted {words.noun} does not, and {told}."
     )
 
 
@@ -447,8 +444,16 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         key=lambda one: one[0],
     )
     if not rivals:
-        needed = told["verdict"] != "no-mismatch"
-        none = "Nothing else that could be tested." if needed else "Nothing else was needed."
+        count = counts(told)
+        none = (
+            "Nothing else was needed."
+            if told["verdict"] == "no-mismatch"
+            else "Nothing that was begun keeps up with it."
+            if count["given_up"]
+            else "Nothing else promises enough."
+            if found.causes
+            else "Nothing that was tried explains it."
+        )
         return Fact(question, none, [*(_runner_up(found, told) if found.causes else []), *open_])
     alone = [
         f"The same by the catalogue's law alone leaves {number(cause.alone)} on average: its law is in "

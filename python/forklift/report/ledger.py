@@ -47,7 +47,8 @@ def counts(told: Mapping[str, Any]) -> dict[str, int]:
 def considered_of(count: Mapping[str, int]) -> str:
     """How many were considered, and how many of them fitted, in words."""
     given_up = f", {count['given_up']} begun and given up" if count["given_up"] else ""
-    return f"{count['considered']} hypotheses considered, {count['fitted']} of them fitted{given_up}"
+    fitted = count["fitted"] or "none"
+    return f"{count['considered']} hypotheses considered, {fitted} of them fitted{given_up}"
 
 
 def _fate(one: Mapping[str, Any]) -> str:
