@@ -81,8 +81,8 @@ def _part(fit: Fitted, part: str) -> str:
 
 def recordings_of(count: int, role: str) -> str:
     """``"6 held-out recordings"``: how many, and whether the model was fitted on them."""
-    kind = "held-out" if role == "validate" else "fitted"
-    return f"{count} {kind} recording{'s' * (count > 1)}"
+    kind = "held-out recording" if role == "validate" else "fitted recording"
+    return f"{count} {kind}{'s' * (count > 1)}"
 
 
 def _gain(fit: Fitted, part: str) -> Iterator[str]:
