@@ -104,7 +104,7 @@ def test_the_verdict_comes_first_and_then_the_short_answers(bent, told, said):
         f"bend.c = {value} 1/V (95 % interval {lower} to {upper})",
         "Where? At law, a law",
         "How sure is “it bends”?",
-        f"Of {len(told['hypotheses'])} hypotheses considered",
+        f"{len(told['hypotheses'])} hypotheses considered",
         "How much better does the model get? Left over",
         "What could it be instead?",
         "What to record next?",
