@@ -87,7 +87,7 @@ CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
 CONFIRMED = 5.0
 """Where nothing shows, and all recordings together have raised an alarm: how much better, in ln probability,
-they must foretell each other with a hypothesis. Those held out may be too few to tell, but must not
+they must predict each other with a hypothesis. Those held out may be too few to tell, but must not
 object."""
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
@@ -130,7 +130,7 @@ BEHIND = 2.0
 BOUND = 1e-3
 """In a prior's deviations: an unknown so near to its bound has gone to it."""
 CLEAR = 3.0
-"""An amplitude is there if it lies this many of its standard deviations from its quiet value."""
+"""An amplitude is there if it lies this many of its standard deviations from its null value."""
 
 # Where something acts, and of what it is a function.
 MEMORY = 2.0

@@ -17,7 +17,7 @@ from forklift.diagnosis.criteria import (
     MOST_PLACES,
     MOVES_AT_ALL,
 )
-from forklift.diagnosis.dependence import Shape, shapes
+from forklift.diagnosis.dependence import Dependence, dependences
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.screening import Screened, screen
@@ -157,10 +157,10 @@ def variables(problem: Problem, x: Floats, part: str, at: Sequence[Floats]) -> l
     ]
 
 
-def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Shape]:
+def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Dependence]:
     """An unknown input as a function of each variable, the best first."""
     early = refit.early
-    return shapes(found, variables(early.problem, early.x, part, found.centres))
+    return dependences(found, variables(early.problem, early.x, part, found.centres))
 
 
 def _ranges(found: Found, part: str) -> dict[str, tuple[float, float]]:
