@@ -96,3 +96,20 @@ def test_what_each_recording_has_of_its_own_no_other_foretells():
     # A column of each recording's own costs evidence where nothing is there.
     base, column, *_ = linear(3, 6, 0.0, own=True)
     assert base.loo_log_score([column]) < 0.0
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 5), st.floats(-3.0, 3.0), st.booleans(), st.booleans())
+def test_the_evidence_of_one_or_a_pair_is_the_ratio_of_the_densities_with_and_without(
+    seed, count, amplitude, own, pair
+):
+    base, column, mean, measured = linear(seed, count, amplitude, own=own)
+    columns = [column]
+    if pair:
+        blocks = [np.random.default_rng(seed + 1).normal(size=(len(one), 2)) for one in measured]
+        columns.append(_Column(cast(Hypothesis, "another"), blocks, False))
+    found = base.gain(list(base.project(columns).values()))
+    everyone = list(range(count))
+    want = log_density(base, columns, mean, measured, everyone) - log_density(
+        base, [], mean, measured, everyone
+    )
+    assert abs(found.evidence - want) < 1e-6 * max(1.0, abs(want))

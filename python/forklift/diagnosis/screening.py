@@ -160,7 +160,7 @@ def _probed(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stack
 
     What is quiet changes no bit of the model, nor of how it answers the others: several share a run.
     """
-    for group in _groups(problem, hypotheses):
+    for group in groups(problem, hypotheses):
         try:
             columns = _probe(problem, x, group, stack)
         except ForkliftError:
@@ -172,7 +172,7 @@ def _probed(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stack
                 yield from _probed(problem, x, [hypothesis], stack)
 
 
-def _groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
+def groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
     """In each those that have no unknown in common, with `TOGETHER` amplitudes at most.
 
     Physics of the whole machine joins its parts, which without it run one by one, and stands apart.
