@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from analytic import apart, unknown
-from forklift.diagnosis.hypothesis import with_hypotheses
-from forklift.diagnosis.screening import loo_log_score
+from forklift.diagnosis.hypothesis import carry, with_hypotheses
+from forklift.diagnosis.screening import loo_log_score, screen
 from forklift.plant.protocol import Addition, Hypothesis
 
 SHARED, OWN = ("a", "b", "c"), ("p", "q")
@@ -113,3 +113,44 @@ def test_a_hypothesis_that_moves_nothing_has_no_score():
     problem, x = drawn(1, 3, 0.0, COMMON)
     absent = Hypothesis("z", "physics", "", "", "", "z", Addition(values=(("z", 0.0),), free=(unknown("z"),)))
     assert np.isnan(loo_log_score(problem, x, [absent]))
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.integers(2, 5),
+    st.floats(-3.0, 3.0),
+    st.sampled_from([COMMON, OF_EACH]),
+)
+def test_the_evidence_is_the_ratio_of_the_densities_with_and_without(seed, count, amplitude, hypothesis):
+    problem, x = drawn(seed, count, amplitude, hypothesis)
+    everyone = set(range(count))
+    want = log_density(*with_effect(problem, x, hypothesis), everyone) - log_density(problem, x, everyone)
+    assert screen(problem, x, [hypothesis]).ranked[0].evidence == pytest.approx(want, rel=1e-6, abs=1e-6)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-3.0, 3.0))
+def test_the_gain_of_a_pair_is_what_one_linear_step_of_everything_takes_off(seed, amplitude):
+    random = np.random.default_rng(seed)
+    names = ("a", "b", "e", "f")
+    matrices = [{name: random.normal(size=15) for name in names} for _ in range(3)]
+    measured = [columns["a"] + amplitude * columns["e"] + random.normal(size=15) for columns in matrices]
+    problem = apart(matrices, measured, ("a", "b"), (), known=("e", "f"))
+    added = {name: Addition(values=((name, 0.0),), free=(unknown(name),)) for name in ("e", "f")}
+    both = [Hypothesis(name, "physics", name, "", "", name, given) for name, given in added.items()]
+    x = 0.5 * random.normal(size=problem.starts[-1])
+    wider = with_hypotheses(problem, both)
+    at = carry(x, problem, wider)
+    order = [unknown.name for unknown in wider.unknowns]
+    rows = np.vstack([slopes for one in wider.linearise(at) for slopes in one.jacobian.values()])
+    residual = np.concatenate([left for one in wider.linearise(at) for left in one.residual.values()])
+    rho, slope = wider.prior(at)
+    slope[[order.index("e"), order.index("f")]] = 1.0  # an amplitude's prior is normal
+
+    def taken_off(columns):
+        normal = rows[:, columns].T @ rows[:, columns] + np.diag(slope[columns] ** 2)
+        gradient = rows[:, columns].T @ residual + (slope * rho)[columns]
+        return 0.5 * gradient @ np.linalg.solve(normal, gradient)
+
+    without = [order.index("a"), order.index("b")]
+    (pair,) = screen(problem, x, both).pairs
+    assert pair.gain == pytest.approx(taken_off([0, 1, 2, 3]) - taken_off(without), rel=1e-6, abs=1e-6)

@@ -131,6 +131,15 @@ class Case:
     ) -> Case: ...
 
 @final
+class Responses:
+    """How a recording answers hats over time at ports."""
+
+    @property
+    def directions(self) -> int:
+        """Along how many the runs were differentiated."""
+    def at(self, port: str) -> _Floats:
+        """Derivatives (n, outputs, hats) along the hats at one of the ports."""
+
 class Truck:
     """A truck's parameters, checked against the tables; its effects are those whose parameters are given."""
 
@@ -164,6 +173,18 @@ class Truck:
         substeps: int = ...,
     ) -> list[tuple[_Floats, _Floats]]:
         """Per case outputs (n, outputs) and derivatives (n, outputs, directions)."""
+
+    def hat_responses(
+        self,
+        case: Case,
+        unknowns: _Floats,  # as of responses
+        ports: Sequence[str],
+        centres: _Floats,  # (hats,) s, a width apart
+        width: float,
+        *,
+        substeps: int = ...,
+    ) -> Responses:
+        """The same for hats side by side, from one run for all of them, fixed steps."""
 
     def responses(
         self,

@@ -297,6 +297,8 @@ pub trait Physics<S: Scalar>: Clone {
     /// Told by the fast path before each substep: the time in its middle [s].
     #[inline(always)]
     fn at_time(&mut self, _t: f64) {}
+    /// Moves unknown inputs, which stand in pairs: the first of each to one centre [s], the second to the other.
+    fn move_inputs(&mut self, _centres: [f64; 2]) {}
     /// How much later each lift's command reaches its valve [s]; None: none does.
     fn delays<const L: usize>(&self) -> Option<[S; L]> {
         None
@@ -412,6 +414,13 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             let share = 1.0 - ((t - input.centre) / input.width).abs();
             if share > 0.0 {
                 self.pushed[input.place].push(input.port, S::constant(share) * input.height);
+            }
+        }
+    }
+    fn move_inputs(&mut self, centres: [f64; 2]) {
+        for pair in self.inputs.chunks_exact_mut(2) {
+            for (input, centre) in pair.iter_mut().zip(centres) {
+                input.centre = centre;
             }
         }
     }

@@ -4,6 +4,7 @@ use hydro_core::error::Error;
 use hydro_core::mast::LiftName;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::ports::PORTS;
+use hydro_core::run::responses::{Hats, Responses};
 use hydro_core::run::sensitivity::{self, differentiate_all, Case, Direction, Input};
 use hydro_core::run::Inputs;
 use hydro_core::truck::Truck;
@@ -86,6 +87,68 @@ fn port(name: &str) -> Option<(LiftName, usize)> {
     Some((lift, PORTS.iter().position(|known| known.name == port)?))
 }
 
+/// How one recording answers hats over time at ports.
+#[pyclass(name = "Responses", module = "forklift._core", frozen)]
+pub struct PyResponses {
+    found: Responses,
+    times: usize,
+    hats: usize,
+}
+
+#[pymethods]
+impl PyResponses {
+    /// Along how many the runs were differentiated.
+    #[getter]
+    fn directions(&self) -> usize {
+        self.found.directions()
+    }
+
+    /// Derivatives of the outputs along the hats at a port: (times, outputs, hats).
+    fn at<'py>(&self, py: Python<'py>, port: &str) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let (lift, place) = known(py, port)?;
+        let found = py.detach(|| self.found.at(lift, place)).ok_or_else(|| no_port(py, port))?;
+        found.into_pyarray(py).reshape([self.times, OUTPUTS.len(), self.hats])
+    }
+}
+
+fn no_port(py: Python<'_>, name: &str) -> PyErr {
+    let requirement = "a lift and one of its ports, such as free.force".into();
+    raise(py, &Error::Argument { name: "ports".into(), value: name.into(), requirement })
+}
+
+fn known(py: Python<'_>, name: &str) -> PyResult<(LiftName, usize)> {
+    port(name).ok_or_else(|| no_port(py, name))
+}
+
+fn wide(py: Python<'_>, width: f64) -> PyResult<f64> {
+    if width > 0.0 && width.is_finite() {
+        return Ok(width);
+    }
+    let requirement = "above 0 s and finite".into();
+    Err(raise(py, &Error::Argument { name: "width".into(), value: width.to_string(), requirement }))
+}
+
+/// How one case answers hats over time, each of which begins and ends at the tops of its neighbours.
+#[allow(clippy::too_many_arguments)] // keyword arguments in Python
+pub fn hat_responses(
+    py: Python<'_>,
+    truck: &Truck,
+    case: &PyCase,
+    unknown: &PyReadonlyArray1<'_, f64>,
+    ports: &[String],
+    centres: &PyReadonlyArray1<'_, f64>,
+    width: f64,
+    substeps: usize,
+) -> PyResult<PyResponses> {
+    let hats = Hats { centres: centres.as_array().to_vec(), width: wide(py, width)? };
+    let asked = ports.iter().map(|name| known(py, name)).collect::<PyResult<Vec<_>>>()?;
+    let run = case.at(&unknown.as_array().to_vec()).map_err(|error| raise(py, &error))?;
+    let interrupt = || Python::attach(|py| py.check_signals().is_err());
+    let found = py.detach(|| Responses::new(truck, &run, substeps, &asked, &hats, &interrupt));
+    let found = found.map_err(|error| raise(py, &error))?;
+    Ok(PyResponses { found, times: case.time.len(), hats: hats.centres.len() })
+}
+
 /// Derivatives of one case's outputs along hats over time at ports: (times, outputs, ports, centres).
 #[allow(clippy::too_many_arguments)] // keyword arguments in Python
 pub fn responses<'py>(
@@ -98,24 +161,17 @@ pub fn responses<'py>(
     width: f64,
     substeps: usize,
 ) -> PyResult<Bound<'py, PyArray4<f64>>> {
-    let fail = |error: Error| raise(py, &error);
-    let argument = |name: &str, value: String, requirement: &str| {
-        fail(Error::Argument { name: name.into(), value, requirement: requirement.into() })
-    };
-    if width <= 0.0 || !width.is_finite() {
-        return Err(argument("width", width.to_string(), "above 0 s and finite"));
-    }
+    let width = wide(py, width)?;
     let mut along = Vec::new();
     let centres = centres.as_array();
     for name in ports {
-        let Some((lift, port)) = port(name) else {
-            return Err(argument("ports", name.clone(), "a lift and one of its ports, such as free.force"));
-        };
+        let (lift, port) = known(py, name)?;
         along.extend(centres.iter().map(|&centre| Direction::Input(Input { lift, port, centre, width })));
     }
-    let run = case.at(&unknown.as_array().to_vec()).map_err(fail)?;
+    let run = case.at(&unknown.as_array().to_vec()).map_err(|error| raise(py, &error))?;
     let interrupt = || Python::attach(|py| py.check_signals().is_err());
-    let found = py.detach(|| sensitivity::differentiate(truck, &run, substeps, &along, &interrupt)).map_err(fail)?;
+    let found = py.detach(|| sensitivity::differentiate(truck, &run, substeps, &along, &interrupt));
+    let found = found.map_err(|error| raise(py, &error))?;
     found.derivatives.into_pyarray(py).reshape([case.time.len(), OUTPUTS.len(), ports.len(), centres.len()])
 }
 

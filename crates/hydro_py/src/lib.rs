@@ -18,6 +18,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<truck::PyTruck>()?;
     m.add_class::<case::PyCase>()?;
+    m.add_class::<case::PyResponses>()?;
     ensemble::register(m)?;
     tables::register(m)?;
     control::register(m)?;

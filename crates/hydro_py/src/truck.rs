@@ -11,7 +11,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods,
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::case::{self, PyCase};
+use crate::case::{self, PyCase, PyResponses};
 use crate::errors::raise;
 use crate::steady;
 
@@ -199,6 +199,21 @@ impl PyTruck {
         substeps: usize,
     ) -> PyResult<Vec<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>)>> {
         case::differentiate(py, &self.0, &cases, &unknowns, &directions, substeps)
+    }
+
+    #[pyo3(signature = (case, unknowns, ports, centres, width, *, substeps=Solver::DEFAULT_SUBSTEPS))]
+    #[allow(clippy::too_many_arguments)] // keyword arguments in Python
+    fn hat_responses(
+        &self,
+        py: Python<'_>,
+        case: PyRef<'_, PyCase>,
+        unknowns: PyReadonlyArray1<'_, f64>,
+        ports: Vec<String>,
+        centres: PyReadonlyArray1<'_, f64>,
+        width: f64,
+        substeps: usize,
+    ) -> PyResult<PyResponses> {
+        case::hat_responses(py, &self.0, &case, &unknowns, &ports, &centres, width, substeps)
     }
 
     #[pyo3(signature = (case, unknowns, ports, centres, width, *, substeps=Solver::DEFAULT_SUBSTEPS))]

@@ -1,6 +1,6 @@
 """What could stand for an explanation that was accepted: hypotheses with the same effect on these recordings.
 
-Of an accepted hypothesis the whole effect d on what the model says is taken, of every other the first step c
+Of an accepted hypothesis the whole effect d on what the model says is taken, of every other the derivative c
 where the accepted one is absent (where it acts, an input's gain scales it too, and looks like it).
 With J how the model's other unknowns move it, all in units of the weights, a hypothesis stands for the
 accepted one as far as it takes away what the unknowns alone leave of d:
@@ -12,7 +12,7 @@ To first order, and whatever was measured: it is a property of the experiment, n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,11 +23,10 @@ from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import STANDS
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.screening import groups
 from forklift.fitting.interface import Problem
 from forklift.plant.protocol import Hypothesis
 
-STEP = 1e-3
-"""Of the other's amplitude, in its prior's deviations."""
 ABSORBED = 1e-4
 """An effect of which the model's own unknowns leave less than this share is confounded with them alone."""
 
@@ -72,10 +71,7 @@ def _of(refit: Refit, hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> l
     if square <= ABSORBED * float(effect @ effect):
         return []
     best: dict[str, Confounded] = {}
-    for other in others:
-        column = _column(problem, absent, other)
-        if column is None:
-            continue
+    for other, column in _columns(problem, absent, others):
         left = column - basis @ (basis.T @ column)
         size = float(left @ left)
         if size <= ABSORBED * float(column @ column):
@@ -97,17 +93,31 @@ def _ends(problem: Problem, other: Hypothesis) -> tuple[float, float]:
     )
 
 
-def _column(problem: Problem, x: Floats, other: Hypothesis) -> Floats | None:
-    """The first step of another hypothesis, in the accepted one's place."""
-    more = with_hypotheses(problem, [other])
-    ahead = carry(x, problem, more)
-    start = _said(more, ahead)
-    ahead[[unknown.name for unknown in more.unknowns].index(str(other.amplitude))] += STEP
+def _columns(
+    problem: Problem, x: Floats, others: Sequence[Hypothesis]
+) -> Iterator[tuple[Hypothesis, Floats]]:
+    """Of every other hypothesis that moves anything, how what the model says answers it in the accepted one's
+    place: exact derivatives, several in one run."""
+    for group in groups(problem, others):
+        found = _derived(problem, x, group)
+        if found is None and len(group) > 1:  # one of them has no answer
+            for other in group:
+                yield from _columns(problem, x, [other])
+        for other, column in zip(group, found or (), strict=False):
+            if np.any(column):
+                yield other, column
+
+
+def _derived(problem: Problem, x: Floats, group: Sequence[Hypothesis]) -> list[Floats] | None:
+    more = with_hypotheses(problem, group)
+    names = [str(other.amplitude) for other in group]
+    held, at = more.with_fixed(carry(x, problem, more), names, conditions=False)
+    known = [unknown.name for unknown in held.unknowns]
     try:
-        column = (_said(more, ahead) - start) / STEP
+        slopes = _slopes(held, at)[:, [known.index(name) for name in names]]
     except ForkliftError:
         return None
-    return column if np.any(column) else None
+    return list(slopes.T) if np.isfinite(slopes).all() else None
 
 
 def _said(problem: Problem, x: Floats) -> Floats:

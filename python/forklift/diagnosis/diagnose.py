@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from forklift.base.threads import on_one_thread
 from forklift.diagnosis import files, sentences
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import confounded
@@ -43,6 +44,7 @@ can be reached, since what one law of another shape leaves over invites a second
 machine whose model never reaches it: several effects are the rule there, and a second seldom halves it."""
 
 
+@on_one_thread
 def diagnose(
     machine: Any,
     recordings: Any,
@@ -117,9 +119,9 @@ def diagnose(
     with clock.stage("choosing the next recording"):
         proposed = propose(model, kept, selection, named, stands, findings, refitter)
     with clock.stage("simulating before and after"):
-        before, after = (
-            _agreement(refitter, refit, model, kept) for refit in (selection.baseline, selection.final)
-        )
+        before = after = _agreement(refitter, selection.baseline, model, kept)
+        if selection.final is not selection.baseline:
+            after = _agreement(refitter, selection.final, model, kept)
     said = verdict(selection, named, hopeless=bool(findings.unexcited))
     where = (
         None
@@ -167,10 +169,10 @@ def _evidence(
     pieces = [piece for one in recordings for piece in model.pieces(one)]
     encoders = {channel for channel, sensor in every.items() if sensor.count}
     with clock.stage("testing what is left over"):
-        tested = [
-            deficiency(refit.judged, model.covariates(pieces, refit.judged, every), encoders)
-            for refit in (baseline, final)
-        ]
+        tested = {
+            refit: deficiency(refit.judged, model.covariates(pieces, refit.judged, every), encoders)
+            for refit in dict.fromkeys((baseline, final))
+        }
         left = shares(
             baseline.judged,
             {(one.file, name): model.rate_hz(one, name) for one in pieces for name in model.measured(one)},
@@ -181,7 +183,7 @@ def _evidence(
         parts = model.splits([one.recording for one in final.found.problem.samples])
         amplitudes = [one.amplitude for one in final.hypotheses if one.amplitude and one.kind != "unknown"]
         agree = tuple(found for name in amplitudes for found in regimes(final, name, parts))
-    return (tested[0], tested[1]), left, agree
+    return (tested[baseline], tested[final]), left, agree
 
 
 def _location(

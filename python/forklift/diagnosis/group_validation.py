@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from forklift.base.threads import one_thread
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import FINE, Refit, Refitter
 from forklift.fitting.interface import Problem
-from forklift.fitting.search import STAGES, Found
+from forklift.fitting.search import Found
 
-OWN_NOISE = STAGES[2:3]
-"""From where the selection ended, at the sensors' own noise."""
+OWN_NOISE = FINE[:1]
+"""From where the selection ended, with the stage that led there: what a model misses clearly, no further step
+removes, and a stage without an end for that goes on through all its evaluations."""
 FEWEST = 2
 """Groups without which nothing can be left out."""
 FAR = 4.0

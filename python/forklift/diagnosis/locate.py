@@ -28,6 +28,7 @@ from forklift.diagnosis.criteria import MEMORY
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.linearised import Linearised
+from forklift.plant.protocol import Responses
 
 SIZES = tuple(float(size) for size in 10.0 ** np.arange(-4.0, 3.1, 0.5))
 """a, in units in which the port's whole response has unit mean square."""
@@ -90,11 +91,22 @@ def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], width_s: f
         for k, (sample, run) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
     ]
 
+    inner = [port for port in ports if port not in noise]
+
+    def asked(k: int) -> Responses:
+        return problem.respond(x, k, inner, known[k].centres, width_s)
+
     def part(k: int, port: str) -> _Part:
-        return _with_input(known[k], _rows(problem, x, k, port, known[k].centres, noise, width_s), width_s)
+        sample, centres = problem.samples[k], known[k].centres
+        if port in noise:
+            rows = _of_sensor(sample, port, centres, noise, width_s)
+        else:
+            rows = _of_port(sample, answers[k].at(port), noise)
+        return _with_input(known[k], rows, width_s)
 
     found = []
     with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
+        answers = list(pool.map(asked, range(len(known))))
         for port in ports:
             parts = list(pool.map(partial(part, port=port), range(len(known))))
             answer = _best(port, parts, problem.starts[-1])
@@ -127,29 +139,24 @@ def _known(
     return _Known(place, rows, rest, rows.T @ rows, rows.T @ rest, centres)
 
 
-def _rows(
-    problem: Problem,
-    x: Floats,
-    k: int,
-    port: str,
-    centres: Floats,
-    noise: dict[str, float],
-    width_s: float,
+def _of_sensor(
+    sample: Sample, channel: str, centres: Floats, noise: Mapping[str, float], width_s: float
 ) -> Floats:
-    """(samples of all channels, hats) scaled by the sensors' noise."""
-    sample = problem.samples[k]
-    if port in noise:
-        time = sample.recording.time_s
-        hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - centres) / width_s)
-        return np.vstack(
-            [
-                rounded(seen.sensor, hats[seen.rows] / noise[port])
-                if seen.sensor.channel == port
-                else np.zeros((len(seen.rows), len(centres)))
-                for seen in sample.observed
-            ]
-        )
-    answers = problem.respond(x, k, port, centres, width_s)
+    """(samples of all channels, hats) scaled by the sensors' noise: hats on a channel's own signal."""
+    time = sample.recording.time_s
+    hats = np.maximum(0.0, 1.0 - np.abs(time[:, None] - centres) / width_s)
+    return np.vstack(
+        [
+            rounded(seen.sensor, hats[seen.rows] / noise[channel])
+            if seen.sensor.channel == channel
+            else np.zeros((len(seen.rows), len(centres)))
+            for seen in sample.observed
+        ]
+    )
+
+
+def _of_port(sample: Sample, answers: Floats, noise: Mapping[str, float]) -> Floats:
+    """The same of answers to hats at a port."""
     return np.vstack(
         [
             rounded(seen.sensor, answers[seen.rows, seen.column] / noise[seen.sensor.channel])

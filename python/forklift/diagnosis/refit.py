@@ -401,12 +401,18 @@ class Refitter:
         )
         x = np.zeros(problem.starts[-1])
         x[: len(problem.unknowns)] = told.x[: len(problem.unknowns)]
+        others = []  # those held out begin at what was entered
         for k, sample in enumerate(problem.samples):
-            for j, fitted in enumerate(told.problem.samples):
-                if fitted.recording is sample.recording:
-                    x[problem.columns(k)] = told.x[told.problem.columns(j)]
-        if any(len(sample.free) for sample in problem.samples):
-            x = sought(problem, x)  # those held out begin at what was entered
+            fitted = [one.recording is sample.recording for one in told.problem.samples]
+            if any(fitted):
+                x[problem.columns(k)] = told.x[told.problem.columns(fitted.index(True))]
+            elif len(sample.free):
+                others.append(k)
+        if others:
+            held = problem.over([problem.samples[k] for k in others])
+            found = sought(held, held.at(x))
+            for j, k in enumerate(others):
+                x[problem.columns(k)] = found[held.columns(j)]
         stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
         return self.search(problem, x, (stage,))
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -94,15 +95,15 @@ class _Column:
 def screen(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], most: int = 8) -> Screening:
     """Every hypothesis at x, and the pairs of the `most` most promising."""
     base, columns = _linear(problem, x, hypotheses)
-    known = {column.hypothesis for column in columns}
+    known = base.project(columns) if columns else {}
     untestable = [hypothesis for hypothesis in hypotheses if hypothesis not in known]
-    ranked = sorted((base.gain([column]) for column in columns), key=lambda found: -found.gain)
+    ranked = sorted((base.gain([one]) for one in known.values()), key=lambda found: -found.gain)
     first = {found.hypotheses[0].label: found for found in reversed(ranked)}  # the best under each label
     singles = sorted(first.values(), key=lambda found: -found.gain)
     best = {found.hypotheses[0] for found in singles[:most]}
     pairs = [
-        base.gain(list(pair))
-        for pair in combinations([column for column in columns if column.hypothesis in best], 2)
+        base.gain(pair)
+        for pair in combinations([one for hypothesis, one in known.items() if hypothesis in best], 2)
     ]
     pairs.sort(key=lambda found: -found.gain)
     told = {found.hypotheses[0].label for found in singles}
@@ -159,7 +160,7 @@ def _probed(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stack
 
     What is quiet changes no bit of the model, nor of how it answers the others: several share a run.
     """
-    for group in _groups(problem, hypotheses):
+    for group in groups(problem, hypotheses):
         try:
             columns = _probe(problem, x, group, stack)
         except ForkliftError:
@@ -171,7 +172,7 @@ def _probed(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stack
                 yield from _probed(problem, x, [hypothesis], stack)
 
 
-def _groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
+def groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
     """In each those that have no unknown in common, with `TOGETHER` amplitudes at most.
 
     Physics of the whole machine joins its parts, which without it run one by one, and stands apart.
@@ -230,8 +231,26 @@ def _wider(problem: Problem, refit: Problem, k: int) -> int:
     return int(np.flatnonzero(now > was)[0])
 
 
+@dataclass(frozen=True)
+class _Projected:
+    """What a hypothesis has in common with the unknowns of a linear problem, see `_Base`."""
+
+    column: _Column
+    cross: Floats
+    """Jᵀc."""
+    taken: Floats
+    """N⁻¹Jᵀc."""
+    pull: Floats
+    """h."""
+
+
 class _Base:
-    """The normal equations without hypotheses, and what hypotheses add to them."""
+    """The normal equations without hypotheses, and what hypotheses add to them.
+
+    With N the normal equations without and g their gradient, c the columns that hypotheses add, all other
+    unknowns projected off these leave M = cᵀc + I − (cᵀJ) N⁻¹ (Jᵀc) and h = cᵀr − (cᵀJ) N⁻¹ g: a few
+    numbers each. They give the gain ½ hᵀM⁻¹h, the step −M⁻¹h and the deviations.
+    """
 
     def __init__(self, problem: Problem, x: Floats, residual: list[Floats], jacobian: list[Floats]) -> None:
         rho, slope = problem.prior(x)
@@ -253,25 +272,57 @@ class _Base:
         normal = eye + (self.normal - self.own_prior) / together
         return -(self.cost - self.alone) / together - 0.5 * float(np.linalg.slogdet(normal)[1])
 
-    def gain(self, columns: Sequence[_Column]) -> Screened:
+    def project(self, columns: Sequence[_Column]) -> dict[Hypothesis, _Projected]:
+        """What each hypothesis has in common with the unknowns, worked out for all of them at once."""
+        widths = self._widths(columns)
+        ends = np.cumsum([0, *widths])
+        cross, pull = np.zeros((len(self.gradient), ends[-1])), np.zeros(ends[-1])
+        for k, (place, own, rest) in enumerate(zip(self.places, self.jacobian, self.residual, strict=True)):
+            at = self._taken(columns, ends, k)
+            blocks = np.hstack([one.blocks[k] for one in columns])
+            cross[np.ix_(place, at)] += own.T @ blocks
+            pull[at] += blocks.T @ rest
+        solved = np.linalg.solve(self.normal, np.column_stack([cross, self.gradient]))
+        taken, alone = solved[:, :-1], solved[:, -1]
+        return {
+            one.hypothesis: _Projected(
+                one, cross[:, part], taken[:, part], pull[part] - cross[:, part].T @ alone
+            )
+            for one, part in zip(columns, map(slice, ends, ends[1:]), strict=True)
+        }
+
+    def gain(self, several: Sequence[_Projected]) -> Screened:
         """What these hypotheses together take off the cost, beyond what a step without them would."""
-        normal, gradient, _ = self._beside(columns)
-        first, amplitudes, deviations = len(self.gradient), [], []
-        step = -np.linalg.solve(normal, gradient)
-        deviation = np.sqrt(np.diag(np.linalg.inv(normal)))
-        for column, wide in zip(columns, self._widths(columns), strict=True):
-            amplitudes.append(float("nan") if column.own else float(step[first]))
-            deviations.append(float("nan") if column.own else float(deviation[first]))
-            first += wide
-        gain = self._drop(normal, gradient) - self.alone
-        freedom = 0.5 * float(np.linalg.slogdet(normal)[1] - np.linalg.slogdet(self.normal)[1])
+        columns = [one.column for one in several]
+        widths = self._widths(columns)
+        ends = np.cumsum([0, *widths])
+        matrix, pull = np.eye(ends[-1]), np.concatenate([one.pull for one in several])
+        for k in range(len(self.residual)):
+            at = self._taken(columns, ends, k)
+            blocks = np.hstack([one.blocks[k] for one in columns])
+            matrix[np.ix_(at, at)] += blocks.T @ blocks
+        matrix -= np.hstack([one.cross for one in several]).T @ np.hstack([one.taken for one in several])
+        step = -np.linalg.solve(matrix, pull)
+        deviation = np.sqrt(np.diag(np.linalg.inv(matrix)))
+        firsts = list(zip(columns, ends.tolist(), strict=False))
+        gain = -0.5 * float(pull @ step)
+        freedom = 0.5 * float(np.linalg.slogdet(matrix)[1])
         return Screened(
             tuple(column.hypothesis for column in columns),
             gain,
-            tuple(amplitudes),
-            tuple(deviations),
+            tuple(float("nan") if column.own else float(step[first]) for column, first in firsts),
+            tuple(float("nan") if column.own else float(deviation[first]) for column, first in firsts),
             gain - freedom,
         )
+
+    @staticmethod
+    def _taken(columns: Sequence[_Column], ends: NDArray[np.intp], k: int) -> NDArray[np.intp]:
+        """Which of all columns recording k has."""
+        each = [
+            first + (np.array([k]) if one.own else np.arange(one.blocks[k].shape[1]))
+            for first, one in zip(ends, columns, strict=False)
+        ]
+        return np.concatenate(each)
 
     def loo_log_score(self, columns: Sequence[_Column]) -> float:
         """The logarithmic score of the function of this name."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from forklift.fitting.observed import Observed
     from forklift.fitting.work import Work
     from forklift.plant.parameter import Unknown
-    from forklift.plant.protocol import Addition, Machine, Run
+    from forklift.plant.protocol import Addition, Machine, Responses, Run
 
 
 class Recording(Protocol):
@@ -158,7 +158,9 @@ class Problem(Protocol):
 
     def conditions(self, x: Floats, k: int) -> Floats: ...
 
-    def respond(self, x: Floats, k: int, port: str, centres: Floats, width_s: float) -> Floats: ...
+    def respond(
+        self, x: Floats, k: int, ports: Sequence[str], centres: Floats, width_s: float
+    ) -> Responses: ...
 
     def moments(self, x: Floats, part: str) -> list[dict[str, Floats]]: ...
 

@@ -30,7 +30,7 @@ from forklift.fitting.residuals import LAGS
 from forklift.fitting.sample import Sample
 from forklift.fitting.work import Work
 from forklift.plant.parameter import DEGREES, Unknown
-from forklift.plant.protocol import Addition, Machine, Run, Steps
+from forklift.plant.protocol import Addition, Machine, Responses, Run, Steps
 from forklift.plant.sensor_faults import SensorUnknown
 
 T = TypeVar("T")
@@ -177,18 +177,18 @@ class LeastSquares:
         own = np.where(np.array(conditions) + own > np.array([one.most for one in self.samples]), -own, own)
         return Steps(np.array(along), own[:, self.carried])
 
-    def respond(self, x: Floats, k: int, port: str, centres: Floats, width_s: float) -> Floats:
-        """(times, outputs, hats): how recording k answers hats over time at a port."""
+    def respond(self, x: Floats, k: int, ports: Sequence[str], centres: Floats, width_s: float) -> Responses:
+        """How recording k answers hats over time at some ports."""
         answers = self.machine.respond(
             self.values(x),
             self.samples[k],
             self.conditions(x, k),
-            port,
+            ports,
             centres,
             width_s,
             substeps=self.substeps,
         )
-        self.work.add(len(answers), len(centres), self.substeps)
+        self.work.add(len(self.samples[k].recording), answers.directions, self.substeps)
         return answers
 
     def moments(self, x: Floats, part: str) -> list[dict[str, Floats]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
@@ -34,6 +34,14 @@ SAMPLES = 4
 USUAL = 8
 """Substeps of the engine's stages that stand for the plant's own steps."""
 _CURVE = re.compile(r"^(.+)\.over\.(.+)\.(knot_\d+|lower|upper)$")
+
+
+@dataclass(frozen=True)
+class Quotients:
+    """Answers to hats over time, a run in lanes for each port: `forklift.plant.protocol.Responses`."""
+
+    at: Callable[[str], Floats]
+    directions: int
 
 
 @dataclass(frozen=True)
@@ -185,13 +193,28 @@ class NumpyMachine:
         values: Mapping[str, float],
         case: Case,
         conditions: Floats,
-        port: str,
+        ports: Sequence[str],
         centres: Floats,
         width_s: float,
         *,
         substeps: int,
+    ) -> Quotients:
+        """By difference quotients, port by port as they are asked; see `forklift.plant.protocol.Machine`."""
+        return Quotients(
+            lambda port: self._respond(values, case, conditions, port, centres, width_s),
+            len(ports) * len(centres),
+        )
+
+    def _respond(
+        self,
+        values: Mapping[str, float],
+        case: Case,
+        conditions: Floats,
+        port: str,
+        centres: Floats,
+        width_s: float,
     ) -> Floats:
-        """(times, outputs, hats) by difference quotients; see `forklift.plant.protocol.Machine`."""
+        """(times, outputs, hats)."""
         sizes = {one.name: one.size for one in self.plant.ports}
         driven = case.recording.u
         size = 1e-3 * sizes.get(port, float(np.ptp(driven[port])) or 1.0 if port in driven else 1.0)

@@ -174,6 +174,17 @@ class Place:
     size: float = 1.0
 
 
+class Responses(Protocol):
+    """How a recording answers hats over time at some ports."""
+
+    @property
+    def directions(self) -> int:
+        """Along how many a run was differentiated, or will be once all ports are asked."""
+
+    def at(self, port: str) -> Floats:
+        """(times, outputs, hats) at one of the ports, in its unit."""
+
+
 class Machine(Protocol):
     """A machine behind the protocol."""
 
@@ -255,13 +266,14 @@ class Machine(Protocol):
         values: Mapping[str, float],
         case: Case,
         conditions: Floats,
-        port: str,
+        ports: Sequence[str],
         centres: Floats,
         width_s: float,
         *,
         substeps: int,
-    ) -> Floats:
-        """(times, outputs, hats): how a recording answers hats at `centres` [s] at one port, in its unit."""
+    ) -> Responses:
+        """How a recording answers hats over time at some ports: tops at `centres` [s], `width_s` apart, where
+        their neighbours end."""
 
     @property
     def places(self) -> tuple[Place, ...]:

@@ -19,7 +19,8 @@ def beyond(refit: Refit, one: UnknownInput) -> float:
     moved, off = 0.0, 0.0
     width_s = problem.machine.hat_width_s(problem.samples)
     for k, (sample, model) in enumerate(zip(problem.samples, problem.said(x), strict=True)):
-        answers = problem.respond(x, k, one.port, one.centres[k], width_s) @ one.values[k]
+        found = problem.respond(x, k, [one.port], one.centres[k], width_s)
+        answers = found.at(one.port) @ one.values[k]
         for seen in sample.observed:
             noise = seen.sensor.noise
             moved += float(np.sum((answers[seen.rows, seen.column] / noise) ** 2))

@@ -6,6 +6,7 @@ mod differentiable;
 pub mod drive;
 mod late;
 pub mod lowering;
+pub mod responses;
 pub mod sensitivity;
 pub mod ticks;
 pub mod variants;

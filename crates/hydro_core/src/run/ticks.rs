@@ -142,6 +142,20 @@ pub struct Ticks<'a, S, X, const L: usize> {
     pub interrupt: Interrupt<'a>,
 }
 
+/// What is done between the substeps of a run.
+pub trait Between<S, X, const L: usize> {
+    /// Told the time in the middle of the coming substep [s]; true where it has changed the states.
+    fn before(&mut self, middle_s: f64, fixed: &mut Fixed<S, X, L>) -> bool;
+}
+
+/// Nothing.
+impl<S, X, const L: usize> Between<S, X, L> for () {
+    #[inline(always)]
+    fn before(&mut self, _middle_s: f64, _fixed: &mut Fixed<S, X, L>) -> bool {
+        false
+    }
+}
+
 impl<S: Scalar, X: Physics<S>, const L: usize> Work for Ticks<'_, S, X, L> {
     type Number = S;
     /// The work done, or the time [s] and the place of the state that ceased to be finite.
@@ -149,6 +163,29 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Work for Ticks<'_, S, X, L> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
+        self.through(())
+    }
+}
+
+/// A run with something done between its substeps.
+pub struct Pausing<'a, S, X, const L: usize, B> {
+    pub ticks: Ticks<'a, S, X, L>,
+    pub between: B,
+}
+
+impl<S: Scalar, X: Physics<S>, const L: usize, B: Between<S, X, L>> Work for Pausing<'_, S, X, L, B> {
+    type Number = S;
+    type Output = Result<Statistics, Stopped>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.ticks.through(self.between)
+    }
+}
+
+impl<S: Scalar, X: Physics<S>, const L: usize> Ticks<'_, S, X, L> {
+    #[inline(always)]
+    fn through(self, mut between: impl Between<S, X, L>) -> Result<Statistics, Stopped> {
         let grid = Grid::new(self.clock.time, self.substeps);
         let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
         let oil_at = |k: usize| self.warmer.at(&self.clock, k);
@@ -188,6 +225,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Work for Ticks<'_, S, X, L> {
             }
             if let Some(delays) = &delays {
                 fixed.mast.command = late(self.drive, &grid, (j, k), delays);
+            }
+            if between.before(t + 0.5 * grid.h, &mut fixed) {
+                fixed.write(&mut after);
             }
             std::mem::swap(&mut before, &mut after);
             fixed.mast.physics.at_time(t + 0.5 * grid.h);

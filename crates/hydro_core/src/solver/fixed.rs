@@ -115,6 +115,17 @@ pub struct Fixed<S, X, const L: usize> {
     substeps: usize,
 }
 
+/// How many past rates a substep weighs.
+const RATES: usize = 3;
+/// Of a lift, how many numbers a substep depends on that earlier ones have left: see [`Fixed::each_remembered`].
+const LIFT_MEMORY: usize = 3 + 2 + 2 + 3 + 5 + 3 * RATES;
+
+/// How many numbers there are that earlier substeps have left and a substep depends on, beside the mast's inputs: of
+/// lifts, and of effects with so many states.
+pub fn memory(lifts: usize, states: usize) -> usize {
+    lifts * LIFT_MEMORY + states * (1 + RATES)
+}
+
 /// Largest product of step and fastest rate that the valve's steps are given.
 const VALVE_REACH: f64 = 4.0;
 
@@ -176,6 +187,44 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             s.write(&mut x[k * STATES..(k + 1) * STATES]);
         }
         x[L * STATES..].copy_from_slice(&self.own);
+    }
+
+    /// Shows each number that earlier substeps have left and a substep depends on, with its place among them. What is kept twice is shown twice, at one place: a
+    /// state and the newest of its past. The drop from which an iteration starts decides nothing, and is left out;
+    /// so are valves that have moved ahead, which only a single number's do.
+    pub fn each_remembered(&mut self, mut show: impl FnMut(usize, &mut S)) {
+        let newest = self.newest;
+        for (k, (s, past)) in self.lifts.iter_mut().zip(&mut self.history).enumerate() {
+            let first = k * LIFT_MEMORY;
+            let states = [&mut s.v, &mut s.p_a, &mut s.p_b, &mut s.a_comp];
+            let pasts = [(&mut past.v, 3), (&mut past.p_a, 2), (&mut past.p_b, 2), (&mut past.a_comp, 3)];
+            let mut place = first;
+            for (state, (past, depth)) in states.into_iter().zip(pasts) {
+                show(place, state);
+                for back in 0..depth {
+                    show(place + back, past.before_mut(newest, back));
+                }
+                place += depth;
+            }
+            for state in [&mut s.i, &mut s.i_rate, &mut s.i_bristle, &mut s.x, &mut s.z] {
+                show(place, state);
+                place += 1;
+            }
+            for past in [&mut past.v_rate, &mut past.z_rate, &mut past.p_a_rate] {
+                for back in 0..RATES {
+                    show(place + back, past.before_mut(newest, back));
+                }
+                place += RATES;
+            }
+            debug_assert_eq!(place, first + LIFT_MEMORY);
+        }
+        for (k, (state, rates)) in self.own.iter_mut().zip(&mut self.own_rates).enumerate() {
+            let place = L * LIFT_MEMORY + k * (1 + RATES);
+            show(place, state);
+            for back in 0..RATES {
+                show(place + 1 + back, rates.before_mut(newest, back));
+            }
+        }
     }
 
     /// Rates at the start, so that the first prediction knows where it goes.

@@ -33,6 +33,11 @@ impl<S: Scalar> Past<S> {
         self.0[place % PLACES] = value;
     }
 
+    /// The value of `k` substeps before the one at `newest`, to be changed.
+    pub fn before_mut(&mut self, newest: usize, k: usize) -> &mut S {
+        &mut self.0[(newest + k) % PLACES]
+    }
+
     /// Zero in the lanes of `mask`.
     #[inline(always)]
     pub fn forget(&mut self, mask: S::Mask) {

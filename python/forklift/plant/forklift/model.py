@@ -261,24 +261,22 @@ class Forklift:
         values: Mapping[str, float],
         case: Case,
         conditions: Floats,
-        port: str,
+        ports: Sequence[str],
         centres: Floats,
         width_s: float,
         *,
         substeps: int,
-    ) -> Floats:
-        """(times, outputs, hats), exact; see `forklift.plant.protocol.Machine`."""
-        core = self.at(values).core
+    ) -> _core.Responses:
+        """Exact, all ports in one run; see `forklift.plant.protocol.Machine`."""
         own: Prepared = case.prepared
-        answers = core.responses(
+        return self.at(values).core.hat_responses(
             own.case(values.get(DITHER, 0.0)),
             conditions,
-            [port],
+            ports,
             centres,
             width_s,
             substeps=own.substeps(substeps),
         )
-        return answers[:, :, 0, :]
 
     @property
     def places(self) -> tuple[Place, ...]:
