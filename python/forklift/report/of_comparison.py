@@ -66,8 +66,8 @@ def _next(comparison: Comparison) -> Fact:
         "What to do next?",
         "Where the fit is poor, fit the parameters.",
         [
-            f"{fit} tells how much of the difference other values of the parameters explain.",
-            f"{diagnose} names what may explain the rest.",
+            f"How much of the difference do other values of the parameters explain? {fit}",
+            f"What may explain the rest? {diagnose}",
         ],
     )
 

@@ -3,6 +3,7 @@ over."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -71,6 +72,11 @@ def signed(value: float, digits: int) -> str:
     """A number with its sign; what is printed as zero has none."""
     said = f"{value:+.{digits}f}"
     return said[1:] if float(said) == 0.0 else said.replace("-", "−")
+
+
+def _ends(values: Sequence[float], digits: int) -> str:
+    """From the first to the last, in one line of a cell."""
+    return "\u00a0–\u00a0".join(f"{value:.{digits}f}" for value in values)
 
 
 def _mean(row: Row) -> float:
@@ -186,12 +192,12 @@ def _following(told: ControlComparison) -> Section:
                         f"{t:.0f}",
                         f"{load:.0f}",
                         name,
-                        " – ".join(f"{x:.1f}" for x in sorted(row.nrmse_percent)),
-                        " – ".join(f"{x:.1f}" for x in sorted(row.perfect_percent)),
+                        _ends(sorted(row.nrmse_percent), 1),
+                        _ends(sorted(row.perfect_percent), 1),
                         f"{row.oscillation_m_s:.4f}",
                         signed(row.error_percent, 2),
                         f"{row.fastest_m_s:.3f}" + (", too fast" if row.breaches else ""),
-                        " – ".join(f"{x:.0f}" for x in known[place]) if known and place is not None else "",
+                        _ends(known[place], 0) if known and place is not None else "",
                     ]
                 )
         head = [

@@ -108,7 +108,7 @@ def _next(fit: Fit) -> Fact:
     return Fact(
         question,
         "Find what is missing.",
-        [f"{command or 'forklift.diagnose'} names what may explain what is left over.", kept],
+        [f"What may explain it? {command or 'forklift.diagnose'}", kept],
     )
 
 
