@@ -10,6 +10,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
+from forklift.ensemble.proof import kinds
 from forklift.ensemble.proof.truth import effects, others, run
 from forklift.ensemble.proof.truth.sensors import Sensors
 from forklift.ensemble.proof.truth.truck import LIFTS, scattered
@@ -20,37 +21,7 @@ POINTS = (0.5, 2.0, 8.0)
 LARGER = POINTS[1:]
 """What the laws of another shape cost."""
 ROUGH = 1e-5  # tolerance where only the cost of an amplitude is asked for
-EQUATIONS = {
-    "mast_coupling": "mast-coupling",
-    "friction_temperature": "friction",
-    "leakage": "cylinder-pressure",
-    "friction_position": "friction",
-    "friction_pressure": "friction",
-    "friction_dwell": "friction",
-    "bulk_modulus_temperature": "bulk-modulus",
-    "entrained_air": "bulk-modulus",
-    "chain_elasticity": "cylinder-pressure",
-    "end_cushion": "force-balance",
-    "chassis_compliance": "chassis",
-    "hose_resistance": "valve-flow",
-    "hose_inertance": "valve-flow",
-    "return_back_pressure": "tank",
-    "viscosity_law": "viscosity",
-    "oil_temperature_at_valve": "viscosity",
-    "valve_delay": "valve-dynamics",
-    "valve_lag": "valve-dynamics",
-    "valve_current_limit": "valve-dynamics",
-    "valve_flow_force": "valve-dynamics",
-    "compensator_dynamics": "compensator",
-    "pressure_gain": "sensor",
-    "pressure_offset": "sensor",
-    "position_scale": "sensor",
-    "sensor_lag": "sensor",
-    "sensor_stuck": "sensor",
-    "sensor_slip": "sensor",
-    "load_entered": "operating-point",
-    "temperature_offset": "operating-point",
-}
+EQUATIONS = {name: places[0] for name, places in kinds.EQUATIONS.items()}
 """Where each cause is right to be located."""
 BETWEEN_LIFTS = ("mast_coupling", "chassis_compliance", "return_back_pressure")
 

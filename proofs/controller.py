@@ -17,12 +17,10 @@ import control_c
 import control_methods
 import control_scattered
 from forklift.control.c_export import export_c
-from forklift.control.controller import Controller
+from forklift.control.controller import WORDS, Controller
 from forklift.ensemble.damping import damping_map, damping_table
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS
-
-WORDS = (16, 32)
 
 
 def main() -> int:

@@ -82,9 +82,9 @@ def main():
     )
     if found.interrupted:
         return 130
-    text, holds = judged(found.ends, found.verdict)
+    text, holds = judged(found.ends, found.sentences)
     print(f"\n{table(found.ends)}\n\n{text}")
-    print(*(line for line in found.verdict if line.startswith("Start ")), sep="\n")
+    print(*(line for line in found.sentences if line.startswith("Start ")), sep="\n")
     return 0 if holds else 1
 
 

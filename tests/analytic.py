@@ -50,6 +50,54 @@ class Formula:
         return [Run(said[:, None], wide[:, None, :]) for _ in cases]
 
 
+class Apart(Formula):
+    """A machine that is linear in its parameters and in its recordings' own conditions, by other columns of
+    each recording: `Case.prepared` holds them by name."""
+
+    def run(self, values, cases, conditions, *, substeps, along=(), own=(), steps=None) -> list[Run]:
+        found = []
+        for case, here in zip(cases, conditions, strict=True):
+            columns = case.prepared
+            at = {**values, **dict(zip(case.names, here, strict=True))}
+            still = np.zeros(len(next(iter(columns.values()))))
+            said = sum((at[name] * columns[name] for name in at if name in columns), still)
+            names = [*along, *(case.names[k] for k in own)]
+            slopes = np.array([columns.get(name, still) for name in names]).reshape(-1, len(still)).T
+            found.append(Run(said[:, None], slopes[:, None, :]))
+        return found
+
+
+def apart(
+    columns: Sequence[Mapping[str, np.ndarray]],
+    measured: Sequence[np.ndarray],
+    shared: Sequence[str],
+    own: Sequence[str],
+    known: Sequence[str],
+) -> LeastSquares:
+    """Recordings with noise of 1, each linear by `columns` of its own.
+
+    All unknowns have priors about 0 of width 1; those of `own` that are `known` are 0.
+    """
+    sensor = Sensor(CHANNEL, 1.0, 0.0)
+    width = np.array([0.0 if name in known else 1.0 for name in own])
+    infinite = np.full(len(own), np.inf)
+    samples = tuple(
+        Sample(
+            None,
+            tuple(own),
+            np.zeros(len(own)),
+            width,
+            -infinite,
+            infinite,
+            prepared=matrix,
+            observed=(Observed(sensor, 0, np.arange(len(row)), row),),
+        )
+        for matrix, row in zip(columns, measured, strict=True)
+    )
+    machine = Apart(shared, np.zeros_like, np.zeros_like)
+    return LeastSquares(machine, tuple(map(unknown, shared)), samples, 4, {CHANNEL: 1.0})
+
+
 def problem(
     measured: np.ndarray,
     unknowns: Sequence[Unknown],

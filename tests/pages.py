@@ -4,6 +4,8 @@ import json
 import re
 from html.parser import HTMLParser
 
+from IPython.core.formatters import HTMLFormatter
+
 ROOMY_BYTES = 8_000_000
 """More than a page may weigh: a mail's attachment."""
 FETCHING = re.compile(
@@ -46,6 +48,11 @@ class Text(HTMLParser):
     @property
     def everything(self) -> str:
         return " ".join(text for _, text in self.seen)
+
+
+def in_a_notebook(result):
+    """What a notebook's cell shows of it, as HTML."""
+    return HTMLFormatter()(result)
 
 
 def drawn(page):

@@ -10,7 +10,7 @@ import pytest
 from forklift import Campaign, ForkliftError
 from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.suitability import suitability
-from spoilt_campaign import THESIS, good, with_channels
+from invalid_campaign import THESIS, good, with_channels
 from test_broken_campaigns import BROKEN, MAKERS
 from test_unfit_campaigns import BROKEN as UNFIT
 

@@ -143,13 +143,13 @@ def test_shares_of_misfit_add_up_and_the_verdict_names_the_worst(comparison):
         assert where["share_of_misfit"].sum() == pytest.approx(1.0)
         assert where["share_of_time"].sum() == pytest.approx(1.0)
         assert set(where["phase"]) == set(PHASES)
-    assert len(comparison.verdict) == 2
+    assert len(comparison.sentences) == 2
     assert (
-        "free_2.mf4" in comparison.verdict[0]
-        or "one" in comparison.verdict[0]
-        or "1 " in comparison.verdict[0]
+        "free_2.mf4" in comparison.sentences[0]
+        or "one" in comparison.sentences[0]
+        or "1 " in comparison.sentences[0]
     )
-    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in comparison.verdict)
+    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in comparison.sentences)
 
 
 def test_phases_follow_the_command(thesis):
@@ -217,7 +217,9 @@ def test_the_page_is_self_contained_and_its_script_stands_in_it_once(tmp_path, c
     page = (comparison.write(tmp_path / "out") / "report.html").read_text(encoding="utf-8")
     assert page.count("plotly.js v") == 1
     assert not re.search(r'<(script|link|img)[^>]+(src|href)="', page)
-    assert page.index(comparison.verdict[0].split("'")[0]) < page.index('class="plot"') < page.index("<table")
+    assert (
+        page.index(comparison.sentences[0].split("'")[0]) < page.index('class="plot"') < page.index("<table")
+    )
     figures = drawn(page)
     assert page.count('class="plot"') == len(figures)
     recordings = figures[0]["recordings"]
@@ -316,7 +318,7 @@ def test_a_recording_without_sensors_still_gets_a_prediction(tmp_path, thesis):
     )  # fmt: skip
     result = compare(Campaign("bare", 50.0, (bare,)), thesis, oil_temperature_degc=30.0)
     assert len(result.fits) == 0
-    (sentence,) = result.verdict
+    (sentence,) = result.sentences
     for fact in ("free lift", "fork_height_m or position_free_m", "no other signal"):
         assert fact in sentence
     out = result.write(tmp_path / "out")
@@ -344,7 +346,7 @@ def test_a_simulated_campaign_is_compared_whole(name, thesis):
     result = compare(campaign, thesis)
     assert len(result.predictions) == len(campaign)
     assert result.fits["rmse"].is_not_null().all()
-    assert result.verdict
+    assert result.sentences
 
 
 def test_another_truck_of_the_same_make_fits_nearly_as_well_as_the_thesiss_own():
@@ -362,7 +364,7 @@ def test_replaying_needs_no_more_than_the_commands_samples(thesis):
     )  # fmt: skip
     result = compare(Campaign("few", 1.0, (few,)), thesis)
     assert "velocity_free_m_s" not in result.fits["channel"].to_list()
-    assert "no recording of it has 11 samples of" in result.verdict[0]
+    assert "no recording of it has 11 samples of" in result.sentences[0]
 
 
 def test_pressure_alone_is_judged_without_a_velocity(campaign, thesis):
@@ -371,7 +373,7 @@ def test_pressure_alone_is_judged_without_a_velocity(campaign, thesis):
     channels = {name: first.channels[name] for name in kept}
     bare = Recording("p.csv", "free", 800.0, "validate", first.time_s, channels)
     result = compare(Campaign("pressure", 50.0, (bare,)), thesis)
-    (sentence,) = result.verdict
+    (sentence,) = result.sentences
     fitted = fit(result, "p.csv", "pressure_free_pa")["nrmse_percent"]
     assert "no velocity can be judged: no recording of it has fork_height_m" in sentence
     assert f"pressure_free_pa to {fitted:.1f} %" in sentence
@@ -385,7 +387,7 @@ def test_a_lift_that_stood_still_is_not_judged_on_rounding(campaign, thesis):
     still = Recording("s.csv", "free", 800.0, "validate", first.time_s, channels)
     result = compare(Campaign("still", 50.0, (still,)), thesis)
     assert fit(result, "s.csv", "velocity_free_m_s")["nrmse_percent"] is None
-    assert "constant throughout" in result.verdict[0]
+    assert "constant throughout" in result.sentences[0]
 
 
 def test_operating_points_do_not_chain(thesis):
@@ -398,8 +400,8 @@ def test_a_negative_fit_is_said_to_be_worse_than_the_mean(campaign, thesis):
     first = campaign.recordings[0]
     channels = dict(first.channels) | {"pressure_free_pa": 9e6 - first.channels["pressure_free_pa"]}
     odd = Recording("n.csv", "free", 800.0, "validate", first.time_s, channels)
-    (sentence,) = compare(Campaign("odd", 50.0, (odd,)), thesis).verdict
-    assert "pressure_free_pa in n.csv, with an NRMSE fit of -" in sentence
+    (sentence,) = compare(Campaign("odd", 50.0, (odd,)), thesis).sentences
+    assert "pressure of the free lift in n.csv, with an NRMSE fit of -" in sentence
     assert "%, worse than its mean (RMSE" in sentence
 
 

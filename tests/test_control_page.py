@@ -34,7 +34,8 @@ def test_the_page_the_json_and_the_text_have_the_same_numbers(told: ControlCompa
     assert len(numbers["rows"]) == 2 * 3 * 3 * 3
     for row in numbers["rows"]:
         assert f"{row['oscillation_m_s']:.4f}" in cells
-        assert f"{row['error_percent']:+.2f}" in cells
+        error = round(row["error_percent"], 2)
+        assert (f"{error:+.2f}".replace("-", "−") if error else "0.00") in cells
     for row in numbers["transitions"]:
         assert f"{row['dip_m_s']:.3f}" in cells
         assert f"{row['spike_m_s']:.3f}" in cells

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from forklift.diagnosis.dependence import shapes
+from forklift.diagnosis.dependence import dependences
 from forklift.diagnosis.locate import UnknownInput
 
 
@@ -13,4 +13,4 @@ def test_a_variable_that_not_all_recordings_have_is_none():
     values = (np.sin(times), np.cos(times))
     found = UnknownInput("a", 1.0, 1.0, 1.0, (times, times), values, (np.ones(50), np.ones(50)))
     tells = [{"x": values[0], "warm": times}, {"x": values[1]}]
-    assert [one.variable for one in shapes(found, tells)] == ["x"]
+    assert [one.variable for one in dependences(found, tells)] == ["x"]

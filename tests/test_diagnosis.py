@@ -56,7 +56,7 @@ def test_the_unknown_input_alone_points_to_the_equation(name):
 
 
 def test_friction_that_falls_with_temperature_is_seen_to_be_a_function_of_temperature():
-    first = diagnosed("thermfric").shapes[0]
+    first = diagnosed("thermfric").dependences[0]
     assert first.variable == "oil_temperature"
     assert first.explained > 0.8
     assert first.curve[0] > 0.0 > first.curve[-1]

@@ -144,7 +144,7 @@ def test_the_velocity_of_null_fits(null_replays):
 
 def test_the_fit_says_of_null_what_its_replays_show(null_fit, null_replays):
     assert null_fit.complete
-    assert "explains all 6 validate recordings to the sensors' noise" in null_fit.verdict[0]
+    assert "explains all 6 held-out recordings to the sensors' noise" in null_fit.sentences[0]
     judged = {(found.file, found.channel): found for found in null_fit.held_out}
     for replay in null_replays:
         for channel in ANALOGUE:
@@ -206,7 +206,7 @@ def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatch
     for one, size in zip(bad, excess, strict=True):
         signals[one.channel] = signals.get(one.channel, 0.0) + size
         files[one.file] = files.get(one.file, 0.0) + size
-    said = next(line for line in mismatched.verdict if line.startswith("What is left over"))
+    said = next(line for line in mismatched.sentences if line.startswith("What is left over"))
     by_signal, by_recording, by_phase, *_ = said.split("; ")
     assert re.findall(r"(\d+) % (\w+)", by_signal) == listed(signals)
     assert re.findall(r"(\d+) % (\S+\.csv)", by_recording) == listed(files)
@@ -227,7 +227,7 @@ def test_the_verdict_names_recordings_signals_and_phase_by_their_shares(mismatch
     share = 100.0 * squares[most] / sum(squares.values())
     of_time = 100.0 * samples[most] / sum(samples.values())
     assert by_phase.rstrip(".") == f"{share:.0f} % of {worst}'s in {most} ({of_time:.0f} % of the time)"
-    assert f"{len({one.file for one in bad})} of 6 validate recordings" in mismatched.verdict[0]
+    assert f"{len({one.file for one in bad})} of 6 held-out recordings" in mismatched.sentences[0]
 
 
 def test_ctrl_c_keeps_the_best_so_far():
@@ -241,7 +241,7 @@ def test_ctrl_c_keeps_the_best_so_far():
     found = fit(Campaign.read(CAMPAIGNS / "null"), Truck.read("thesis"), progress=interrupts)
     assert len(costs) == 9
     assert found.interrupted
-    assert found.verdict[0].startswith("Interrupted after 9 evaluations: this is the best truck so far")
+    assert found.sentences[0].startswith("Interrupted after 9 evaluations: this is the best truck so far")
     assert cost(found.found.problem, found.found.x) < 0.5 * cost(found.found.problem, 0.0 * found.found.x)
     sides = (found.before, found.after)
     nrmse = [side.validation("velocity_free_m_s")["nrmse_percent"].min() for side in sides]
@@ -255,7 +255,7 @@ def test_ctrl_c_at_once_keeps_the_first_truck():
     campaign = Campaign.read(CAMPAIGNS / "null")
     found = fit(campaign, Truck.read("thesis"), progress=interrupts)
     assert found.interrupted
-    assert found.verdict[0].startswith("Interrupted after 1 evaluation:")
+    assert found.sentences[0].startswith("Interrupted after 1 evaluation:")
 
 
 def spiked(recording: Recording, random: np.random.Generator) -> Recording:

@@ -69,7 +69,7 @@ def test_it_prints_verdict_and_tables_and_says_what_it_wrote(capfd, tmp_path, nu
     out = tmp_path / "out"
     status, told, err = called(capfd, NULL, "--out", out)
     assert (status, err) == (0, "")
-    assert told.startswith("\n".join(null_fit.verdict))
+    assert told.startswith("\n".join(null_fit.sentences))
     for title in ("as Table 5.1", "as Table 5.4", "What is left over"):
         assert title in told
     assert told.endswith(

@@ -80,7 +80,7 @@ def test_a_value_in_the_truck_says_its_interval_or_that_it_is_not_told(null_fit)
     omega = next(found for found in null_fit.knowledge.estimates if found.name == "free.valve.omega")
     assert f"95 % interval {omega.lower:.6g} to {omega.upper:.6g}" in sources["free.valve.omega"]
     assert null_fit.origin.sha256[:12] in sources["free.valve.omega"]
-    assert sources["free.viscosity.nu_0"].startswith("not told by campaign")
+    assert sources["free.viscosity.nu_0"].startswith("not identifiable from campaign")
     assert sources["main.valve.omega"] == null_fit.machine.truck.sources["main.valve.omega"]
 
 
@@ -137,7 +137,7 @@ def test_the_json_says_what_the_fit_says(null_fit, told):
         "sensors", "judged", "starts", "profiles", "cautions", "validation", "fits", "tables",
     }  # fmt: skip
     assert told == json.loads(json.dumps(null_fit.to_dict(), allow_nan=False))
-    assert told["verdict"] == list(null_fit.verdict)
+    assert told["verdict"] == list(null_fit.sentences)
     assert told["complete"] is True
     assert told["interrupted"] is False
     assert told["truck"]["sha256"] == null_fit.truck.sha256
@@ -199,7 +199,7 @@ def test_the_page_fetches_nothing_and_is_small_enough_to_send(folder, page):
 
 def test_the_page_says_verdict_parameters_and_every_recording(null_fit, page):
     said = html.unescape(page)
-    for sentence in null_fit.verdict:
+    for sentence in null_fit.sentences:
         assert sentence in said
     for name in [*null_fit.parameters["name"], *(found.file for found in null_fit.recordings)]:
         assert name in said
@@ -248,7 +248,7 @@ def test_a_profile_of_what_is_not_estimated_is_refused_with_a_hint(null_fit):
 def test_a_stopped_fit_keeps_the_best_so_far_and_says_so(stopped, tmp_path):
     found, seen = stopped
     assert found.interrupted
-    assert found.verdict[0].startswith("Interrupted after 3 evaluations: this is the best truck so far")
+    assert found.sentences[0].startswith("Interrupted after 3 evaluations: this is the best truck so far")
     assert found.options["starts"] is None
     before, after = (
         side.validation("velocity_main_m_s")["nrmse_percent"].mean() for side in (found.before, found.after)

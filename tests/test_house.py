@@ -5,6 +5,7 @@ Every import counts, inside functions and for type checking too.
 
 import ast
 import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -131,3 +132,78 @@ def test_the_engine_knows_no_machine(name):
         if isinstance(node, ast.Name | ast.Attribute | ast.arg):
             word = getattr(node, "id", None) or getattr(node, "attr", None) or getattr(node, "arg", "")
             assert not OF_A_MACHINE.search(word), word
+
+
+TREE = Path(__file__).parents[1]
+OUTSIDE = sorted(path for room in ("tests", "proofs", "benches") for path in (TREE / room).rglob("*.py"))
+"""What uses the package as its users do."""
+
+
+BY_WORD = re.compile(r"(attr|patch|patch\.object|attrgetter|import_module)$")
+"""Functions that are given a name as a word."""
+DOTTED = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
+
+
+def private(name: str) -> bool:
+    """Whether any part of a dotted name is private. `forklift._core` is the core's public face."""
+    parts = name.removeprefix("forklift._core").split(".")
+    return any(part.startswith("_") and not part.endswith("__") for part in parts)
+
+
+def names_of_others(tree: ast.AST) -> Iterator[str]:
+    """Every name in a file that it took from elsewhere: imported, read from an object, or patched."""
+    mine = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    mine |= {
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and own(node.value)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module != "__future__":
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Attribute) and not (own(node.value) and node.attr in mine):
+            yield node.attr
+        elif isinstance(node, ast.Call) and BY_WORD.search(ast.unparse(node.func)):
+            words = [one.value for one in node.args if isinstance(one, ast.Constant)]
+            yield from (word for word in words if isinstance(word, str) and DOTTED.fullmatch(word))
+
+
+def own(node: ast.AST) -> bool:
+    """Whether it is the object of the method that is looked at."""
+    return isinstance(node, ast.Name) and node.id in ("self", "cls")
+
+
+@pytest.mark.parametrize("path", OUTSIDE, ids=[str(path.relative_to(TREE)) for path in OUTSIDE])
+def test_nothing_outside_uses_a_private_name(path):
+    found = names_of_others(ast.parse(path.read_text(encoding="utf-8")))
+    assert [name for name in found if private(name)] == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from forklift.base.present import _load",
+        "import forklift._hidden",
+        "forklift._core._hidden",
+        "result._repr_html_()",
+        "patch('forklift.base.present._load', None)",
+        "patched.setattr(present, '_load', None)",
+        "class Mine:\n    def see(self):\n        return self._of_its_parent",
+    ],
+)
+def test_a_private_name_is_seen(line):
+    assert any(private(name) for name in names_of_others(ast.parse(line)))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from forklift import _core",
+        "result.__class__",
+        "class Mine:\n    def __init__(self):\n        self._mine = 1\n        print(self._mine)",
+    ],
+)
+def test_what_is_public_or_its_own_is_not(line):
+    assert not any(private(name) for name in names_of_others(ast.parse(line)))

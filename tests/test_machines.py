@@ -65,7 +65,7 @@ def test_the_tutorial_finds_what_it_conceals_in_under_eighty_lines():
     found = names["found"]
     drag = next(one for one in found.numbers if one.name == "drag.factor")
     assert drag.lower <= 0.01 <= drag.upper
-    assert found.shapes[0].variable == "speed"
+    assert found.dependences[0].variable == "speed"
     assert found.to_dict()["verdict"] == "missing-physics"
 
 

@@ -9,6 +9,7 @@ import pytest
 import forklift
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Command, Truck, commands, compare, predict, simulate
+from pages import in_a_notebook
 from small_campaign import raised
 
 
@@ -64,14 +65,14 @@ def test_figures_are_html(campaign):
 
 def test_a_truck_a_campaign_and_a_simulation_show_themselves(campaign, simulation):
     truck = Truck.read("thesis").with_values({"mast_coupling.factor": 0.5})
-    shown = truck._repr_html_()
+    shown = in_a_notebook(truck)
     assert "viscosity.nu_0" in shown
     assert "mast_coupling.factor" in shown
     assert "4.45e-05" in shown
-    shown = campaign._repr_html_()
+    shown = in_a_notebook(campaign)
     assert "6 held out" in shown
     assert all(one.file in shown for one in campaign)
-    shown = simulation._repr_html_()
+    shown = in_a_notebook(simulation)
     assert "800 kg" in shown
     assert "pressure_free_pa" in shown
     assert "pressure_main_pa" not in shown

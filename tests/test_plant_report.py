@@ -17,7 +17,7 @@ from forklift.plant.simulate import simulate_plant
 from forklift.plant.subjects import subject
 from forklift.report import words
 from forklift.report.of_diagnosis import diagnosis_page
-from pages import FETCHING, ROOMY_BYTES, Text, drawn
+from pages import FETCHING, ROOMY_BYTES, Text, drawn, in_a_notebook
 
 OF_A_FORKLIFT = re.compile(r"truck|\blift|mast|valve|velocity|forks", re.IGNORECASE)
 SECTIONS = ["Evidence", "Doubts", "Next steps", "Provenance"]
@@ -104,7 +104,7 @@ def test_the_verdict_comes_first_and_then_the_short_answers(bent, told, said):
         f"bend.c = {value} 1/V (95 % interval {lower} to {upper})",
         "Where? At law, a law",
         "How sure is “it bends”?",
-        f"Of {len(told['hypotheses'])} hypotheses considered",
+        f"{len(told['hypotheses'])} hypotheses considered",
         "How much better does the model get? Left over",
         "What could it be instead?",
         "What to record next?",
@@ -205,7 +205,7 @@ def test_a_gain_that_is_none_is_not_told_as_one(before, after, unit, better, sho
 
 
 def test_a_notebook_gets_the_sentence_and_a_table(bent):
-    shown = bent._repr_html_()
+    shown = in_a_notebook(bent)
     assert len(shown) < 3_000
     assert Text(shown).of("p") == [bent.sentence]
     assert "bend.c = " in shown
@@ -217,7 +217,7 @@ def whole(found):
     assert text.of("h2") == SECTIONS
     assert not re.search(r"\b(nan|inf|None|NaN)\b", text.everything)
     json.dumps(found.to_dict(), allow_nan=False)
-    assert Text(found._repr_html_()).of("p") == [found.sentence]
+    assert Text(in_a_notebook(found)).of("p") == [found.sentence]
     return text
 
 

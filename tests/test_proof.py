@@ -181,9 +181,18 @@ def test_a_tampered_answer_is_noticed(place):
 
 
 def test_the_diagnosing_process_is_given_the_folder_and_cannot_read_the_answer(tmp_path, monkeypatch):
-    """While it runs no file holds the answer, its environment has no key, and its name says nothing."""
-    seen = {}
-    mine = seal.Seal()
+    """While it runs no file holds the answer or a key, nor does its environment; its name says nothing."""
+    seen, keys = {}, []
+    token_bytes = seal.secrets.token_bytes
+
+    def noted(count):
+        keys.append(token_bytes(count))
+        return keys[-1]
+
+    with monkeypatch.context() as patched:
+        patched.setattr(seal.secrets, "token_bytes", noted)
+        mine = seal.Seal()
+    assert keys
 
     def spy(command, **given):
         seen["command"], seen["env"], seen["files"] = command, given["env"], {}
@@ -207,8 +216,10 @@ def test_the_diagnosing_process_is_given_the_folder_and_cannot_read_the_answer(t
     for content in seen["files"].values():
         assert b"leakage" not in content
         assert b"causes" not in content
-    key = mine._cipher.hex()
-    assert not any("leakage" in value or key in value for value in seen["env"].values())
+        assert not any(key in content or key.hex().encode() in content for key in keys)
+    for value in seen["env"].values():
+        assert "leakage" not in value
+        assert not any(key.hex() in value for key in keys)
     assert not any("leakage" in word or "00003" in word for word in seen["command"])
 
 

@@ -12,6 +12,7 @@ from plotly.offline import get_plotlyjs
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare
+from forklift.diagnosis.ledger import uncontested
 from forklift.plant.forklift.candidates import NextRecording
 from forklift.plant.forklift.effects import EFFECTS, Equation
 from forklift.plant.forklift.tables import outputs
@@ -23,7 +24,7 @@ from forklift.report.of_diagnosis import diagnosis_page
 from forklift.report.page import html
 from forklift.report.tables import mean_square, percent
 from forklift.report.traces import decimate, replays
-from pages import FETCHING, ROOMY_BYTES, Text, drawn
+from pages import FETCHING, ROOMY_BYTES, Text, drawn, in_a_notebook
 
 WORDS = ForkliftWords()
 
@@ -49,9 +50,10 @@ def test_the_verdict_comes_first(told, said):
     assert not re.search(r"\d", before)
 
 
-def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(told, said):
+def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(leak, told, said):
     first = said.everything[: said.everything.index("Before is the truck")]
     (cause,) = told["causes"]
+    contest = uncontested(leak)
     row = cause["parameters"][0]
     value, lower, upper = words.size(row["value"], row["lower"], row["upper"])
     gain = told["fit_summary"]["validate"]
@@ -59,7 +61,7 @@ def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(told
         "Oil leaks from the cylinder (main lift)",
         "The main lift: the oil balance of the cylinder",
         f"{value} m³/(s Pa) (95 % interval {lower} to {upper})",
-        f"Credibility {cause['credibility']:.2f} of 1" if cause["rivals"] else "Not contested",
+        f"Credibility {cause['credibility']:.2f} of 1" if cause["rivals"] else words.capital(contest),
         f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
         f"{gain['gain']:.2f} points (95 % interval {gain['gain_lower']:.2f} to {gain['gain_upper']:.2f})",
         *(
@@ -93,6 +95,7 @@ def test_every_number_of_the_tables_is_the_jsons(told, said):
         fates = [row[3] for row in rows if len(row) == 4 and (row[0], row[2]) == (name, promised)]
         (fate,) = fates
         assert ("named" in fate) == one["named"]
+        assert ("given up" in fate) == one["given_up"]
         assert not one["fitted"] or words.number(one["left_over"]) in fate
     for share in told["misfit"]:
         assert any(row[1:3] == (share["name"], mean_square(share["mean_square"])) for row in rows)
@@ -307,7 +310,7 @@ def test_nothing_from_a_file_reaches_the_page_unescaped(leak):
     assert "<script>alert" not in page
     assert "<b>'" not in page
     assert page.count("</script>") == diagnosis_page(leak).count("</script>")
-    assert "<script>alert" not in other._repr_html_()
+    assert "<script>alert" not in in_a_notebook(other)
 
 
 def test_no_mismatch_is_said_as_plainly():
@@ -322,10 +325,10 @@ def test_no_mismatch_is_said_as_plainly():
 def test_notebooks_get_a_short_table(leak, null_fit):
     for result, first in (
         (leak, leak.sentence),
-        (null_fit, null_fit.verdict[0]),
-        (null_fit.after, null_fit.after.verdict[0]),
+        (null_fit, null_fit.sentences[0]),
+        (null_fit.after, null_fit.after.sentences[0]),
     ):
-        shown = result._repr_html_()
+        shown = in_a_notebook(result)
         assert len(shown) < 5_000
         assert "<script" not in shown
         text = Text(shown)

@@ -1,4 +1,5 @@
-"""Shorter substeps are judged, which takes seconds, only where they move what the model says."""
+"""Shorter substeps are judged, which takes seconds, only where they move what the model says, and first on
+the recording that is missed most."""
 
 from __future__ import annotations
 
@@ -46,22 +47,24 @@ class Found:
 
 @dataclass(frozen=True)
 class Judging(Refitter):
-    """A refitter that notes with how many substeps it judges, and finds nothing better."""
+    """A refitter that notes with how many substeps it judges which recordings, and finds nothing better."""
 
-    judged_with: list[int] = field(default_factory=list)
+    judged_with: list[tuple[int, str]] = field(default_factory=list)
 
-    def _judged(self, hypotheses: Any, found: Any, costs: Any, **how: Any) -> Refit:
-        self.judged_with.append(found.problem.substeps)
-        return ended(found.problem)
+    def residuals_of(self, hypotheses: Any, found: Any, known: Any, which: Any) -> Any:
+        for file in ("best.csv", "worst.csv"):
+            if which(SimpleNamespace(file=file)):
+                self.judged_with.append((found.problem.substeps, file))
+        return (SimpleNamespace(mean_square=WORST),)
 
 
 def ended(problem: Said) -> Refit:
-    worst = SimpleNamespace(mean_square=WORST)
+    worst = SimpleNamespace(mean_square=WORST, file="worst.csv")
     parts = dict(hypotheses=(), found=Found(problem), costs=(0.0, 0.0), early=None, worst=worst)
-    return cast(Refit, SimpleNamespace(**parts))
+    return cast(Refit, SimpleNamespace(**parts, knowledge=None))
 
 
-@pytest.mark.parametrize(("moved", "judged"), [(0.99 * ENOUGH, []), (1.01 * ENOUGH, [32])])
+@pytest.mark.parametrize(("moved", "judged"), [(0.99 * ENOUGH, []), (1.01 * ENOUGH, [(32, "worst.csv")])])
 def test_shorter_substeps_are_judged_where_they_could_matter(moved, judged):
     sensors: Any = {"pressure": SimpleNamespace(noise=NOISE)}
     refitter = Judging(cast(Any, None), cast(Any, None), sensors)

@@ -6,6 +6,7 @@ import pytest
 
 from forklift import ForkliftError, Truck, _core, commands, predict, simulate
 from forklift.plant.forklift.commands import Command
+from forklift.plant.forklift.geometry import FORKS_PER_CYLINDER, FORKS_PER_SENSOR
 from forklift.plant.forklift.tables import outputs
 from forklift.recordings.channels import LIFTS
 from forklift.recordings.recording import Recording
@@ -222,3 +223,17 @@ def test_only_the_first_second_tells_the_start(thesis, missing, start):
     position[:missing] = np.nan
     found = predict(thesis, recording(position_free_m=position))["position_free_m"][0]
     assert found == pytest.approx(start, abs=_core.ENCODER_COUNT_M)
+
+
+def test_forks_move_as_far_as_the_core_says():
+    both = Command.of_samples(50.0, free=np.full(201, 0.9), main=np.full(201, 0.9))
+    run = simulate("thesis", both, load_kg=800, oil_temperature_degc=40)
+    forks = run["fork_height_m"] - run["fork_height_m"][0]
+    for head, factors in (
+        ("position_{}_m", FORKS_PER_SENSOR),
+        ("{}.position", dict.fromkeys(LIFTS, FORKS_PER_CYLINDER)),
+    ):
+        gone = {lift: run[head.format(lift)] - run[head.format(lift)][0] for lift in LIFTS}
+        assert np.ptp(gone["free"]) > 0.1
+        assert np.ptp(gone["main"]) > 0.1
+        np.testing.assert_allclose(forks, sum(factors[lift] * gone[lift] for lift in LIFTS), atol=1e-9)

@@ -1,5 +1,6 @@
 """The linear view: exact sampling, eigenvalues against differenced simulations, margins of textbook loops."""
 
+import control
 import numpy as np
 import pytest
 
@@ -12,16 +13,22 @@ from forklift.ensemble.stability import (
     least_damped,
     margins,
     operating_point,
-    pid,
     plant,
     sampled,
-    series,
 )
 from forklift.plant.forklift.tables import states
 from forklift.plant.forklift.truck import Truck
 
 THESIS = Truck.read("thesis")
 TICK = 0.02
+
+
+def loop(point, proportional, integral):
+    """A PI controller by forward Euler before the plant and its delay, by python-control."""
+    late = sampled(plant(point), delay_s=0.16)
+    pi = control.StateSpace(1.0, TICK, integral, proportional, TICK)
+    both = control.series(pi, control.StateSpace(late.a, late.b[:, :1], late.c[:1], late.d[:1, :1], TICK))
+    return StateSpace(both.A, both.B, both.C, both.D, TICK, ("",) * len(both.A))
 
 
 def lag(rate):
@@ -149,15 +156,11 @@ def test_a_small_kick_decays_as_the_slowest_oscillation_says(point):
 
 
 def test_a_slower_loop_is_further_from_instability(point):
-    loops = [
-        series(pid(factor * 0.5, factor * 1.0, 0.0, 20.0), sampled(plant(point), delay_s=0.16))
-        for factor in (0.1, 0.5)
-    ]
-    near, far = (margins(loop) for loop in reversed(loops))
+    far, near = (margins(loop(point, factor * 0.5, factor * 1.0)) for factor in (0.1, 0.5))
     assert far.gain > near.gain
     assert far.disk > near.disk
     # Twice beyond its margin it is unstable, and has none.
-    beyond = series(pid(near.gain, 2.0 * near.gain, 0.0, 20.0), sampled(plant(point), delay_s=0.16))
+    beyond = loop(point, near.gain, 2.0 * near.gain)
     assert np.abs(closed(beyond).eigenvalues).max() > 1.0
     assert margins(beyond).gain == margins(beyond).disk == 0.0
 
@@ -187,11 +190,10 @@ def test_a_current_that_moves_nothing_is_refused():
 
 
 def test_python_control_agrees(point):
-    control = pytest.importorskip("control")
-    loop = series(pid(0.3, 0.8, 0.0, 20.0), sampled(plant(point), delay_s=0.16))
-    theirs = control.StateSpace(loop.a, loop.b[:, :1], loop.c[:1], loop.d[:1, :1], loop.dt)
+    opened = loop(point, 0.3, 0.8)
+    theirs = control.StateSpace(opened.a, opened.b, opened.c, opened.d, opened.dt)
     gain, _, _, _, _, _ = control.stability_margins(theirs)
-    ours = margins(loop)
+    ours = margins(opened)
     assert ours.gain == pytest.approx(gain, rel=1e-2)
     omega = np.geomspace(0.1, 100.0, 50)
-    assert loop.response(omega) == pytest.approx(theirs(np.exp(1j * omega * loop.dt)), rel=1e-6)
+    assert opened.response(omega) == pytest.approx(theirs(np.exp(1j * omega * TICK)), rel=1e-6)

@@ -128,9 +128,9 @@ def test_the_verdict_says_which_start_ended_elsewhere_and_which_failed(null_fit)
         End(2, 12.5, 7.25, False),
         End(3, inf, inf, False),
     )
-    said = " ".join(replace(null_fit, ends=ends).verdict)
+    said = " ".join(replace(null_fit, ends=ends).sentences)
     assert "2 of 4 starts ended in the same place." in said
     assert "Start 3 ended elsewhere: its likelihood is lower by a factor of e^12.5" in said
     assert "7.25 standard deviations away; it is left out." in said
     assert "Start 4 failed on the way; it is left out." in said
-    assert "starts ended" not in " ".join(replace(null_fit, ends=ends[:1]).verdict)
+    assert "starts ended" not in " ".join(replace(null_fit, ends=ends[:1]).sentences)

@@ -83,7 +83,7 @@ def test_the_velocity_of_each_plateau_is_the_steady_one(estimated):
             np.array([value])
             for value in (
                 plateau.current_a,
-                plateau.bend,
+                plateau.hysteresis_direction,
                 plateau.pressure_pa,
                 plateau.oil_temperature_degc,
             )

@@ -16,7 +16,7 @@ from forklift.app.demo import measured, scattered
 from forklift.plant.forklift.checks.suitability import Suitability, suitability
 from forklift.plant.forklift.commands import Command, generate
 from forklift.recordings.channels import LIFTS, commanded
-from spoilt_campaign import (
+from invalid_campaign import (
     DURATION_S,
     F0,
     F1,

@@ -12,8 +12,7 @@ from campaigns import CAMPAIGNS
 from forklift import Campaign
 from forklift.plant.forklift.checks.suitability import suitability
 from forklift.recordings.channels import LIFTS
-from small_campaign import raised
-from spoilt_campaign import (
+from invalid_campaign import (
     F0,
     F1,
     F8,
@@ -48,6 +47,7 @@ from spoilt_campaign import (
     times,
     without,
 )
+from small_campaign import raised
 from test_broken_campaigns import check_sentence
 
 

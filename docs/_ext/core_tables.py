@@ -164,7 +164,7 @@ class Effects(SphinxDirective):
                     "unit",
                     "bounds",
                     "plausible",
-                    "quiet at",
+                    "null value",
                     "meaning",
                     "why these bounds",
                 ],

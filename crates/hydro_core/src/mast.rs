@@ -206,12 +206,19 @@ impl<S: Scalar> Lift<S> {
     }
 
     /// Net upward force on the cylinder [N] and the rate of the friction bristle [m/s].
+    ///
+    /// Dry friction that a port adds follows the sign of the velocity at once: the bristles of (3.4) give way over
+    /// decimetres, so that what they carry cannot change along the stroke as fast as rollers and joints of rails do.
     #[inline(always)]
     pub fn force_and_bristle_rate<P: Ports<S>>(&self, v: S, z: S, p_a: S, ports: &P) -> (S, S) {
         let sigma_2 = ports.viscous_friction(self.friction.sigma_2);
         let coulomb = ports.coulomb_friction(self.friction.coulomb);
         let (friction, dz) = self.friction.force_and_rate_at(v, z, coulomb, sigma_2);
-        (ports.force(self.balance.net_force(p_a, ports.friction(friction))), dz)
+        let mut friction = ports.friction(friction);
+        if P::OPEN {
+            friction = friction + ports.dry_friction(S::zero()) * direction(v);
+        }
+        (ports.force(self.balance.net_force(p_a, friction)), dz)
     }
 
     /// Opening of the proportional valve [m²] at its effective current.
@@ -252,6 +259,15 @@ impl<S: Scalar> Lift<S> {
             self.compensator.rate(ports.sensed_drop(drop), s.p_b - p_d, a_comp, p_set),
         )
     }
+}
+
+/// The speed [m/s] at which a dry friction has 0.7 of its force.
+const CREEP: f64 = 0.01;
+
+/// The sign of a velocity, smooth within a few [`CREEP`]: v/√(v² + CREEP²).
+#[inline(always)]
+fn direction<S: Scalar>(v: S) -> S {
+    v / (v * v + S::constant(CREEP * CREEP)).sqrt()
 }
 
 /// What effects may read: the states and inputs of the simulated lifts.

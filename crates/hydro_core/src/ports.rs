@@ -31,6 +31,8 @@ macro_rules! ports {
     ($($name:ident: $join:ident, $unit:literal, $typical:literal, $meaning:literal;)*) => {
         /// One method per port: takes the quantity of the thesis model, gives it with the port's share.
         pub trait Ports<S: Scalar>: Copy {
+            /// True where a port may have a value at all.
+            const OPEN: bool = true;
             $(#[doc = $meaning]
             #[inline(always)]
             fn $name(&self, quantity: S) -> S {
@@ -41,7 +43,9 @@ macro_rules! ports {
         /// No port is open: the thesis model.
         #[derive(Debug, Clone, Copy)]
         pub struct Closed;
-        impl<S: Scalar> Ports<S> for Closed {}
+        impl<S: Scalar> Ports<S> for Closed {
+            const OPEN: bool = false;
+        }
 
         /// All ports of one lift, each with its value.
         #[derive(Debug, Clone, Copy)]
@@ -146,4 +150,5 @@ ports! {
     friction: Factor, "1", 0.5, "Whole friction force, (3.5).";
     inertia: Sum, "kg", 100.0, "Inertia at the cylinder, (3.27) and (3.33).";
     force: Sum, "N", 2e3, "Upward force on the cylinder, (3.27) and (3.33).";
+    dry_friction: Sum, "N", 300.0, "Dry friction beside (3.5), of any load, against a motion of some centimetres a second.";
 }

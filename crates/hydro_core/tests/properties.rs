@@ -21,6 +21,7 @@ use hydro_core::parts::orifice::Orifice;
 use hydro_core::parts::valve::{Valve, ValveState};
 use hydro_core::parts::viscosity::viscosity;
 use hydro_core::parts::{cylinder, volume};
+use hydro_core::ports::{Closed, Open};
 use hydro_core::scalar::Scalar;
 use hydro_core::truck::Truck;
 use proptest::prelude::*;
@@ -451,4 +452,20 @@ submodels! {
     pressure_rates: Pressures, 500;
     force_balance: Balance, 300;
     whole_mast_with_every_effect: WholeMast::new(), 25;
+}
+
+#[test]
+fn dry_friction_at_its_port_opposes_the_motion_and_is_none_at_rest() {
+    let truck = truck_with(&[]);
+    let (lifts, _) = truck.build([LiftName::Free], 500.0, |_, value| value).unwrap();
+    let force = |v: f64, newtons: f64| {
+        let ports = Open { dry_friction: newtons, ..Open::quiet() };
+        lifts[0].force_and_bristle_rate(v, 0.0, 5e6, &ports).0
+    };
+    let changed = |v: f64| force(v, 200.0) - force(v, 0.0);
+    assert!((changed(-0.3) - 200.0).abs() < 0.2); // lowering: upward
+    assert!((changed(0.3) + 200.0).abs() < 0.2);
+    assert!((changed(-0.01) - 200.0 * 0.5f64.sqrt()).abs() < 1e-6);
+    assert_eq!(changed(0.0), 0.0);
+    assert_eq!(force(-0.3, 0.0), lifts[0].force_and_bristle_rate(-0.3, 0.0, 5e6, &Closed).0);
 }

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from forklift import _core
 from forklift.base.errors import ForkliftError
 from forklift.control.controller import Controller
+from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS, Lift
@@ -24,8 +25,6 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 
 TICK_S = _core.CONTROL_TICK_S
-FORKS_PER_OUTPUT = {"free": 1.0, "main": 2.0}
-"""Travel of the forks over that of the output `position_*_m`: section 2.1, x_G = 2 x_ML + x_FL."""
 DELAY_TICKS: dict[Lift, int] = {"free": 2, "main": 1}
 """From reading the sensors to the valve's coil [ticks]. The thesis's truck itself answers a step of
 current by half
@@ -141,7 +140,7 @@ def lower(
     names = LIFTS
     return Lowered(
         TICK_S * np.arange(values.shape[1], dtype=np.float64),
-        {n: -FORKS_PER_OUTPUT[n] * values[:, :, place[f"velocity_{n}_m_s"]] for n in names},
+        {n: -FORKS_PER_SENSOR[n] * values[:, :, place[f"velocity_{n}_m_s"]] for n in names},
         {n: values[:, :, place[f"pressure_{n}_pa"]] for n in names},
         {n: 1e-3 * answer["reference"][:, :, k].astype(np.float64) for k, n in enumerate(names)},
         {n: answer["current"][:, :, k] for k, n in enumerate(names)},

@@ -59,10 +59,10 @@ def _of(refit: Refit, hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> l
     problem, x = refit.found.problem, refit.found.x
     names = [unknown.name for unknown in problem.unknowns]
     place = names.index(str(hypothesis.amplitude))
-    quiet = x.copy()
-    quiet[place] = 0.0
+    absent = x.copy()
+    absent[place] = 0.0
     here = _said(problem, x)
-    effect = here - _said(problem, quiet)
+    effect = here - _said(problem, absent)
     first = hypothesis.amplitude.rpartition(".")[0] + "." if hypothesis.amplitude else ""
     kept = [k for k in range(len(x)) if k >= len(names) or not (k == place or names[k].startswith(first))]
     basis, _ = np.linalg.qr(_slopes(problem, x)[:, kept])
@@ -71,7 +71,7 @@ def _of(refit: Refit, hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> l
     if square <= ABSORBED * float(effect @ effect):
         return []
     best: dict[str, Confounded] = {}
-    for other, column in _columns(problem, quiet, others):
+    for other, column in _columns(problem, absent, others):
         left = column - basis @ (basis.T @ column)
         size = float(left @ left)
         if size <= ABSORBED * float(column @ column):

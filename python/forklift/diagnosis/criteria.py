@@ -87,7 +87,7 @@ CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
 CONFIRMED = 5.0
 """Where nothing shows, and all recordings together have raised an alarm: how much better, in ln probability,
-they must foretell each other with a hypothesis. Those held out may be too few to tell, but must not
+they must predict each other with a hypothesis. Those held out may be too few to tell, but must not
 object."""
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
@@ -130,14 +130,15 @@ BEHIND = 2.0
 BOUND = 1e-3
 """In a prior's deviations: an unknown so near to its bound has gone to it."""
 CLEAR = 3.0
-"""An amplitude is there if it lies this many of its standard deviations from its quiet value."""
+"""An amplitude is there if it lies this many of its standard deviations from its null value."""
 
 # Where something acts, and of what it is a function.
 MEMORY = 2.0
 """Correlation time of an unknown input's prior, in distances of its hats: what acts for less than half of a
 period of the lift's ringing is not told from its neighbour."""
-CURVES_AT, MOST_CURVES = 4, 3
-"""At how many of the most credible places curves are screened, and how many of them are tried."""
+CURVES_AT, MOST_PLACES, MOST_CURVES = 4, 8, 3
+"""At how many of the most credible places curves are screened at least and at most, and how many curves are
+tried."""
 FAINT_CURVES = 6
 """How many curves are screened over all recordings where next to nothing is left over: those that promise
 most over the recordings that were fitted."""

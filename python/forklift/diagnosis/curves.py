@@ -14,9 +14,10 @@ from forklift.diagnosis.criteria import (
     CURVES_AT,
     FAINT_CURVES,
     MOST_CURVES,
+    MOST_PLACES,
     MOVES_AT_ALL,
 )
-from forklift.diagnosis.dependence import Shape, shapes
+from forklift.diagnosis.dependence import Dependence, dependences
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.screening import Screened, screen
@@ -52,10 +53,10 @@ class FreeCurves:
 
     def _offered(self, refit: Refit) -> list[Screened]:
         inputs = self._inputs(refit)
-        places = self._first(refit, inputs)[:CURVES_AT]
+        places = self._first(refit, credible(inputs))
         offered = self._curves(refit.told_from, places)
         if not refit.hypotheses:
-            near = [one.port for one in inputs[:CURVES_AT] if one.evidence >= CURVE_NEAR * inputs[0].evidence]
+            near = [one.port for one in credible(inputs) if one.evidence >= CURVE_NEAR * inputs[0].evidence]
             samples = refit.early.problem.samples
             further = [one for port in near for one in self.machine.unnamed(self._place(port), samples)]
             offered += [one for place, one in enumerate(further) if one not in further[:place]]
@@ -68,7 +69,7 @@ class FreeCurves:
         """The curve of the greatest evidence over all recordings, of those that have the greatest over the
         recordings that were fitted, beside a refit that leaves next to nothing over in any channel: the
         coarsest over every variable, at the most credible places."""
-        places = [self._place(one.port) for one in self._inputs(refit)][:CURVES_AT]
+        places = [self._place(one.port) for one in credible(self._inputs(refit))]
         at = refit.found
         offered = self._curves(at, places, most=1)
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
@@ -136,6 +137,17 @@ class FreeCurves:
         return [self._place(name) for name in names]
 
 
+def credible(inputs: Sequence[UnknownInput]) -> Sequence[UnknownInput]:
+    """Of unknown inputs, the most credible first, those at whose places curves are screened: all that are
+    nearly as credible as the first, and a few more.
+
+    An input over time is a poor judge between places of one flow: a law of the speed at the viscosity is as
+    well imitated at the opening or the current. The curve itself, a function, parts them.
+    """
+    near = sum(one.evidence >= CURVE_NEAR * inputs[0].evidence for one in inputs)
+    return inputs[: min(max(near, CURVES_AT), MOST_PLACES)]
+
+
 def variables(problem: Problem, x: Floats, part: str, at: Sequence[Floats]) -> list[dict[str, Floats]]:
     """Of every recording the machine's variables for what acts on `part`, at these times."""
     moments = problem.moments(x, part)
@@ -145,10 +157,10 @@ def variables(problem: Problem, x: Floats, part: str, at: Sequence[Floats]) -> l
     ]
 
 
-def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Shape]:
+def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Dependence]:
     """An unknown input as a function of each variable, the best first."""
     early = refit.early
-    return shapes(found, variables(early.problem, early.x, part, found.centres))
+    return dependences(found, variables(early.problem, early.x, part, found.centres))
 
 
 def _ranges(found: Found, part: str) -> dict[str, tuple[float, float]]:

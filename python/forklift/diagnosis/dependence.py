@@ -24,7 +24,7 @@ ACTS = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class Dependence:
     """The unknown input as a function of one variable."""
 
     variable: str
@@ -42,7 +42,7 @@ class Shape:
         return float(self.at[strong[0]]), float(self.at[strong[-1]])
 
 
-def shapes(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> list[Shape]:
+def dependences(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> list[Dependence]:
     """The input against every variable, the best first.
 
     `variables` holds each recording's, at the times of its hats; what not all of them have is none.
@@ -52,7 +52,7 @@ def shapes(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> li
     return sorted((shape for shape in fitted if shape), key=lambda shape: -shape.explained)
 
 
-def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Shape | None:
+def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Dependence | None:
     everything = np.concatenate(columns)
     finite = everything[np.isfinite(everything)]
     if not len(finite) or np.ptp(finite) <= 1e-6 * np.abs(finite).max():
@@ -73,7 +73,7 @@ def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Shape |
     for own, mine in zip(normals, rights, strict=True):
         line = np.linalg.solve(normal - own + ridge, right - mine)
         gained += float(2.0 * mine @ line - line @ own @ line)
-    return Shape(name, gained / sum(squares), at, np.linalg.solve(normal + ridge, right))
+    return Dependence(name, gained / sum(squares), at, np.linalg.solve(normal + ridge, right))
 
 
 def _tents(values: Floats, at: Floats) -> Floats:

@@ -14,7 +14,7 @@ from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import confounded
 from forklift.diagnosis.criteria import MOVES, NEAR
 from forklift.diagnosis.deficiency import Deficiency, deficiency
-from forklift.diagnosis.dependence import Shape
+from forklift.diagnosis.dependence import Dependence
 from forklift.diagnosis.engine import investigate, loudest, verdict
 from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.hypothesis import with_hypotheses
@@ -126,7 +126,7 @@ def diagnose(
     where = (
         None
         if said == "no-mismatch"
-        else _location(model, selection.baseline, found.causes, seen, found.inputs, found.shapes)
+        else _location(model, selection.baseline, found.causes, seen, found.inputs, found.dependences)
     )
     return Diagnosis(
         model,
@@ -138,7 +138,7 @@ def diagnose(
         named,
         found.doubted,
         found.inputs,
-        found.shapes,
+        found.dependences,
         selection,
         found.screening,
         unidentifiable,
@@ -192,7 +192,7 @@ def _location(
     found: Sequence[Cause],
     invalid: Sequence[Cause],
     inputs: Sequence[UnknownInput],
-    seen: Sequence[Shape],
+    seen: Sequence[Dependence],
 ) -> Location:
     """By the first cause that was found, else by what was invalid before any fit, else by the most credible
     unknown input."""

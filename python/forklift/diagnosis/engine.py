@@ -9,7 +9,7 @@ from typing import Literal
 from forklift.diagnosis.causes import Cause, causes, told
 from forklift.diagnosis.criteria import BUDGET, DOUBTFUL
 from forklift.diagnosis.curves import FreeCurves, over_variables
-from forklift.diagnosis.dependence import Shape
+from forklift.diagnosis.dependence import Dependence
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.progress import FITTING, TRYING, Clock
 from forklift.diagnosis.refit import Refit, Refitter
@@ -32,7 +32,7 @@ class Investigation:
     """What came of it."""
 
     inputs: tuple[UnknownInput, ...]
-    shapes: tuple[Shape, ...]
+    dependences: tuple[Dependence, ...]
     selection: Selection
     screening: Screening
     """All hypotheses at the fitted machine."""
@@ -74,7 +74,7 @@ def _from(
     machine: Machine,
     clock: Clock,
     hopeless: bool,
-) -> tuple[list[UnknownInput], list[Shape], Selection, Screening]:
+) -> tuple[list[UnknownInput], list[Dependence], Selection, Screening]:
     """Screen, locate and select, from a baseline; where its search went astray, the selection has another."""
     with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
@@ -84,7 +84,7 @@ def _from(
     if baseline.complete or baseline.slight:
         asked = alarming(screening, refitter.together)
     inputs: list[UnknownInput] = []
-    seen: list[Shape] = []
+    seen: list[Dependence] = []
     if hopeless:
         selection = Selection(baseline, (), baseline)
     else:

@@ -29,7 +29,7 @@ FAR = 4.0
 
 @dataclass(frozen=True)
 class GroupFold:
-    """One group, foreseen from the others."""
+    """One group, predicted from the others."""
 
     group: str
     before: float

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.diagnosis.dependence import shapes
+from forklift.diagnosis.dependence import dependences
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.refit import Refit
 from forklift.plant.subject import Subject
@@ -45,7 +45,7 @@ def laws(machine: Subject, refit: Refit) -> list[Law]:
             best = None
             if np.ptp(every) > 1e-9 * np.abs(every).max():
                 alone = UnknownInput(port, 0.0, 0.0, 0.0, time, tuple(added), tuple(map(np.ones_like, added)))
-                best = next(iter(shapes(alone, seen)), None)
+                best = next(iter(dependences(alone, seen)), None)
             if best is None:
                 found.append(Law(term.name, port, "", 0.0, np.concatenate(time), every))
             else:

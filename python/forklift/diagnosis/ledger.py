@@ -30,13 +30,18 @@ class Considered:
     """How far −ln posterior would fall with it, by a linear step from the fitted truck; None if not asked."""
     unidentifiable: Untold
     fitted: Refit | None
-    """The smallest set of hypotheses with it that was fitted."""
+    """The smallest set of hypotheses with it that was fitted to its end; if none was, that was begun."""
     named: bool
     skipped: bool = False
     """Whether it would have been tried, if the work that a diagnosis may do had lasted."""
 
+    @property
+    def given_up(self) -> bool:
+        """Whether every search with it was begun and given up, since it fell far behind."""
+        return self.fitted is not None and not self.fitted.finished and not self.named
+
     def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """For JSON; ``fitted``: to its end, ``left_over``: of what was given up, as it stood there."""
         return {
             "id": self.hypothesis.id,
             "kind": self.hypothesis.kind,
@@ -44,7 +49,8 @@ class Considered:
             "where": self.hypothesis.where,
             "promised": self.promised,
             "unidentifiable": self.unidentifiable,
-            "fitted": self.fitted is not None,
+            "fitted": self.fitted is not None and not self.given_up,
+            "given_up": self.given_up,
             "left_over": self.fitted.reduced_chi2 if self.fitted else None,
             "beside": [one.label for one in self.fitted.hypotheses if one is not self.hypothesis]
             if self.fitted
@@ -52,6 +58,14 @@ class Considered:
             "named": self.named,
             "skipped": self.skipped,
         }
+
+
+def uncontested(found: Outcome) -> str:
+    """Why a cause has no rival that was fitted to its end."""
+    others = [one for one in considered(found) if one.fitted and not one.named]
+    if others:
+        return "no rival was fitted to its end"
+    return "not contested: nothing else was fitted against it"
 
 
 def considered(found: Outcome) -> list[Considered]:
@@ -73,7 +87,7 @@ def _each(
 ) -> Iterator[Considered]:
     """The first of each label counts; `one_value`: what was not asked, for its condition never changes."""
     refits = [refit for step in selection.steps for refit in step.refits]
-    refits.sort(key=lambda refit: len(refit.hypotheses))
+    refits.sort(key=lambda refit: (not refit.finished, len(refit.hypotheses)))
     by_label: dict[str, Refit] = {}
     for refit in [*refits, *selection.unnamed]:
         for hypothesis in refit.hypotheses:

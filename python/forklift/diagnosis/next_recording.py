@@ -39,7 +39,7 @@ TELLS = 0.5
 LOT, MOST = 16, 64
 """Candidates are differentiated in lots, until no other can be better, but no more than this many times."""
 COARSE = 4
-"""Substeps of the simulations: what is foreseen need not be as exact as what is fitted."""
+"""Substeps of the simulations: what is predicted need not be as exact as what is fitted."""
 FAINTEST = 1e-3
 """An encoder's sample tells at least this much of a full one, however slowly it moves."""
 
@@ -89,7 +89,7 @@ class _Rival:
         problem = self.refit.found.problem
         return problem.weighted(problem.sigma, COARSE), self.refit.found.x
 
-    def foreseen(self, samples: Sequence[Sample]) -> tuple[Problem, Floats]:
+    def predicted(self, samples: Sequence[Sample]) -> tuple[Problem, Floats]:
         """The rival's problem over candidates, their conditions as doubtful as it holds them."""
         fitted = self.refit.found.problem
         problem = fitted.over(samples).weighted(fitted.sigma, COARSE)
@@ -120,7 +120,7 @@ def part(rivals: Sequence[Refit], candidates: Sequence[Candidate]) -> Proposal:
         while left := asked[len(scores) :][:LOT]:
             if bound[left[0]] < max([PARTS, *(float(found.min()) for found in scores.values())]) and scores:
                 break
-            runs = [_linearised(*one.foreseen([candidates[k].sample for k in left])) for one in known]
+            runs = [_linearised(*one.predicted([candidates[k].sample for k in left])) for one in known]
             scores |= dict(zip(left, _scores(known, runs, noise), strict=True))
     pairs = [(one.label, other.label) for one, other in combinations(known, 2)]
     most = recorded.max(axis=0, initial=0.0) if len(recorded) else np.zeros(len(pairs))
@@ -181,9 +181,9 @@ def tell(refit: Refit, what: Hypothesis | str, candidates: Sequence[Candidate]) 
         rival = _Rival(_label(refit), asked, _root(covariance))
         noise = _noise([asked])
         possible = [k for k, said in enumerate(_values(rival, candidates)) if said is not None]
-        foreseen, at = rival.foreseen([candidates[k].sample for k in possible])
+        predicted, at = rival.predicted([candidates[k].sample for k in possible])
         place = names.index(name)
-        after = [_deviation(run, rival.root, noise, place) for run in _linearised(foreseen, at)]
+        after = [_deviation(run, rival.root, noise, place) for run in _linearised(predicted, at)]
     before = float(np.sqrt(covariance[place, place]))
     if not after:
         return Proposal(None, f"no candidate can be simulated with {name}")
@@ -226,7 +226,7 @@ def _noise(refits: Sequence[Refit]) -> dict[str, float]:
 
 def _values(rival: _Rival, candidates: Sequence[Candidate]) -> list[Mapping[str, Floats] | None]:
     """What the rival foresees of each candidate; None where it cannot be simulated."""
-    problem, x = rival.foreseen([candidate.sample for candidate in candidates])
+    problem, x = rival.predicted([candidate.sample for candidate in candidates])
     try:
         return list(problem.said(x))
     except ForkliftError:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.confounding import Confounded
     from forklift.diagnosis.deficiency import Deficiency
-    from forklift.diagnosis.dependence import Shape
+    from forklift.diagnosis.dependence import Dependence
     from forklift.diagnosis.engine import Verdict
     from forklift.diagnosis.group_validation import GroupFold
     from forklift.diagnosis.locate import UnknownInput
@@ -80,7 +80,7 @@ class Outcome:
         Explanations of which none is more likely than all others together: several fit as well.
     inputs
         An unknown input at every place, the most credible first.
-    shapes
+    dependences
         The most credible one as a function of what is known of the moment, the best first.
     screening
         All hypotheses at the fitted machine.
@@ -117,7 +117,7 @@ class Outcome:
     causes: tuple[Cause, ...]
     doubted: tuple[Cause, ...]
     inputs: tuple[UnknownInput, ...]
-    shapes: tuple[Shape, ...]
+    dependences: tuple[Dependence, ...]
     selection: Selection
     screening: Screening
     unidentifiable: tuple[Hypothesis, ...]

@@ -32,12 +32,12 @@ from forklift.diagnosis.criteria import (
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import log_evidence, loo_log_score
 from forklift.diagnosis.unfinished import Unfinished
-from forklift.fitting.interface import Problem
+from forklift.fitting.interface import Problem, Recording
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
 from forklift.fitting.nuisance import sought
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import ChannelResidual, judge
-from forklift.fitting.search import STAGES, Found, Stage
+from forklift.fitting.search import STAGES, Found, Stage, ended
 from forklift.fitting.work import Work
 from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
@@ -53,9 +53,13 @@ SETTLING = (replace(STAGES[2], evaluations=8),)
 FINEST = replace(STAGES[-1], substeps=32, evaluations=6)
 AFTER_SEEKING = 2
 """How often recordings held out are linearised anew, once what is their own was sought with all else held."""
-OVER_ALL = replace(STAGES[-1], evaluations=4)
-"""From a fit that explains all recordings, those held out too."""
+OVER_ALL = replace(STAGES[-1], evaluations=12, gain=ENDED)
+"""From a fit that explains all recordings, or all that were fitted. A fit that had not ended there would let
+hypotheses promise what it still had to gain."""
 
+
+Which = Callable[[Recording], bool]
+"""Whether a recording is judged."""
 
 Bars = tuple[float, float]
 """What −ln posterior must come down to in each of the tempered stages, or the trial is given up."""
@@ -348,7 +352,40 @@ class Refitter:
 
     def baseline(self) -> Refit:
         """The machine without any hypothesis."""
-        return self.finish(self.rough(()))
+        return self.pooled(self.finish(self.rough(())))
+
+    def pooled(self, refit: Refit) -> Refit:
+        """The same, led on by all recordings, if those that were fitted are explained, those held out are
+        not, and one machine explains them all.
+
+        Recordings held out may reach beyond those fitted: a friction that no light load was fitted for lies
+        anywhere. What one machine says of all of them is then no mismatch.
+        """
+        if self.strict or refit.complete or self._misses(refit.found):
+            return refit
+        if not all(one.explained for one in refit.rest()):
+            return refit
+        over_all = self.everywhere(refit)
+        problem = refit.found.problem
+        x = refit.found.x.copy()
+        for k, sample in enumerate(problem.samples):
+            files = [one.recording.file for one in over_all.problem.samples]
+            place = over_all.problem.columns(files.index(sample.recording.file))
+            x[problem.columns(k)] = over_all.x[place]
+        found = ended(problem, x, refit.found.evaluations + over_all.evaluations)
+        led = self._judged(refit.hypotheses, found, refit.costs, early=refit.early, finished=True)
+        return replace(led, cold=refit.cold) if led.complete else refit
+
+    def _misses(self, found: Found) -> bool:
+        """Whether a search leaves so much over in a channel of a recording that was fitted, that no judgement
+        will find it explained."""
+        problem = found.problem
+        squares = [
+            np.mean((seen.left(said[seen.sensor.channel]) / self.sensors[seen.sensor.channel].noise) ** 2)
+            for sample, said in zip(problem.samples, problem.said(found.x), strict=True)
+            for seen in sample.observed
+        ]
+        return bool(max(squares) > SLIGHT)
 
     def everywhere(self, refit: Refit) -> Found:
         """The same machine fitted to all recordings, those held out too, with substeps no longer than it had:
@@ -391,10 +428,11 @@ class Refitter:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
         early, clearly = refit.early, refit.worst.mean_square >= MISFIT
         done = self._ended(refit, early, SETTLING if clearly else FINE[:1])
-        if clearly or (done.worst.mean_square > SLIGHT and not self._felt(done, FINE[1].substeps)):
+        missed = done.worst.mean_square >= MISFIT
+        if missed and (clearly or not self._felt(done, FINE[1].substeps)):
             return done
-        done = self._ended(refit, done.found, FINE[1:])
-        return done if done.complete else self.finer(done)
+        done = self._ended(refit, done.found, FINE if clearly else FINE[1:])
+        return done if done.complete else self.pooled(self.finer(done))
 
     def _ended(self, refit: Refit, at: Found, stages: tuple[Stage, ...]) -> Refit:
         """The refit after these stages from there, judged."""
@@ -405,18 +443,21 @@ class Refitter:
         return replace(ended, cold=refit.cold)
 
     def finer(self, refit: Refit) -> Refit:
-        """The same with shorter substeps, if what is left over is the simulation's own error."""
+        """The same with shorter substeps, if what is left over is the simulation's own error.
+
+        The recording that is missed most is judged first: what it still leaves over, no other can make up
+        for.
+        """
         if not self._felt(refit, FINEST.substeps):
             return refit
         problem = refit.found.problem.weighted(refit.found.problem.sigma, FINEST.substeps)
-        exact = self._judged(
-            refit.hypotheses,
-            replace(refit.found, problem=problem),
-            refit.costs,
-            early=refit.early,
-            finished=True,
-        )
-        if exact.worst.mean_square > LESS * refit.worst.mean_square:
+        finest = replace(refit.found, problem=problem)
+        file, bar = refit.worst.file, LESS * refit.worst.mean_square
+        first = self.residuals_of(refit.hypotheses, finest, refit.knowledge, lambda one: one.file == file)
+        if max(one.mean_square for one in first) > bar:
+            return refit
+        exact = self._judged(refit.hypotheses, finest, refit.costs, early=refit.early, finished=True)
+        if exact.worst.mean_square > bar:
             return refit
         found = self.search(problem, refit.found.x, (FINEST,))
         return self._judged(
@@ -476,32 +517,40 @@ class Refitter:
         early: Found,
         finished: bool,
     ) -> Refit:
-        everyone = with_hypotheses(self.everyone, hypotheses).weighted(
-            found.problem.sigma, found.problem.substeps
-        )
-        held = [one for one in everyone.samples if one.recording.role == "validate"]
-        fitted = [one for one in everyone.samples if one.recording.role != "validate"]
         with one_thread():
             known = knowledge(found.problem, found.x)
-            granted = known.covariance
-            if self.strict:
-                granted = covariance_at_noise(found.problem, found.x, self.sensors)
-        theta = found.x[: len(found.problem.unknowns)]
-
-        def judged(samples: Sequence[Any]) -> tuple[ChannelResidual, ...]:
-            asked = everyone.over(samples)
-            with one_thread():
-                if self.strict:
-                    return tuple(judge(asked, theta, granted, self.sensors, far=NEAR, moves=MOVES))
-                return tuple(judge(asked, theta, granted, self.sensors, moves=AFTER_SEEKING, seek=sought))
-
-        told = judged(held or fitted)
+        roles = {one.recording.role for one in self.everyone.samples}
+        told = self.residuals_of(hypotheses, found, known, _held if "validate" in roles else _fitted)
         left = _left_at(found.problem.sigma, told, self.sensors) if self.strict else None
 
         def rest() -> tuple[ChannelResidual, ...]:
-            return judged(fitted) if held else ()
+            return self.residuals_of(hypotheses, found, known, _fitted) if "validate" in roles else ()
 
         return Refit(tuple(hypotheses), found, known, told, costs, finished, early, left, rest=rest)
+
+    def residuals_of(
+        self, hypotheses: Sequence[Hypothesis], found: Found, known: Knowledge, which: Which
+    ) -> tuple[ChannelResidual, ...]:
+        """Recordings, judged by a search's end and what is known there of the parameters."""
+        everyone = with_hypotheses(self.everyone, hypotheses).weighted(
+            found.problem.sigma, found.problem.substeps
+        )
+        asked = everyone.over([one for one in everyone.samples if which(one.recording)])
+        theta = found.x[: len(found.problem.unknowns)]
+        with one_thread():
+            if self.strict:
+                granted = covariance_at_noise(found.problem, found.x, self.sensors)
+                return tuple(judge(asked, theta, granted, self.sensors, far=NEAR, moves=MOVES))
+            seek, moves = sought, AFTER_SEEKING
+            return tuple(judge(asked, theta, known.covariance, self.sensors, moves=moves, seek=seek))
+
+
+def _held(recording: Recording) -> bool:
+    return recording.role == "validate"
+
+
+def _fitted(recording: Recording) -> bool:
+    return recording.role != "validate"
 
 
 def _left_at(

@@ -130,13 +130,12 @@ def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
 
     Where they do not, a curve beside them must remove that share of what they leave over, at the place of
     one of them less, as it is part of the same cause; and a curve instead of them must gain much more than
-    they do.
+    they do. A curve alone must remove most: where it does not, the place is told and no law.
     """
     if best.complete:
         return refit.identifiable and best.squares - refit.squares > AS_NEAR
     if not best.hypotheses:
-        clear = best.worst.mean_square > MISFIT
-        return helps(refit, best, LEAST_GAIN if clear else share)
+        return helps(refit, best, max(share, MOST_OF))
     if set(best.hypotheses) < set(refit.hypotheses):
         places = {(one.where, one.equation) for one in best.hypotheses}
         new = [one for one in refit.hypotheses if one not in best.hypotheses]

@@ -476,7 +476,7 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
     for hypothesis in best.hypotheses:
         named = hypothesis.kind != "unknown" and hypothesis not in kept
         if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
-            continue  # recordings foretell each other by it, though none needs it for itself
+            continue  # recordings predict each other better by it, though none needs it for itself
         sure = best.complete and best.deviations(hypothesis) >= BEYOND_DOUBT
         if len(best.hypotheses) > 1 and named and not sure:
             race.say(f"checking whether {hypothesis.label} is needed")

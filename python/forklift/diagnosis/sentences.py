@@ -10,13 +10,14 @@ import polars as pl
 
 from forklift.base.typeset import amount, number
 from forklift.diagnosis.criteria import AS_GOOD, FLAT, LIKELY, TOLD_REGION
+from forklift.diagnosis.ledger import uncontested
 from forklift.diagnosis.numbers import of_hypothesis
 from forklift.diagnosis.outcome import COMMAND
 from forklift.fitting.agreement import together
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
-    from forklift.diagnosis.dependence import Shape
+    from forklift.diagnosis.dependence import Dependence
     from forklift.diagnosis.outcome import Outcome
     from forklift.fitting.agreement import Agreement
     from forklift.plant.protocol import Hypothesis
@@ -185,7 +186,7 @@ def _of(found: Outcome) -> str:
     return f" of {part}" if part else ""
 
 
-def region(words: Words, seen: Sequence[Shape], part: str) -> str:
+def region(words: Words, seen: Sequence[Dependence], part: str) -> str:
     """Where the unknown input acts, in words and numbers, if that is a function of something."""
     telling = [shape for shape in seen if shape.explained >= TOLD_REGION][:2]
     if not telling:
@@ -199,7 +200,7 @@ def region(words: Words, seen: Sequence[Shape], part: str) -> str:
     )
 
 
-def _where(words: Words, shape: Shape, part: str) -> str:
+def _where(words: Words, shape: Dependence, part: str) -> str:
     """The variable, where the input acts most, and how it goes from there to there."""
     name, unit, scale = words.variable(shape.variable, part)
     low, high = shape.region
@@ -225,7 +226,7 @@ def _lines(found: Outcome) -> Iterator[str]:
     for cause in (*found.causes, *found.doubted):
         sure = "no recording was held out to say how sure that is"
         if found.judged_on == "validate":
-            sure = f"credibility {cause.credibility:.3f}" if cause.rivals else "not contested"
+            sure = f"credibility {cause.credibility:.3f}" if cause.rivals else uncontested(found)
         yield f"Cause: {named(found, cause)}; {sure}, form {cause.form}"
         for row in [
             row for one in (cause.hypothesis, cause.curve) if one for row in of_hypothesis(found.final, one)

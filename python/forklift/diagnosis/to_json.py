@@ -99,7 +99,7 @@ def to_dict(found: Outcome) -> dict[str, Any]:
         ],
         "functions_of": [
             {"variable": one.variable, "explained": one.explained, "region": list(one.region)}
-            for one in found.shapes
+            for one in found.dependences
         ],
         "recordings": [
             {

@@ -19,6 +19,7 @@ from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.ensemble.tables import tick_s
+from forklift.plant.forklift.geometry import FORKS_PER_CYLINDER
 from forklift.plant.forklift.tables import states
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import Lift
@@ -29,8 +30,6 @@ SETTLING_S = 8.0
 """How long the lift is lowered to be steady: twenty periods of its oscillation."""
 PIECE_S = 0.25
 """Of that, without an end of the stroke on the way: a cylinder at 1 m/s travels a quarter of a metre."""
-FORKS = 2.0
-"""Travel of the forks over that of either cylinder (Fri & Fahlén 2017, section 2.1)."""
 UNSTABLE = 1e-6
 """An eigenvalue this far outside the unit circle grows by less than a thousandth in a minute: the
 position's lies on it
@@ -151,7 +150,7 @@ def operating_point(
         found = run["states"][1].copy()
         found[position] = middle
     assert found is not None
-    speed = -FORKS * float(found[velocity])
+    speed = -FORKS_PER_CYLINDER * float(found[velocity])
     if speed < 1e-3:
         raise ForkliftError(
             "no-steady-state",
@@ -170,7 +169,7 @@ def plant(point: OperatingPoint) -> StateSpace:
     )
     names = tuple(states())
     c = np.zeros((2, len(a)))
-    c[0, names.index("velocity")] = -FORKS
+    c[0, names.index("velocity")] = -FORKS_PER_CYLINDER
     c[1, names.index("cylinder_pressure")] = 1.0
     return StateSpace(a, b[:, None], c, np.zeros((2, 1)), None, names)
 
@@ -221,17 +220,6 @@ def sampled(system: StateSpace, dt: float | None = None, delay_s: float = 0.0) -
     return StateSpace(a, b, c, system.d, dt, system.names + shifts)
 
 
-def series(first: StateSpace, second: StateSpace) -> StateSpace:
-    """`second` after `first`, of which it takes the first output."""
-    n, m = len(first.a), len(second.a)
-    a = np.zeros((n + m, n + m))
-    a[:n, :n], a[n:, n:] = first.a, second.a
-    a[n:, :n] = second.b[:, :1] @ first.c[:1]
-    b = np.vstack([first.b, second.b[:, :1] @ first.d[:1]])
-    c = np.hstack([second.d[:, :1] @ first.c[:1], second.c])
-    return StateSpace(a, b, c, second.d[:, :1] @ first.d[:1], first.dt, first.names + second.names)
-
-
 def closed(loop: StateSpace) -> StateSpace:
     """The first output fed back, with a minus, to the first input."""
     factor = 1.0 / (1.0 + loop.d[0, 0])
@@ -239,29 +227,6 @@ def closed(loop: StateSpace) -> StateSpace:
     return StateSpace(
         a, factor * loop.b[:, :1], factor * loop.c[:1], factor * loop.d[:1, :1], loop.dt, loop.names
     )
-
-
-def pid(
-    proportional: float, integral: float, derivative: float, filter_rate: float, dt: float | None = None
-) -> StateSpace:
-    """The thesis's PID (4.12) on a speed error, forward Euler in its integral, its derivative through (A.17).
-
-    Parameters
-    ----------
-    proportional, integral, derivative
-        P [1], I [1/s], D [s]: speed ordered over speed error.
-    filter_rate
-        Corner of the derivative filter [rad/s]; its pole is e^(−rate dt).
-    """
-    dt = dt or tick_s()
-    pole = float(np.exp(-filter_rate * dt))
-    # States: the integral, and the filtered error.
-    a = np.array([[1.0, 0.0], [0.0, pole]])
-    b = np.array([[dt], [1.0 - pole]])
-    slope = derivative / dt
-    c = np.array([[integral, slope * (pole - 1.0)]])
-    d = np.array([[proportional + slope * (1.0 - pole)]])
-    return StateSpace(a, b, c, d, dt, ("integral", "filtered error"))
 
 
 def least_damped(loop: StateSpace, *, below_hz: float = np.inf) -> Mode | None:

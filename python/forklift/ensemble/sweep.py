@@ -324,7 +324,7 @@ def replay(spec: Specification, truck: Truck, controller: Controller | None, ind
         ``"argument-invalid"`` for a member that the sweep does not have.
     """
     from forklift.ensemble.tables import verdicts
-    from forklift.plant.forklift.signals import FORKS_PER_SENSOR
+    from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
     from forklift.plant.forklift.tables import outputs
 
     members = Members(spec, truck, controller, 1)

@@ -30,12 +30,12 @@ class Comparison(Compared, Plotted):
     """What `compare` gives; `write` puts all of it into a folder."""
 
     @cached_property
-    def verdict(self) -> tuple[str, ...]:
+    def sentences(self) -> tuple[str, ...]:
         """One plain sentence per headline: how good the fit is and where it is poor.
 
         Of a part without one the sentence says why, and how well the other signals fit.
         """
-        return comparison_words.verdict(self)
+        return comparison_words.sentences(self)
 
     def write(self, out: str | Path) -> Path:
         """Write ``predictions/baseline/FILE.csv``, ``fit.csv``, ``compare.json`` and ``report.html``.
@@ -88,14 +88,14 @@ class Comparison(Compared, Plotted):
             "campaign": dict(self.origin.facts),
             **self.machine.facts(),
             "command": self.origin.command(self.machine, "compare"),
-            "verdict": list(self.verdict),
+            "verdict": list(self.sentences),
             "validation": {channel: json_rows(self.validation(channel)) for _, channel in self.headlines},
             "fits": json_rows(self.fits),
             "phases": json_rows(self.phases),
         }
 
     def __str__(self) -> str:
-        return "\n".join([*self.verdict, "", *present.tables(self)])
+        return "\n".join([*self.sentences, "", *present.tables(self)])
 
     def _repr_html_(self) -> str:
         return present.summary(self)

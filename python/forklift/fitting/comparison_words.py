@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from forklift.plant.subject import Words
 
 
-def verdict(comparison: Compared) -> tuple[str, ...]:
+def sentences(comparison: Compared) -> tuple[str, ...]:
     """Of each part its headlines, or why there is none."""
     machine = comparison.machine
     driven = {part for one in comparison.predictions for part in machine.driven(one.recording)}
@@ -39,7 +39,8 @@ def _sentence(comparison: Compared, part: str, channel: str) -> str:
     if not len(table):
         return ""
     role = "validate" if (table["role"] == "validate").all() else "estimate"
-    count = f"{len(table)} {role} recording{'s' if len(table) > 1 else ''}"
+    kind = "held-out " if role == "validate" else ""
+    count = f"{len(table)} {kind}recording{'s' if len(table) > 1 else ''}"
     mean = float(np.mean(table["nrmse_percent"].to_numpy()))
     text = f"{named(comparison.machine.words, channel)} fits to {mean:.1f} %"
     if len(table) > 1:
@@ -77,7 +78,7 @@ def _phase(comparison: Compared, channel: str) -> str:
         return ""
     phase = comparison.machine.phase_words[most["phase"]]
     return (
-        f"; {100 * most['share_of_misfit']:.0f} % of its misfit lies in {phase} "
+        f". {100 * most['share_of_misfit']:.0f} % of its misfit lies in {phase} "
         f"({100 * most['share_of_time']:.0f} % of the time)"
     )
 
@@ -97,7 +98,8 @@ def _other(comparison: Compared, part: str, files: pl.Series) -> str:
     if not len(others):
         return ""
     poorest = others.row(0, named=True)
+    name = comparison.machine.words.signal(poorest["channel"])
     return (
-        f"; the poorest other signal is {poorest['channel']} in {poorest['file']}, with an NRMSE fit of "
+        f". The poorest other signal is the {name} in {poorest['file']}, with an NRMSE fit of "
         f"{_fit(poorest['nrmse_percent'])} (RMSE {amount(poorest['rmse'], poorest['unit'])})"
     )

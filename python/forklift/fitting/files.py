@@ -62,7 +62,7 @@ def to_dict(fit: Fitted, tables: Mapping[str, Tabled] | None = None) -> dict[str
         "evaluations": fit.found.evaluations,
         "interrupted": fit.interrupted,
         "complete": fit.complete,
-        "verdict": list(words.verdict(fit)),
+        "verdict": list(words.sentences(fit)),
         "parameters": json_rows(fit_tables.parameters(fit)),
         "known_only_together": [
             {"names": list(group.names), "by": list(group.by), "units": list(group.units)}

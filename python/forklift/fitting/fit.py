@@ -69,9 +69,9 @@ class Fit(Fitted):
     """What `fit` gives; `write` puts all of it into a folder."""
 
     @cached_property
-    def verdict(self) -> tuple[str, ...]:
+    def sentences(self) -> tuple[str, ...]:
         """In plain sentences: how good the fit is, what it leaves over and where, what it cannot tell."""
-        return words.verdict(self)
+        return words.sentences(self)
 
     @cached_property
     def fits(self) -> pl.DataFrame:
@@ -130,7 +130,7 @@ class Fit(Fitted):
         )
 
     def __str__(self) -> str:
-        return "\n".join([*self.verdict, "", *present.tables(self)])
+        return "\n".join([*self.sentences, "", *present.tables(self)])
 
 
 @dataclass

@@ -79,8 +79,8 @@ class Fitted:
                 sources[name] = (
                     f"{estimated}, 95 % interval {lower:.6g} to {upper:.6g}{biased}"
                     if estimate.identifiable
-                    else f"not told by campaign {origin.name!r} alone; near {self.machine.words.noun} "
-                    f"{self.machine.name!r} by its prior"
+                    else f"not identifiable from campaign {origin.name!r} alone; near "
+                    f"{self.machine.words.noun} {self.machine.name!r} by its prior"
                 )
         return {name.rpartition(".")[0]: estimated for name in sources} | sources
 

@@ -151,8 +151,8 @@ def widening(problem: Problem, x: Floats) -> dict[str, float]:
                 continue
             residual = residuals[seen.sensor.channel]
             white = ljung_box(residual)
-            quiet = white is None or white > COLOURED
-            found = np.zeros(problem.lags) if quiet else _autocorrelation(residual, problem.lags)
+            uncorrelated = white is None or white > COLOURED
+            found = np.zeros(problem.lags) if uncorrelated else _autocorrelation(residual, problem.lags)
             correlations.setdefault(seen.sensor.channel, []).append(found)
     return {
         name: float(np.sqrt(max(1.0, 1.0 + 2.0 * np.mean(found, axis=0).sum())))

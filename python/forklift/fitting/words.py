@@ -18,7 +18,7 @@ MORE = 1.5
 """Recordings of one operating point are told if they hold so many times their share of what is left over."""
 
 
-def verdict(fit: Fitted) -> tuple[str, ...]:
+def sentences(fit: Fitted) -> tuple[str, ...]:
     """All sentences, the most important first."""
     said = [_interrupted(fit)] if fit.interrupted else []
     said += [_part(fit, part) for part in fit.parts]
@@ -28,7 +28,7 @@ def verdict(fit: Fitted) -> tuple[str, ...]:
     said += [_together(group) for group in fit.knowledge.groups]
     if fit.knowledge.unidentifiable:
         names = ", ".join(fit.knowledge.unidentifiable)
-        said.append(f"Not told by these recordings at all, and held near the start's values: {names}.")
+        said.append(f"Not identifiable from these recordings; the value comes from the prior: {names}.")
     return tuple(said)
 
 
@@ -62,16 +62,13 @@ def _part(fit: Fitted, part: str) -> str:
     files = sorted({found.file for found in seen})
     if not seen:
         return f"{_head(fit, part)}no recording of it is judged on."
-    what = f"{len(files)} {seen[0].role} recording{'s' * (len(files) > 1)}"
+    what = recordings_of(len(files), seen[0].role)
     worst = max(seen, key=lambda found: found.mean_square)
-    size = (
-        f"{worst.mean_square:.2f} (mean square in units of the sensors' noise, {worst.channel} of "
-        f"{worst.file})"
-    )
+    signal = fit.machine.words.signal(worst.channel)
+    size = f"{worst.mean_square:.2f} times its power (1 is noise alone), in the {signal} of {worst.file}"
     if worst.explained:
         text = (
-            f"{_head(fit, part)}the fitted {noun} explains all {what} to the sensors' noise; "
-            f"what is left is at most {size}"
+            f"{_head(fit, part)}the fitted {noun} explains all {what} to the sensors' noise: at most {size}"
         )
     else:
         bad = sorted({found.file for found in seen if not found.explained})
@@ -79,7 +76,13 @@ def _part(fit: Fitted, part: str) -> str:
             f"{_head(fit, part)}no values of these parameters explain the recordings: in "
             f"{len(bad)} of {what} more than the sensors' noise is left over, up to {size}"
         )
-    return capital(f"{text}{''.join(_gain(fit, part))}.")
+    return " ".join([capital(f"{text}."), *_gain(fit, part)])
+
+
+def recordings_of(count: int, role: str) -> str:
+    """``"6 held-out recordings"``: how many, and whether the model was fitted on them."""
+    kind = "held-out recording" if role == "validate" else "fitted recording"
+    return f"{count} {kind}{'s' * (count > 1)}"
 
 
 def _gain(fit: Fitted, part: str) -> Iterator[str]:
@@ -92,9 +95,9 @@ def _gain(fit: Fitted, part: str) -> Iterator[str]:
         if whose == part and len(after):
             headline = fit.machine.headline
             what = f"its {headline}" if headline else fit.machine.words.signal(channel)
-            was = f", from {before.mean():.1f} % and {before.min():.1f} % before" if len(before) else ""
-            now = f"to {after.mean():.1f} % on average and {after.min():.1f} % at worst (NRMSE)"
-            yield f"; {what} fits {now}{was}"
+            was = f" (before: {before.mean():.1f} % and {before.min():.1f} %)" if len(before) else ""
+            now = f"to {after.mean():.1f} % on average and {after.min():.1f} % at worst, as NRMSE"
+            yield capital(f"{what} fits {now}{was}.")
 
 
 def _left_over(fit: Fitted) -> Iterator[str]:
@@ -190,6 +193,6 @@ def _together(group: Group) -> str:
         for name, by, unit in zip(group.names, group.by, group.units, strict=True)
     )
     return (
-        f"Known only together: {', '.join(group.names)}; moving {moves} changes nothing that was measured, "
-        "so each alone is held near its start by the prior."
+        f"Identifiable only together: {', '.join(group.names)}. Moving {moves} changes nothing that was "
+        "measured. Their separate values come from the prior."
     )

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import re
 import shlex
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import log, pi, sqrt
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,22 +13,22 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.base.typeset import number, printed
-from forklift.plant.findings import Caution, Findings, InvalidStretch, without
+from forklift.plant.findings import Caution, Findings, without
+from forklift.plant.gaps import missing, stuck, stuck_cautions
 from forklift.plant.hypotheses import hypotheses
 from forklift.plant.machine import NumpyMachine, completed
-from forklift.plant.misread import Found, misread
-from forklift.plant.parameter import Unknown
+from forklift.plant.parameter import Unknown, moved_together
 from forklift.plant.parts import Plant
+from forklift.plant.plant_words import PlantWords
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.plant.recording import Recording
 from forklift.plant.sensors import sensors
+from forklift.plant.splits import splits
 from forklift.plant.subject import (
     Drive,
     Labels,
     Possible,
     Residual,
-    Shown,
     Signal,
     Sources,
     Split,
@@ -38,7 +36,8 @@ from forklift.plant.subject import (
     Term,
     Use,
 )
-from forklift.recordings.noise import Sensor, white_noise
+from forklift.plant.wanted import WantedRecording
+from forklift.recordings.noise import Sensor
 
 FILE = "parameters.json"
 BLOCKS = 8
@@ -47,106 +46,6 @@ where there are as many."""
 PHASES = ("driven", "held")
 """Whether any input has changed within the last `RECENT` of a recording's samples."""
 RECENT = 0.02
-UNLIKELY = 1e-6
-"""Probability below which equal samples in a row are no chance: a signal that stands still."""
-NOISY = 0.3
-"""Least share of the sensor's noise that the samples must show."""
-PLACES = {"balance": "a balance", "law": "a law", "input": "an input", "sensor": "a sensor"}
-"""By a place's kind: what it means to be wrong there."""
-
-
-@dataclass(frozen=True)
-class PlantWords:
-    """The vocabulary of a plant: its own names; see `forklift.plant.subject.Words`."""
-
-    plant: Plant
-    noun: ClassVar[str] = "model"
-    kinds: ClassVar[Mapping[str, str]] = {
-        "physics": "effect",
-        "sensor": "sensor or input",
-        "parameter": "parameter that was held as known",
-        "unknown": "curve without a name",
-    }
-
-    def part(self, name: str) -> str:
-        """There is one."""
-        return ""
-
-    def equation(self, name: str) -> str:
-        """A balance, a law, an input, a sensor or a parameter."""
-        return PLACES.get(name, f"a {name}")
-
-    def place(self, name: str) -> Shown:
-        """A port, an input, an output or a parameter."""
-        unit = printed(self._units().get(name, "1"))
-        port = next((one for one in self.plant.ports if one.name == name), None)
-        if port is not None:
-            return Shown(f"{name}, {PLACES[port.kind]}", unit)
-        if any(one.name == name for one in self.plant.inputs):
-            return Shown(f"the input {name}", unit)
-        if any(one.name == name for one in self.plant.outputs):
-            return Shown(f"the sensor of {name}", unit)
-        return Shown(f"the parameter {name}", unit)
-
-    def signal(self, channel: str) -> str:
-        """As it is called."""
-        return channel
-
-    def like(self, channel: str) -> str:
-        """As any."""
-        return ""
-
-    def parameters_like(self, part: str) -> str:
-        """As any."""
-        return ""
-
-    def drawn(self, channel: str, unit: str) -> Shown:
-        """In its own unit."""
-        return Shown(channel, printed(unit))
-
-    def fine(self, channel: str, unit: str) -> Shown:
-        """In its own unit."""
-        return Shown(channel, printed(unit))
-
-    def variable(self, name: str, part: str) -> Shown:
-        """A state, input, output or port; what is on the bus has no unit."""
-        return Shown(name, printed(self._units().get(name, "1")))
-
-    def condition(self, name: str) -> Shown:
-        """As it is called."""
-        return Shown(name)
-
-    def at(self, name: str, where: str) -> str:
-        """With where it acts, if the name does not say it."""
-        said = not where or re.search(rf"(?<!\w){re.escape(where)}(?!\w)", name)
-        return name if said else f"{name} ({where})"
-
-    def sentence(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> str:
-        """Its name says it."""
-        return ""
-
-    def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
-        """A sensor's or an input's gain, offset or lag."""
-        if one.kind != "sensor" or not one.where:
-            return Found()
-        given = any(own.name == one.where for own in self.plant.inputs)
-        return Found() if given else misread(f"the sensor of {one.where}", rows)
-
-    def law(self, one: Hypothesis) -> Sequence[str]:
-        """Where it acts, and its source."""
-        effect = next((e for e in self.plant.effects if one.kind == "physics" and e.id == one.id), None)
-        if effect is None:
-            return ()
-        source = f" Source: {effect.source}." if effect.source else ""
-        name = self.at(one.name, one.where)
-        where = f", at {' and '.join(effect.ports)}" if effect.ports else ""
-        return (f"{name[:1].upper()}{name[1:]} (“{one.id}”){where}.{source}",)
-
-    def _units(self) -> dict[str, str]:
-        plant = self.plant
-        states = (*plant.states, *(state for one in plant.effects for state in one.states))
-        parts: tuple[Any, ...] = (*states, *plant.inputs, *plant.outputs, *plant.ports)
-        return {one.name: one.unit for one in reversed(parts)}
 
 
 @dataclass(frozen=True)
@@ -224,69 +123,20 @@ class PlantSubject(NumpyMachine):
         whole = [completed(self.plant, one) for one in recordings]
         if not any(one.role == "estimate" for one in whole):
             raise ForkliftError("estimate-missing", f"no recording of {self.name} may be fitted on")
-        invalid = self._invalid(whole)
+        invalid = stuck(self.plant, whole, self.sensors(whole))
         kept = _blocked([replace(r, y=without(r.file, r.time_s, r.y, invalid)) for r in whole])
-        return self, tuple(kept), Findings(invalid, tuple(self._missing(kept)))
+        return self, tuple(kept), Findings(invalid, tuple(missing(self.plant, kept)))
 
     def suited(self, recordings: Sequence[Recording]) -> tuple[PlantSubject, tuple[Recording, ...], Findings]:
         """As `examined`; what was left out is told among the cautions."""
         model, kept, found = self.examined(recordings)
-        return model, kept, replace(found, cautions=(*_stuck_cautions(found.invalid), *found.cautions))
+        return model, kept, replace(found, cautions=(*stuck_cautions(found.invalid), *found.cautions))
 
     def cautions(self, recordings: Sequence[Recording]) -> Sequence[Caution]:
         """Outputs that stand still, and samples that are missing."""
         whole = [completed(self.plant, one) for one in recordings]
-        return (*_stuck_cautions(self._invalid(whole)), *self._missing(whole))
-
-    def _invalid(self, recordings: Sequence[Recording]) -> tuple[InvalidStretch, ...]:
-        known = self.sensors(recordings)
-        return tuple(found for one in recordings for found in self._stuck(one, known))
-
-    def _stuck(self, recording: Recording, known: Mapping[str, Sensor]) -> Iterator[InvalidStretch]:
-        """Equal samples in a row where the sensor's noise σ makes them impossible.
-
-        Two readings of resolution d are equal with a probability of about p = d/(2√π σ); of n samples, k in
-        a row are by chance with n pᵏ⁻¹ at most. What lies at an end of the sensor's range, and counts, say
-        nothing.
-        """
-        for one in self.plant.outputs:
-            values = recording.y.get(one.name)
-            sensor = known[one.name]
-            if values is None or sensor.count:
-                continue
-            finite = values[np.isfinite(values)]
-            steps = np.diff(np.unique(finite))
-            if not len(steps) or white_noise([values]) < NOISY * sensor.noise:
-                continue  # no noise to speak of: what rests stands still
-            p = float(steps.min()) / (2.0 * sqrt(pi) * sensor.noise)
-            if p >= 0.5:
-                continue
-            fewest = 2 + int(np.ceil((log(UNLIKELY) - log(len(values))) / log(p)))
-            same = np.diff(values) == 0.0
-            inside = (values[1:] > one.lower) & (values[1:] < one.upper)
-            edges = np.flatnonzero(np.diff(np.r_[False, same & inside, False].astype(int)))
-            for first, last in zip(edges[::2], edges[1::2], strict=True):
-                if last - first + 1 >= fewest:
-                    time = recording.time_s
-                    yield InvalidStretch(
-                        recording.file, one.name, float(time[first]), float(time[last]), "stuck"
-                    )
-
-    def _missing(self, recordings: Sequence[Recording]) -> Iterator[Caution]:
-        missing = {
-            one.name: sum(int((~np.isfinite(r.y[one.name])).sum()) for r in recordings if one.name in r.y)
-            for one in self.plant.outputs
-        }
-        lost = [f"{count} of {name}" for name, count in missing.items() if count]
-        if lost:
-            yield Caution("samples-missing", f"Missing samples, which count for nothing: {', '.join(lost)}.")
-        absent = [
-            f"{one.name} in {', '.join(without)}"
-            for one in self.plant.outputs
-            if (without := [r.file for r in recordings if one.name not in r.y])
-        ]
-        if absent:
-            yield Caution("not-recorded", f"Not recorded: {'; '.join(absent)}.")
+        invalid = stuck(self.plant, whole, self.sensors(whole))
+        return (*stuck_cautions(invalid), *missing(self.plant, whole))
 
     def sensors(self, recordings: Sequence[Recording]) -> dict[str, Sensor]:
         """As given, or told from the samples."""
@@ -317,7 +167,7 @@ class PlantSubject(NumpyMachine):
         every |= {name: known[name].unknown() for name in also if name not in every}
         free = {name: one for name, one in every.items() if name not in held}
         groups = [[name for name in group if name in free] for group in together]
-        joined = {group[0]: _joined([free[name] for name in group]) for group in groups if group}
+        joined = {group[0]: moved_together([free[name] for name in group]) for group in groups if group}
         rest = {name for group in groups for name in group[1:]}
         return tuple(joined.get(name, one) for name, one in free.items() if name not in rest)
 
@@ -401,16 +251,7 @@ class PlantSubject(NumpyMachine):
 
     def splits(self, recordings: Sequence[Recording]) -> tuple[Split, ...]:
         """At the widest gap of every condition, and of every input at the middle of its range."""
-        names = sorted({name for one in recordings for name in one.conditions})
-        return (
-            *(split for name in names for split in _by_condition(recordings, name)),
-            *(
-                split
-                for one in self.plant.inputs
-                if not one.derived
-                for split in _by_input(recordings, one.name, one.unit)
-            ),
-        )
+        return splits(self.plant, recordings)
 
     def possible(
         self,
@@ -535,108 +376,9 @@ class PlantSubject(NumpyMachine):
         """None."""
         return {}
 
-    @property
-    def table_files(self) -> Sequence[str]:
-        """None."""
-        return ()
-
-
-@dataclass(frozen=True, eq=False)
-class WantedRecording:
-    """A candidate that was chosen; see `forklift.plant.subject.Wanted`."""
-
-    plant: Plant
-    recording: Recording
-    why: str
-
-    @property
-    def title(self) -> str:
-        """Its name."""
-        return self.recording.file
-
-    @property
-    def settings(self) -> Sequence[tuple[str, str]]:
-        """Its conditions."""
-        return [(name, number(value)) for name, value in self.recording.conditions.items()]
-
-    @property
-    def drives(self) -> tuple[Floats, Sequence[Drive]]:
-        """Its inputs, what moves first."""
-        u = self.recording.u
-        own = [one for one in self.plant.inputs if one.derived is None]
-        own.sort(key=lambda one: not np.ptp(u[one.name]))
-        return self.recording.time_s, [
-            Drive(one.name, one.unit, u[one.name], held=one.hold == "zero") for one in own
-        ]
-
-    def write(self, path: str | Path) -> Path:
-        """Its inputs as CSV."""
-        time, drives = self.drives
-        head = ",".join(["time_s", *(one.name for one in drives)])
-        table = np.column_stack([time, *(one.values for one in drives)])
-        np.savetxt(path, table, fmt="%.9g", delimiter=",", header=head, comments="")
-        return Path(path)
-
-    def to_dict(self, command: str) -> dict[str, Any]:
-        """Name, conditions and the file of its inputs."""
-        return {
-            "why": self.why,
-            "recording": self.recording.file,
-            **self.recording.conditions,
-            "command": command,
-        }
-
-
-def _stuck_cautions(invalid: Sequence[InvalidStretch]) -> Iterator[Caution]:
-    for one in invalid:
-        what = f"{one.channel}: {one.said}, which its noise does not; those samples count for nothing"
-        yield Caution("channel-stuck", f"{what}.", {"file": one.file, "channel": one.channel})
-
-
-def _joined(group: Sequence[Unknown]) -> Unknown:
-    """Numbers that move by the same factor, or the same amount."""
-    first = group[0]
-    if len({one.scale for one in group}) > 1:
-        names = " and ".join(one.name for one in group)
-        raise ForkliftError(
-            "argument-invalid",
-            f"{names} cannot move together: their scales differ; group like with like",
-            name=first.name,
-        )
-    return Unknown(
-        tuple(one.name for one in group),
-        first.unit,
-        first.scale,
-        tuple(one.start[0] for one in group),
-        first.width,
-        max(one.lower * one.width for one in group) / first.width,
-        min(one.upper * one.width for one in group) / first.width,
-    )
-
 
 def _blocked(recordings: Sequence[Recording]) -> list[Recording]:
     """Few held-out recordings count as several stretches each."""
     held = [one for one in recordings if one.role == "validate"] or list(recordings)
     each = max(1, round(BLOCKS / max(len(held), 1)))
     return [replace(one, blocks=each) if one in held else one for one in recordings]
-
-
-def _by_condition(recordings: Sequence[Recording], name: str) -> Iterator[Split]:
-    values = [one.conditions.get(name, np.nan) for one in recordings]
-    levels = np.unique(values)
-    if not np.isfinite(values).all() or len(levels) < 2:
-        return
-    widest = int(np.argmax(np.diff(levels)))
-    low, high = levels[widest], levels[widest + 1]
-    rows = tuple(np.full(len(one), value <= low) for one, value in zip(recordings, values, strict=True))
-    yield Split(name, f"recordings up to {low:.3g}", f"recordings from {high:.3g}", rows)
-
-
-def _by_input(recordings: Sequence[Recording], name: str, unit: str) -> Iterator[Split]:
-    columns = [one.u[name] for one in recordings]
-    middle = 0.5 * (min(float(u.min()) for u in columns) + max(float(u.max()) for u in columns))
-    said = f"{middle:.3g} {printed(unit)}".rstrip()
-    rows = tuple(u < middle for u in columns)
-    yield Split(
-        f"input {name}", f"samples with {name} below {said}", f"samples with {name} from {said} on", rows
-    )

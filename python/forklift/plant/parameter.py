@@ -11,7 +11,7 @@ heavy tails let go of what they contradict.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, log
@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from forklift.base.arrays import Floats
+from forklift.base.errors import ForkliftError
 
 DEGREES = 4.0
 """Degrees of freedom of the priors' Student t."""
@@ -77,3 +78,33 @@ class Unknown:
     def slopes(self, theta: float) -> Floats:
         """(names,) derivatives of `values` along θ."""
         return self.width * SCALES[self.scale].slope(self.values(theta))
+
+
+def moved_together(group: Sequence[Unknown]) -> Unknown:
+    """One unknown of several: all move by the same factor, or by the same amount.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"`` if their scales differ.
+    """
+    first, *others = group
+    if not others:
+        return first
+    names = tuple(name for one in group for name in one.names)
+    if len({one.scale for one in group}) > 1:
+        raise ForkliftError(
+            "argument-invalid",
+            f"{' and '.join(names)} cannot move together: their scales differ; group like with like",
+            name=first.name,
+        )
+    width = max(one.width for one in group)
+    return Unknown(
+        names,
+        first.unit,
+        first.scale,
+        tuple(value for one in group for value in one.start),
+        width,
+        max(one.lower * one.width for one in group) / width,
+        min(one.upper * one.width for one in group) / width,
+    )

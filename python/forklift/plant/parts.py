@@ -240,7 +240,7 @@ class Effect:
 
     @property
     def amplitude(self) -> str:
-        """Full name of the parameter that is quiet where the effect is absent."""
+        """Full name of the parameter that is zero where the effect is absent."""
         return self.full(self.params[0])
 
 

@@ -411,7 +411,3 @@ class Subject(Machine, Protocol):
 
     def tables(self, values: Mapping[str, float]) -> Mapping[str, Tabled]:
         """By file, what else a user of the machine with these values wants; none if there is nothing."""
-
-    @property
-    def table_files(self) -> Sequence[str]:
-        """All files that `tables` may name."""

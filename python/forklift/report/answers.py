@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import AS_GOOD, LIKELY, REDRAWS, TOLD_REGION
+from forklift.diagnosis.ledger import uncontested
 from forklift.fitting.criteria import AT_NOISE
 from forklift.report.blocks import Fact
-from forklift.report.ledger import counts
+from forklift.report.ledger import considered_of, counts
 from forklift.report.words import NOISE
 
 if TYPE_CHECKING:
@@ -106,8 +107,7 @@ def _tested(told: Mapping[str, Any]) -> Fact:
     """How sure one may be that nothing is amiss, or that something is."""
     tests, count = told["deficient"]["after"]["tests"], counts(told)
     failed = sum(test["failed"] for test in tests)
-    screened = f"{count['considered']} hypotheses were considered, {count['fitted']} of them fitted."
-    open_ = _untold(count)
+    screened = f"{considered_of(count)} (list below)."
     if not failed:
         return Fact(
             "How sure is that?",
@@ -116,7 +116,6 @@ def _tested(told: Mapping[str, Any]) -> Fact:
                 "What is left over has the size of the sensors' noise, is as random, and depends on nothing "
                 "that was measured. A complete model passes all of them 99 times in 100.",
                 screened,
-                *open_,
             ],
         )
     explained = told["verdict"] == "no-mismatch"
@@ -135,7 +134,6 @@ def _tested(told: Mapping[str, Any]) -> Fact:
                 else "A complete model passes all of them 99 times in 100."
             ),
             screened,
-            *open_,
         ],
     )
 
@@ -235,7 +233,7 @@ def _unknown(found: Diagnosis) -> str:
         if near
         else ""
     )
-    telling = next((one for one in found.shapes if one.explained >= TOLD_REGION), None)
+    telling = next((one for one in found.dependences if one.explained >= TOLD_REGION), None)
     told = (
         f"{100 * telling.explained:.0f} % of it is a function of "
         f"{words.variable(telling.variable, found.machine.part_of(best.port)).name}"
@@ -243,8 +241,8 @@ def _unknown(found: Diagnosis) -> str:
         else "no variable tells most of it"
     )
     return (
-        f"Found without knowing any cause: beyond the fitted {words.noun}, something unseen acts on "
-        f"{words.place(best.port).name}{doubt}, and {told}."
+        f"Found without any hypothesis: an unknown input at {words.place(best.port).name}{doubt} would "
+        f"explain what the fitted {words.noun} does not, and {told}."
     )
 
 
@@ -279,13 +277,13 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             question,
             "It cannot be said: no recording was held out",
             [
-                f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted."
-                " On the recordings that it was fitted to this explains most; on those, any model can be "
+                f"{considered_of(count)} (list below). "
+                "On the recordings that it was fitted to this explains most; on those, any model can be "
                 "made to look good. Give some recordings the role validate.",
             ],
         )
     law = _law(found, cause, row)
-    tried = f"Of {count['considered']} hypotheses considered (list below), {count['fitted']} were fitted"
+    tried = f"{considered_of(count)} (list below)"
     if cause.rivals:
         share = 100.0 * row["credibility"]
         draws = (
@@ -293,16 +291,14 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             f"{share:.0f} % of the draws this explains them better than all else that was fitted."
         )
     else:
-        alone = count["fitted"] <= len(found.causes)
         why = (
-            "no other promised enough"
-            if alone
-            else "those without it were given up, as they fell far behind, or were never asked for"
+            "What was begun without it fell far behind"
+            if count["given_up"]
+            else "All else that was fitted contains it"
+            if count["fitted"] > len(found.causes)
+            else "Nothing else promised enough to be fitted"
         )
-        draws = (
-            f"{tried.replace(' 1 were', ' 1 was')}: {why}, so that no credibility can be told. Judged on "
-            f"{judged(found)}."
-        )
+        draws = f"{tried}. {why}: there is no credibility to tell. Judged on {judged(found)}."
     out = dict(ruled_out(found, cause))
     stands = [name for name in _stands(found, cause) if name not in out]
     first_order = [f"To first order {_some(stands)} could stand for it: see Doubts."] if stands else []
@@ -321,13 +317,7 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
                 *groups,
             ],
         )
-    sure = (
-        f"Credibility {row['credibility']:.2f} of 1"
-        if cause.rivals
-        else "Not contested: nothing else was fitted against it"
-        if count["fitted"] <= len(found.causes)
-        else "No rival was fitted to its end"
-    )
+    sure = f"Credibility {row['credibility']:.2f} of 1" if cause.rivals else capital(uncontested(found))
     return Fact(question, sure, [draws, law, *first_order, *groups])
 
 
@@ -454,8 +444,16 @@ def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         key=lambda one: one[0],
     )
     if not rivals:
-        needed = told["verdict"] != "no-mismatch"
-        none = "Nothing else that could be tested." if needed else "Nothing else was needed."
+        count = counts(told)
+        none = (
+            "Nothing else was needed."
+            if told["verdict"] == "no-mismatch"
+            else "Nothing that was begun keeps up with it."
+            if count["given_up"]
+            else "Nothing else promises enough."
+            if found.causes
+            else "Nothing that was tried explains it."
+        )
         return Fact(question, none, [*(_runner_up(found, told) if found.causes else []), *open_])
     alone = [
         f"The same by the catalogue's law alone leaves {number(cause.alone)} on average: its law is in "
@@ -494,7 +492,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 [prose(found.next_why), *([effect] if name else []), *left],
             )
         if told["verdict"] == "unknown-effect" and not found.causes:
-            telling = next((one for one in found.shapes if one.explained >= TOLD_REGION), None)
+            telling = next((one for one in found.dependences if one.explained >= TOLD_REGION), None)
             over = (
                 found.machine.words.variable(
                     telling.variable, found.machine.part_of(found.inputs[0].port)
@@ -579,11 +577,15 @@ def _some(names: Sequence[str], *, quoted: bool = True) -> str:
 def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     """What promised most of what was neither named nor fitted."""
     named = max((one["promised"] or 0.0 for one in told["hypotheses"] if one["named"]), default=0.0)
-    other = next((one for one in told["hypotheses"] if not (one["named"] or one["unidentifiable"])), None)
+    other = next(
+        (one for one in told["hypotheses"] if not (one["named"] or one["fitted"] or one["unidentifiable"])),
+        None,
+    )
     if not other or not named:
         return []
+    fate = "begun and given up" if other["given_up"] else "not fitted"
     return [
-        f"Next in promise, and not fitted: {found.machine.words.at(other['name'], other['where'])}, with "
+        f"Next in promise, and {fate}: {found.machine.words.at(other['name'], other['where'])}, with "
         f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what the cause promised before any fit (list "
         "below)."
     ]

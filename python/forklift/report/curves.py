@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.diagnosis.dependence import Shape, shapes
+from forklift.diagnosis.dependence import Dependence, dependences
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.fitting.intervals import QUANTILE
 
@@ -53,7 +53,7 @@ class Against:
 
 def against(
     best: UnknownInput,
-    seen: Sequence[Shape],
+    seen: Sequence[Dependence],
     given: Sequence[Mapping[str, Floats]],
     final: UnknownInput | None,
 ) -> list[Against]:
@@ -94,7 +94,7 @@ def _read(values: Floats, seen: Observed, random: np.random.Generator) -> Floats
 
 
 def _against(
-    best: UnknownInput, shape: Shape, given: Sequence[Mapping[str, Floats]], fitted: UnknownInput | None
+    best: UnknownInput, shape: Dependence, given: Sequence[Mapping[str, Floats]], fitted: UnknownInput | None
 ) -> Against:
     name = shape.variable
     columns = [one[name] for one in given]
@@ -110,7 +110,7 @@ def _against(
 
 def _curve(of: UnknownInput, name: str, columns: Sequence[Floats], at: Floats) -> Floats | None:
     """The input as a function of one variable, at these values of it."""
-    drawn = shapes(of, [{name: column} for column in columns])
+    drawn = dependences(of, [{name: column} for column in columns])
     return np.interp(at, drawn[0].at, drawn[0].curve) if drawn else None
 
 

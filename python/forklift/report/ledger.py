@@ -16,8 +16,7 @@ def considered(told: Mapping[str, Any], words: Words) -> Table:
     """The most promising first, those that could not be tested last."""
     count = counts(told)
     return Table(
-        f"{count['considered']} hypotheses considered, {count['fitted']} of them fitted, "
-        f"{count['unidentifiable']} not testable",
+        f"{considered_of(count)}, {count['unidentifiable']} not testable",
         ["Hypothesis", "Kind", "Promise", "What became of it"],
         [
             [
@@ -35,13 +34,21 @@ def considered(told: Mapping[str, Any], words: Words) -> Table:
 
 
 def counts(told: Mapping[str, Any]) -> dict[str, int]:
-    """How many were considered, screened (by a promise), fitted, and could not be told."""
+    """How many were considered, fitted to their end, begun and given up, and could not be told."""
     hypotheses = told["hypotheses"]
     return {
         "considered": len(hypotheses),
         "fitted": sum(one["fitted"] for one in hypotheses),
+        "given_up": sum(one["given_up"] for one in hypotheses),
         "unidentifiable": sum(bool(one["unidentifiable"]) for one in hypotheses),
     }
+
+
+def considered_of(count: Mapping[str, int]) -> str:
+    """How many were considered, and how many of them fitted, in words."""
+    given_up = f", {count['given_up']} begun and given up" if count["given_up"] else ""
+    fitted = count["fitted"] or "none"
+    return f"{count['considered']} hypotheses considered, {fitted} of them fitted{given_up}"
 
 
 def _fate(one: Mapping[str, Any]) -> str:
@@ -51,6 +58,8 @@ def _fate(one: Mapping[str, Any]) -> str:
         return f"named; {left}" if one["named"] else left
     if one["named"]:
         return "named before any fit"
+    if one["given_up"]:
+        return "begun and given up: it fell far behind"
     if one["skipped"]:
         return "not tried: the work that a diagnosis may do was spent"
     return "not testable" if one["unidentifiable"] else "too little beside the best to be fitted"

@@ -40,13 +40,13 @@ def of_diagnosis(found: Diagnosis) -> str:
 def of_fit(fit: Fit) -> str:
     """The first sentence, and how well each operating point fits before and after."""
     sides = fit.before.agreement, fit.after.agreement
-    return _summary(fit.verdict[:1], _tables(operating_points(fit.machine, *sides, fit.sensors)))
+    return _summary(fit.sentences[:1], _tables(operating_points(fit.machine, *sides, fit.sensors)))
 
 
 def of_comparison(comparison: Comparison) -> str:
     """The verdict, and how well each operating point fits."""
     tables = operating_points(comparison.machine, None, comparison.agreement, {})
-    return _summary(comparison.verdict, _tables(tables))
+    return _summary(comparison.sentences, _tables(tables))
 
 
 def of_cell(one: Celled) -> str:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def comparison_page(comparison: Comparison) -> str:
     """The page of a comparison."""
-    said, origin, machine = comparison.verdict, comparison.origin, comparison.machine
+    said, origin, machine = comparison.sentences, comparison.origin, comparison.machine
     channels = [channel for _, channel in comparison.headlines]
     return page.html(
         Page(
@@ -29,7 +29,7 @@ def comparison_page(comparison: Comparison) -> str:
             f"{capital(origin.title)} compared with the {machine.words.noun} “{machine.name}”",
             said[0] if said else "No recording drives anything.",
             said[1:],
-            [_fact(comparison, channel) for channel in channels],
+            [*(_fact(comparison, channel) for channel in channels), _next(comparison)],
             [
                 Section(
                     "evidence",
@@ -54,6 +54,22 @@ def comparison_page(comparison: Comparison) -> str:
             GLOSSARY,
         )
     )  # fmt: skip
+
+
+def _next(comparison: Comparison) -> Fact:
+    """What a reader does where the fit is poor."""
+    fit, diagnose = (
+        comparison.origin.command(comparison.machine, verb) or f"forklift.{verb}"
+        for verb in ("fit", "diagnose")
+    )
+    return Fact(
+        "What to do next?",
+        "Where the fit is poor, fit the parameters.",
+        [
+            f"{fit} tells how much of the difference other values of the parameters explain.",
+            f"{diagnose} names what may explain the rest.",
+        ],
+    )
 
 
 def explorer(comparison: Comparison) -> Explorer:

@@ -19,8 +19,6 @@ COLOURS = ("@before", "@measured", "@after")
 """Of the controllers in their order; further ones begin anew."""
 DASHES = ("solid", "dash", "longdash")
 """Of those that share a colour."""
-ASKED_M_S = 0.01
-"""Where a controller swings by more, there is something to damp."""
 
 
 def control_page(told: ControlComparison) -> str:
@@ -28,7 +26,8 @@ def control_page(told: ControlComparison) -> str:
     names = [one.name for one in told.controllers]
     late = f", {told.later_ticks:+d} ticks" if told.later_ticks else ""
     about = (
-        f"Closed loop on truck {told.truck.name}: {', '.join(names)}; both lifts, loads of 0, 800 and "
+        f"Controllers {', '.join(f'“{name}”' for name in names)} on the truck “{told.truck.name}”, "
+        f"simulated in closed loop: both lifts, loads of 0, 800 and "
         f"1500 kg, oil of 20, "
         f"40 and 60 °C, two reference signals; 160 ms from sensors to speed{late}"
     )
@@ -68,6 +67,12 @@ def _by_point(rows: tuple[Row, ...]) -> dict[tuple[str, float, float], dict[str,
     return found
 
 
+def signed(value: float, digits: int) -> str:
+    """A number with its sign; what is printed as zero has none."""
+    said = f"{value:+.{digits}f}"
+    return said[1:] if float(said) == 0.0 else said.replace("-", "−")
+
+
 def _mean(row: Row) -> float:
     return sum(row.nrmse_percent) / len(row.nrmse_percent)
 
@@ -78,15 +83,14 @@ def _verdict(told: ControlComparison) -> list[str]:
     points = _by_point(told.rows)
     if not others:
         least, most = (f(_mean(rows[last]) for rows in points.values()) for f in (min, max))
-        return [f"{last} follows its reference with an NRMSE of {least:.0f} to {most:.0f} %."]
+        return [f"Controller “{last}” follows its reference with an NRMSE of {least:.0f} to {most:.0f} %."]
     said = []
     for other in others:
         better = sum(_mean(rows[last]) > _mean(rows[other]) for rows in points.values())
         gains = [_mean(rows[last]) - _mean(rows[other]) for rows in points.values()]
         said.append(
-            f"{last} follows better than {other} at {better} of {len(points)} operating points, by "
-            f"{min(gains):+.1f} to "
-            f"{max(gains):+.1f} points of NRMSE."
+            f"Controller “{last}” follows better than “{other}” at {better} of {len(points)} operating "
+            f"points; the difference is {signed(min(gains), 1)} to {signed(max(gains), 1)} points of NRMSE."
         )
     return said
 
@@ -100,7 +104,7 @@ def _fact_following(told: ControlComparison) -> Fact:
     perfect = [x for row in told.rows for x in row.perfect_percent]
     return Fact(
         "How well do they follow?",
-        f"{best} best, {ranges[best][0]:.0f} to {ranges[best][1]:.0f} %",
+        f"“{best}” best: {ranges[best][0]:.0f} to {ranges[best][1]:.0f} %",
         [
             "NRMSE, over operating points and signals. "
             f"A perfect answer that is 160 ms late has {min(perfect):.0f} to {max(perfect):.0f} %.",
@@ -125,7 +129,9 @@ def _fact_swing(told: ControlComparison) -> Fact:
         )
         for one in told.controllers
     )
-    return Fact("How much does the load swing?", f"{least[0]:.3f} m/s with {least[1]}", lines)
+    return Fact(
+        "How much does the load swing?", f"Least with “{least[1]}”: {least[0]:.3f} m/s at most", lines
+    )
 
 
 def _fact_limit(told: ControlComparison) -> Fact:
@@ -140,7 +146,9 @@ def _fact_limit(told: ControlComparison) -> Fact:
         lines.append(f"{one.name}: up to {fastest:.3f} m/s; {'above' if rows else 'never above'}{said}.")
     faulty = sorted({row.controller for row in told.rows if row.breaches})
     return Fact(
-        "Is it ever faster than 0.6 m/s?", f"{', '.join(faulty)} is" if faulty else "no, none is", lines
+        "Is it ever faster than 0.6 m/s?",
+        f"Yes: {', '.join(f'“{one}”' for one in faulty)}" if faulty else "No, none is.",
+        lines,
     )
 
 
@@ -158,7 +166,7 @@ def _fact_transition(told: ControlComparison) -> Fact:
             max(row.dip_m_s, row.spike_m_s) for row in told.transitions if row.controller == one.name
         ),
     )
-    return Fact("How does the free lift take over?", f"most smoothly with {smooth.name}", lines)
+    return Fact("How does the free lift take over?", f"Most smoothly with “{smooth.name}”", lines)
 
 
 def _following(told: ControlComparison) -> Section:
@@ -181,8 +189,8 @@ def _following(told: ControlComparison) -> Section:
                         " – ".join(f"{x:.1f}" for x in sorted(row.nrmse_percent)),
                         " – ".join(f"{x:.1f}" for x in sorted(row.perfect_percent)),
                         f"{row.oscillation_m_s:.4f}",
-                        f"{row.error_percent:+.2f}",
-                        f"{row.fastest_m_s:.3f}" + (" above" if row.breaches else ""),
+                        signed(row.error_percent, 2),
+                        f"{row.fastest_m_s:.3f}" + (", too fast" if row.breaches else ""),
                         " – ".join(f"{x:.0f}" for x in known[place]) if known and place is not None else "",
                     ]
                 )

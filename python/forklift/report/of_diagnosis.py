@@ -47,7 +47,8 @@ def diagnosis_page(found: Diagnosis, told: Mapping[str, Any] | None = None) -> s
 
 def _provenance(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Hashes, versions, the command, and how long it took."""
-    adjusted = {name for one in found.after.predictions for name in one.adjusted}
+    condition = found.machine.words.condition
+    adjusted = {condition(name).name for one in found.after.predictions for name in one.adjusted}
     own = f" but what it has of its own: {', '.join(sorted(adjusted))}" if adjusted else ""
     made = [[words.capital(found.origin.title), told["campaign_facts"]["sha256"]]]
     made += [

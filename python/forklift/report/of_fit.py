@@ -16,7 +16,7 @@ from forklift.report.fits import every_fit, operating_points, short
 from forklift.report.provenance import provenance
 from forklift.report.tables import mean_square, percent
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
-from forklift.report.words import GLOSSARY, NOISE, capital, number
+from forklift.report.words import GLOSSARY, NOISE, PARAMETERS, capital, number
 
 if TYPE_CHECKING:
     from forklift.fitting.fit import Fit
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def fit_page(fit: Fit) -> str:
     """The page of a fit."""
-    said = fit.verdict
+    said = fit.sentences
     return page.html(
         Page(
             f"{capital(fit.origin.title)} fitted from {fit.machine.name}",
@@ -39,7 +39,7 @@ def fit_page(fit: Fit) -> str:
                 _doubts(fit),
                 _provenance(fit),
             ],
-            GLOSSARY,
+            GLOSSARY | PARAMETERS,
         )
     )
 
@@ -84,18 +84,32 @@ def _facts(fit: Fit) -> list[Fact]:
             [
                 f"At worst {number(worst.mean_square)} {NOISE}: the {words.signal(worst.channel)} in "
                 f"{worst.file}.",
-                *([] if fit.complete else ["forklift diagnose finds what is missing."]),
             ],
         ),
         Fact(
-            "What is known?",
-            f"{told.count('yes')} of {len(told)} parameters, each by itself",
+            "Which parameters are identifiable?",
+            f"{told.count('yes')} of {len(told)}, each by itself",
             [
-                f"{told.count('together')} are known together with others only; of {told.count('no')} these "
-                "recordings tell nothing. See Doubts."
+                f"{told.count('together')} are identifiable together with others only. The value of "
+                f"{told.count('no')} comes from the prior alone. See Doubts."
             ],
         ),
+        _next(fit),
     ]
+
+
+def _next(fit: Fit) -> Fact:
+    """What a reader does with the fit."""
+    question, noun = "What to do next?", fit.machine.words.noun
+    kept = f"{fit.machine.file}, beside this page, is the fitted {noun}."
+    if fit.complete:
+        return Fact(question, f"Use the fitted {noun}.", [kept])
+    command = fit.origin.command(fit.machine, "diagnose")
+    return Fact(
+        question,
+        "Find what is missing.",
+        [f"{command or 'forklift.diagnose'} names what may explain what is left over.", kept],
+    )
 
 
 def _evidence(fit: Fit) -> Section:
@@ -161,7 +175,7 @@ def _mean_squares(fit: Fit) -> Table:
 
 
 def _doubts(fit: Fit) -> Section:
-    blocks: list[Block] = [Points(fit.verdict[1:])] if fit.verdict[1:] else []
+    blocks: list[Block] = [Points(fit.sentences[1:])] if fit.sentences[1:] else []
     blocks += [*_profiles(fit), charts.correlations([one.name for one in fit.unknowns], fit.knowledge)]
     blocks += [_sensors(fit), *_starts(fit)]
     return Section(

@@ -41,7 +41,7 @@ def fitted(fit: Fit) -> list[Table]:
             tables.append(
                 Table(
                     capital(parameters_titled(fit, part)),
-                    ["Parameter", "Start", "95 % before", "Value", "95 % after", "Unit", "Known", ""],
+                    ["Parameter", "Start", "95 % before", "Value", "95 % after", "Unit", "Identifiable", ""],
                     rows,
                     [False, True, True, True, True, False, False, False],
                     note="Bars: thin, 95 % before; thick, 95 % after; upright, the start."

@@ -151,8 +151,8 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
     ]
 
 
-HOW_KNOWN = {"yes": "told", "together": "together", "no": "not told"}
-"""By the column ``told`` of `Fit.parameters`."""
+IDENTIFIABLE = {"yes": "yes", "together": "together", "no": "no"}
+"""By the column ``told`` of `Fit.parameters`: alone, with others only, or from the prior alone."""
 
 
 def fit_tables(fit: Fit) -> list[Table]:
@@ -182,7 +182,7 @@ def parameters_titled(fit: Fit, part: str | None) -> str:
 def known(row: Mapping[str, Any]) -> str:
     """How a parameter is known."""
     biased = ", biased" if row["widening"] > 1.0 and row["told"] != "no" else ""
-    return f"{HOW_KNOWN[row['told']]}{biased}"
+    return f"{IDENTIFIABLE[row['told']]}{biased}"
 
 
 def parameters_table(fit: Fit, part: str | None) -> Table:
@@ -200,7 +200,7 @@ def parameters_table(fit: Fit, part: str | None) -> Table:
         )
         for row in of_part(fit.parameters, part).iter_rows(named=True)
     )
-    return _table(title, ["parameter", ">start", ">value", ">95 % interval", "unit", "known"], rows)
+    return _table(title, ["parameter", ">start", ">value", ">95 % interval", "unit", "identifiable"], rows)
 
 
 def change_table(fit: Fit, channel: str) -> Table:

@@ -87,7 +87,7 @@ def _recorded(
     part = machine.part_where(getattr(recording, "lift", ""))
     said = [*([words.part(part)] if words.part(part) else []), *lines]
     if first.adjusted:
-        said.append(f"adjusted to it: {', '.join(first.adjusted)}")
+        said.append(f"adjusted to it: {', '.join(words.condition(name).name for name in first.adjusted)}")
     return Replay(recording.file, group, ", ".join(said), signals, drives)
 
 

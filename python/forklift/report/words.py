@@ -58,6 +58,13 @@ GLOSSARY: dict[str, str] = {
     "measurement.",
 }
 """Words that every page has."""
+PARAMETERS: dict[str, str] = {
+    "Identifiable": "Yes: the recordings by themselves tell the parameter's value. Together: they tell a "
+    "combination with others, and the prior tells their separate values. No: the value is the prior's.",
+    "Prior": "What is known of a parameter before the fit: its start value, and how far it may plausibly be "
+    "from it.",
+}
+"""Words of a fit."""
 CAUSES: dict[str, str] = {
     "Before, after": "Before: the model with its parameters fitted as well as can be. After: the same with "
     "what was found, fitted anew.",

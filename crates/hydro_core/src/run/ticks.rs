@@ -99,12 +99,13 @@ impl<'a> From<&Inputs<'a>> for Clock<'a> {
     }
 }
 
-/// How much warmer the oil is than recorded [K].
+/// How much warmer the oil is than recorded [K]: a sensor that lags reads right where oil and tank have stood still,
+/// at the start, and falls behind from there.
 #[derive(Debug, Clone, Copy)]
 pub struct Warmer<S> {
-    /// In the middle of the run.
+    /// At the start of the run.
     pub by: S,
-    /// From its start to its end, evenly.
+    /// How much more until its end, evenly.
     pub warming: S,
 }
 
@@ -118,8 +119,8 @@ impl<S: Scalar> Warmer<S> {
     #[inline(always)]
     pub fn at(&self, clock: &Clock, k: usize) -> S {
         let (first, last) = (clock.time[0], clock.time[clock.time.len() - 1]);
-        let from_middle = if first < last { (clock.time[k] - first) / (last - first) - 0.5 } else { 0.0 };
-        S::constant(clock.oil_temperature_degc[k]) + self.by + self.warming * S::constant(from_middle)
+        let from_start = if first < last { (clock.time[k] - first) / (last - first) } else { 0.0 };
+        S::constant(clock.oil_temperature_degc[k]) + self.by + self.warming * S::constant(from_start)
     }
 }
 

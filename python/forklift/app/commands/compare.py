@@ -46,7 +46,7 @@ def compare(
         print_json(result.to_dict() | {"findings": [one.to_dict() for one in told]})
         return
     say_findings(told)
-    for sentence in result.verdict:
+    for sentence in result.sentences:
         typer.echo(sentence)
     print_tables(*tables.comparison_tables(result))
     if out:

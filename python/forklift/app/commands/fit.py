@@ -78,7 +78,7 @@ def fit(
     if as_json:
         print_json(result.to_dict())
     else:
-        for sentence in result.verdict:
+        for sentence in result.sentences:
             typer.echo(sentence)
         print_tables(*tables.fit_tables(result))
         say_written(*(out / name for name in (PAGE, result.machine.file, fit_files.MARK)))

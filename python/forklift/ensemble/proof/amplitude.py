@@ -182,8 +182,8 @@ def left(
     law, chosen = laws[place], probes(given, conditions)
     shown = [_probe(law.name, conditions[n]) for n in chosen]
     key, full = next(iter(law.values.items()))
-    quiet = {f"{law.name}.{key}": np.multiply(full, 0.0)}
-    without = [replace(one, values=quiet) for one in shown]
+    absent = {f"{law.name}.{key}": np.multiply(full, 0.0)}
+    without = [replace(one, values=absent) for one in shown]
     return _left(given, laws, chosen, without, shown, sensors.Sensors(), trucks, tick_s)
 
 

@@ -4,7 +4,7 @@ All start where the diagnosis starts, at the truck fitted without any addition, 
 
 ==================== ===================================================================================
 ``largest residual``  the channel that is furthest above its noise, and the equation that it stands for
-``criterion``         the suspect whose linear step gains most, less BIC's penalty, on fitted recordings
+``criterion``         the hypothesis whose linear step gains most, less BIC's penalty, on fitted recordings
 ``sparse``            SINDy's sequentially thresholded least squares on the residuals (Brunton et al. 2016)
 ``regimes``           after LISDD (arXiv 2606.23215): a clean regime, residual energy, a library of one and
                       two terms with recordings held out, and an F-test; in a plain form of its own
@@ -142,7 +142,7 @@ def _largest(rows: list[Any]) -> dict[str, Any]:
 
 
 def _criterion(rows: list[Any], told: Mapping[str, Any]) -> dict[str, Any]:
-    """The suspect with the largest promised gain in ln posterior, if more than half of ln n (Schwarz
+    """The hypothesis with the largest promised gain in ln posterior, if more than half of ln n (Schwarz
     1978)."""
     from_screening = [
         one for one in told.get("suspects", ()) if one.get("promised") and one["kind"] != "unknown"

@@ -6,6 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from forklift import _core
+from forklift.recordings.channels import Lift
 
 if TYPE_CHECKING:
     from forklift._core import PortSpec, ShapeVariable
@@ -32,3 +33,8 @@ def variables() -> dict[str, ShapeVariable]:
     which output shows it, and how much of it one unit of that output is.
     """
     return {spec["name"]: spec for spec in _core.shape_variables()}
+
+
+def per_output(name: str, lift: Lift) -> float:
+    """How much of a variable one unit of the output that shows it is."""
+    return float(variables()[name]["outputs"][lift][1])

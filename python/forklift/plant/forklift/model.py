@@ -16,7 +16,13 @@ from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.dither import DITHER, USUAL_TICK_S, dithered, without_dither
 from forklift.plant.forklift.ports import equation, lift_of, ports
 from forklift.plant.forklift.sensors import MEASURED
-from forklift.plant.forklift.simulate import START_WITHIN_S, has_temperature, mean_temperature, simulate
+from forklift.plant.forklift.simulate import (
+    START_WITHIN_S,
+    first_temperature,
+    has_temperature,
+    mean_temperature,
+    simulate,
+)
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import grouped, rising
@@ -34,11 +40,12 @@ if TYPE_CHECKING:
 
 OWN = ("load", "oil_temperature", "oil_warming", "free.start", "main.start")
 """The conditions of a recording, in the core's order and by its names: load [kg], offset of the oil
-temperature and how much it rises from start to end [K], cylinder positions at the start [m]."""
+temperature at the start and how much it rises from there to the end [K], cylinder positions at the start
+[m]."""
 
 TEMPERATURE_WIDTH_K = 0.15
-"""Standard deviation of a recording's mean oil temperature: a sensor that reads in steps of 0.5 K. Known to
-0.5 K only, oil of another law in the cold would be taken for oil that is four kelvin warmer."""
+"""Standard deviation of the oil temperature at a recording's start: a sensor that reads in steps of 0.5 K.
+Known to 0.5 K only, oil of another law in the cold would be taken for oil that is four kelvin warmer."""
 
 ENTERED_TEMPERATURE_WIDTH_K = 1.0
 """The same where it was not recorded but entered: one number for recordings between which the oil warms up,
@@ -178,13 +185,13 @@ class Forklift:
     def case(self, recording: Recording, sensors: Mapping[str, Sensor]) -> Case:
         """A recording with what is unknown about its conditions.
 
-        The oil temperature is the mean of the recording's, the start what the first second's first sample
+        The oil temperature is what was read in the recording's first second, the start what its first sample
         tells.
         """
         truck = self.truck
         clock, command = driving(*recording.commanded) if recording.rows else recording.commanded
         tick_s = float(np.median(np.diff(clock))) if len(clock) > 1 else USUAL_TICK_S
-        temperature = np.full(len(clock), mean_temperature(recording, self.oil_temperature_degc))
+        temperature = np.full(len(clock), first_temperature(recording, self.oil_temperature_degc))
         at_rest = simulate(
             truck,
             Command(clock, *command.T),

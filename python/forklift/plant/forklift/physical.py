@@ -8,7 +8,7 @@ import numpy as np
 
 from forklift.base.typeset import amount, number
 from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve, splines
-from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER
+from forklift.plant.forklift.geometry import FORKS_PER_CYLINDER
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.recording import Recording
 

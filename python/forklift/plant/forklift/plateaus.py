@@ -15,7 +15,7 @@ import numpy as np
 from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.plant.forklift.commands import steps_to_current
-from forklift.plant.forklift.signals import FORKS_PER_SENSOR
+from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
 from forklift.plant.forklift.simulate import predict
 from forklift.recordings.channels import LIFTS, Lift, commanded
 
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
     from forklift.recordings.recording import Recording
 
-
-FORKS_PER_CYLINDER = 2.0
-"""How far the forks move for a metre of either lift's cylinder, (3.38)."""
 
 SHORTEST_S = 0.4
 """Shortest window a velocity is told from [s]: one oscillation of the lift on its oil, section 4.5.2."""
@@ -48,7 +45,7 @@ class Plateau:
     """The window that was used [s]."""
     current_a: float
     """Commanded [A]."""
-    bend: float
+    hysteresis_direction: float
     """Share by which the valve's hysteresis is bent: 1 after the current rose, −1 after it fell, (3.11)."""
     pressure_pa: float
     """Mean p_A [Pa]."""
@@ -90,7 +87,7 @@ def plateaus(recording: Recording, truck: Truck, lift: Lift) -> tuple[Plateau, .
     last = _before_the_stop(recording, lift, sources)
     constant = [run for run in _constant(recording[f"current_{lift}_a"]) if run[0] < last]
     found = []
-    bend: Floats | None = None
+    direction: Floats | None = None
     for first, end in constant:
         current = float(recording[f"current_{lift}_a"][first])
         if current <= 0.0:
@@ -102,8 +99,8 @@ def plateaus(recording: Recording, truck: Truck, lift: Lift) -> tuple[Plateau, .
         known = np.isfinite(pressure[start:stop])
         if known.sum() < LEAST_SAMPLES or velocity > 3.0 * error:
             continue
-        if bend is None:
-            bend = _bend(recording, truck, lift)
+        if direction is None:
+            direction = _directions(recording, truck, lift)
         time = recording.time_s[start:stop][known]
         rate, mean = np.polyfit(time - time.mean(), pressure[start:stop][known], 1)
         found.append(
@@ -113,7 +110,7 @@ def plateaus(recording: Recording, truck: Truck, lift: Lift) -> tuple[Plateau, .
                 float(recording.time_s[start]),
                 float(recording.time_s[stop - 1]),
                 current,
-                float(bend[stop - 1]),
+                float(direction[stop - 1]),
                 float(mean),
                 float(rate),
                 float(np.nanmean(temperature)),
@@ -156,7 +153,7 @@ def _before_the_stop(recording: Recording, lift: Lift, sources: list[tuple[bool,
     return len(position) if arrives and ends > 0 else int(ends)
 
 
-def _bend(recording: Recording, truck: Truck, lift: Lift) -> Floats:
+def _directions(recording: Recording, truck: Truck, lift: Lift) -> Floats:
     """(n,) how far the valve's hysteresis is bent, by the truck's own valve under the recorded commands."""
     bristle = predict(truck, recording, solver="fixed")[f"{lift}.valve_bristle"]
     stiffness, width = (truck.values[f"{lift}.valve.{name}"] for name in ("sigma_0", "f_hs"))

@@ -16,6 +16,7 @@ EQUATIONS = {
     "return_pressure": "tank",
     "friction": "friction",
     "viscous_friction": "friction",
+    "dry_friction": "friction",
     "force": "force-balance",
 }
 """By port of a lift: the equation it stands in. Those not listed act as one of these does."""

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from forklift.base import derivative
+from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
+from forklift.plant.forklift.tables import outputs
+from forklift.plant.subject import Signal
 from forklift.recordings.channels import LIFTS, Lift, commanded
 
 if TYPE_CHECKING:
     from forklift.base.arrays import Floats
     from forklift.recordings.recording import Recording
-
-FORKS_PER_SENSOR: Mapping[Lift, float] = {"free": 1.0, "main": 2.0}
-"""How far the forks move for a metre on the lift's own position sensor (x_G = 2 x_ML + x_FL, section 2.1)."""
-
 
 PREDICTED = (
     "position_free_m",
@@ -36,18 +34,6 @@ class Named(Protocol):
     def __getitem__(self, name: str, /) -> Floats: ...
 
 
-@dataclass(frozen=True, eq=False)
-class Signal:
-    """One measured signal beside its simulation, at the recording's times."""
-
-    lift: str
-    channel: str
-    commanded: bool
-    measured_from: str
-    measured: Floats
-    simulated: Floats
-
-
 def signals(recording: Recording, simulation: Named) -> Iterator[Signal]:
     """Velocity of each commanded lift, then positions, pressures and fork height, as far as measured.
 
@@ -57,7 +43,10 @@ def signals(recording: Recording, simulation: Named) -> Iterator[Signal]:
     bouncing.
     """
     moved = commanded(recording.lift)
-    measured = recording.channels
+    measured, units = recording.channels, outputs()
+
+    def signal(part: str, name: str, driven: bool, source: str, *both: Floats) -> Signal:
+        return Signal(part, name, units[name]["unit"], driven, source, *both)
 
     def has(channel: str) -> bool:
         return channel in measured and bool(np.isfinite(measured[channel]).any())
@@ -68,21 +57,14 @@ def signals(recording: Recording, simulation: Named) -> Iterator[Signal]:
                 velocity = _derivative(recording, source, measured[source]) / ratio
                 if np.isfinite(velocity).any():
                     simulated = _derivative(recording, source, simulation[source]) / ratio
-                    yield Signal(lift, f"velocity_{lift}_m_s", True, source, velocity, simulated)
+                    yield signal(lift, f"velocity_{lift}_m_s", True, source, velocity, simulated)
                     break
     for lift in LIFTS:
         for channel in (f"position_{lift}_m", f"pressure_{lift}_pa"):
             if has(channel):
-                yield Signal(lift, channel, lift in moved, channel, measured[channel], simulation[channel])
-    if has("fork_height_m"):
-        yield Signal(
-            recording.lift,
-            "fork_height_m",
-            True,
-            "fork_height_m",
-            measured["fork_height_m"],
-            simulation["fork_height_m"],
-        )
+                yield signal(lift, channel, lift in moved, channel, measured[channel], simulation[channel])
+    if has(channel := "fork_height_m"):
+        yield signal(recording.lift, channel, True, channel, measured[channel], simulation[channel])
 
 
 def _derivative(recording: Recording, source: str, values: Floats) -> Floats:

@@ -425,6 +425,19 @@ def mean_temperature(recording: Recording, otherwise: float | None = None) -> fl
     )
 
 
+def first_temperature(recording: Recording, otherwise: float | None = None) -> float:
+    """The oil temperature [°C] as read in the first second; where nothing was read then, `mean_temperature`.
+
+    After a standstill a sensor reads what the oil has, however slow it is; from then on it lags.
+    """
+    if has_temperature(recording):
+        early = recording.time_s <= recording.time_s[0] + START_WITHIN_S
+        read = recording.channels["oil_temperature_degc"][early]
+        if np.isfinite(read).any():
+            return float(np.nanmean(read))
+    return mean_temperature(recording, otherwise)
+
+
 def _recorded_start(recording: Recording, at_rest: Simulation) -> Floats | None:
     """The core's initial state, moved to the recorded positions if these lie more than two counts off it.
 

@@ -17,7 +17,7 @@ from forklift.base import arguments, output
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.commands import steps_to_current
-from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER
+from forklift.plant.forklift.geometry import FORKS_PER_CYLINDER
 from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lift
 

@@ -16,7 +16,8 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.plant.forklift.plateaus import FORKS_PER_CYLINDER, Plateau, arrays, plateaus
+from forklift.plant.forklift.geometry import FORKS_PER_CYLINDER
+from forklift.plant.forklift.plateaus import Plateau, arrays, plateaus
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.campaign import Campaign, campaign_of
@@ -345,7 +346,9 @@ class _Fit:
     def model(self, at: Floats) -> tuple[Floats, Floats]:
         """Fork velocities (n,) [m/s] and their derivatives (n, unknowns)."""
         core = self.truck.with_values(self.values(at)).core
-        inputs = arrays(self.found, "current_a", "bend", "pressure_pa", "oil_temperature_degc")
+        inputs = arrays(
+            self.found, "current_a", "hysteresis_direction", "pressure_pa", "oil_temperature_degc"
+        )
         (rate,) = arrays(self.found, "pressure_rate_pa_s")
         v, slopes = core.steady_velocity(self.lift, *inputs, pressure_rate=rate, directions=self.names)
         return FORKS_PER_CYLINDER * v, FORKS_PER_CYLINDER * slopes @ self.slopes(at)
@@ -455,7 +458,9 @@ class _Fit:
     def sentences(self) -> list[str]:
         """What these plateaus cannot tell, and what would."""
         estimates, lift = self.estimates(), self.lift
-        current, temperature, bend = arrays(self.found, "current_a", "oil_temperature_degc", "bend")
+        current, temperature, direction = arrays(
+            self.found, "current_a", "oil_temperature_degc", "hysteresis_direction"
+        )
         sentences = []
         cold, warm = temperature.min(), temperature.max()
         if warm - cold < WARMER_K:
@@ -464,8 +469,8 @@ class _Fit:
                 "numbers act through the viscosity, and opening and viscosity are told apart only by oil of "
                 "another temperature."
             )
-        if bend.min() > 0.0 or bend.max() < 0.0:
-            branch = "rose" if bend.min() > 0.0 else "fell"
+        if direction.min() > 0.0 or direction.max() < 0.0:
+            branch = "rose" if direction.min() > 0.0 else "fell"
             sentences.append(
                 f"The {lift} lift's current always {branch} before a plateau: the hysteresis and a shift of "
                 "the table's currents are told only together; steps in the other direction part them."

@@ -20,6 +20,7 @@ from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
 from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.covariates import covariates
+from forklift.plant.forklift.curve_tables import per_output
 from forklift.plant.forklift.dither import dither
 from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses
 from forklift.plant.forklift.model import Forklift
@@ -28,19 +29,17 @@ from forklift.plant.forklift.physical import physical
 from forklift.plant.forklift.ports import lift_of
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.signals import PREDICTED, signals
-from forklift.plant.forklift.simulate import mean_temperature, predict
+from forklift.plant.forklift.simulate import first_temperature, mean_temperature, predict
 from forklift.plant.forklift.speed_table import SpeedTable, speed_to_current
 from forklift.plant.forklift.splits import splits
-from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import unknowns
-from forklift.plant.forklift.variables import per_output
 from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.plant.subject import Drive, Labels, Possible, Residual, Signal, Sources, Split, Term, Use
 from forklift.recordings.campaign import Campaign
-from forklift.recordings.channels import LIFTS, Lift, channels, commanded
+from forklift.recordings.channels import LIFTS, Lift, commanded
 from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
 
@@ -230,12 +229,7 @@ class ForkliftSubject(Forklift):
 
     def signals(self, recording: Recording, readings: Mapping[str, Floats]) -> Iterator[Signal]:
         """Velocities of the lifts that move, positions, pressures and fork height."""
-        units = outputs() | channels()
-        for one in signals(recording, readings):
-            unit = units[one.channel]["unit"]
-            yield Signal(
-                one.lift, one.channel, unit, one.commanded, one.measured_from, one.measured, one.simulated
-            )
+        return signals(recording, readings)
 
     def drives(self, recording: Recording) -> Sequence[Drive]:
         """The commands of the lifts that move [A]."""
@@ -246,11 +240,11 @@ class ForkliftSubject(Forklift):
 
     def conditions(self, recording: Recording, found: Mapping[str, float]) -> Mapping[str, float]:
         """Load on the forks [kg] and mean oil temperature [°C]."""
-        entered = mean_temperature(recording, self.oil_temperature_degc)
-        return {
-            "load_kg": found.get("load", recording.load_kg),
-            "oil_temperature_degc": entered + found.get("oil_temperature", 0.0),
-        }
+        temperature = mean_temperature(recording, self.oil_temperature_degc)
+        if "oil_temperature" in found:
+            at_first = first_temperature(recording, self.oil_temperature_degc) + found["oil_temperature"]
+            temperature = at_first + 0.5 * found.get("oil_warming", 0.0)
+        return {"load_kg": found.get("load", recording.load_kg), "oil_temperature_degc": temperature}
 
     def states(self, recording: Recording, outputs: Mapping[str, Floats]) -> Mapping[str, Floats]:
         """Positions, velocities and pressures of both lifts."""
@@ -346,11 +340,6 @@ class ForkliftSubject(Forklift):
                 if error.code != "no-steady-state":
                     raise
         return found
-
-    @property
-    def table_files(self) -> Sequence[str]:
-        """Of both lifts."""
-        return [f"speed_table_{lift}.csv" for lift in LIFTS]
 
 
 def _held(cautions: Sequence[Caution]) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.forklift.tables import parameters
-from forklift.plant.parameter import SCALES, Unknown
+from forklift.plant.parameter import SCALES, Unknown, moved_together
 from forklift.recordings.channels import Lift
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def unknowns(
     singles = [(name,) for name in wanted if name not in grouped]
     first = {name: place for place, name in enumerate(known)}
     return tuple(
-        _unknown(truck, group)
+        moved_together([unknown(truck, name) for name in group])
         for group in sorted([*singles, *filter(None, groups)], key=lambda group: first[group[0]])
     )
 
@@ -176,25 +176,11 @@ def _lift_of(name: str) -> str | None:
 
 def unknown(truck: Truck, name: str) -> Unknown:
     """One parameter of the truck."""
-    return _unknown(truck, (name,))
-
-
-def _unknown(truck: Truck, names: tuple[str, ...]) -> Unknown:
-    values = dict(zip(truck.core.names, truck.core.values, strict=True))
-    start = tuple(float(values[name]) for name in names)
-    shapes = {_shape(name, value) for name, value in zip(names, start, strict=True)}
-    if len({scale for scale, _ in shapes}) > 1:
-        raise ForkliftError(
-            "argument-invalid",
-            f"{' and '.join(names)} cannot move together: their scales differ; group like with like",
-            name=names[0],
-        )
-    scale, width = max(shapes)
+    value = float(dict(zip(truck.core.names, truck.core.values, strict=True))[name])
+    scale, width = _shape(name, value)
     if scale == "logcos":
-        start = tuple(min(max(angle, LEAST_ANGLE), 0.5 * pi - LEAST_ANGLE) for angle in start)
-    ends = [_ends(name, value, scale, width) for name, value in zip(names, start, strict=True)]
-    unit = _spec(names[0])["unit"]
-    return Unknown(names, unit, scale, start, width, max(end[0] for end in ends), min(end[1] for end in ends))
+        value = min(max(value, LEAST_ANGLE), 0.5 * pi - LEAST_ANGLE)
+    return Unknown((name,), _spec(name)["unit"], scale, (value,), width, *_ends(name, value, scale, width))
 
 
 def _spec(name: str) -> ParameterSpec:

@@ -23,8 +23,8 @@ STROKE = "position"
 NATURAL = {
     "command": ("current",),
     "other_command": ("current",),
-    "time_since_command": ("current", "opening", "friction"),
-    "oil_temperature": ("viscosity", "viscous_friction", "friction", "bulk_modulus"),
+    "time_since_command": ("current", "opening", "friction", "dry_friction"),
+    "oil_temperature": ("viscosity", "viscous_friction", "friction", "dry_friction", "bulk_modulus"),
 }
 """By variable: the ports at which something that depends on it may plausibly act; elsewhere it is unlikely.
 What enters between the valve's current and its flow looks much the same, and a command acts by way of the

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.plant.forklift.free_curve import variables as shape_variables
+from forklift.plant.forklift.curve_tables import per_output
+from forklift.plant.forklift.curve_tables import variables as shape_variables
 from forklift.recordings.channels import LIFTS, Lift
 from forklift.recordings.recording import Recording
 
@@ -68,11 +69,6 @@ def words(name: str, lift: Lift) -> tuple[str, str]:
         return accelerations[name], "m/s2"
     known = shape_variables()[name]
     return known["meaning"].partition(",")[0], known["unit"]
-
-
-def per_output(name: str, lift: Lift) -> float:
-    """How much of a variable one unit of the output that shows it is."""
-    return float(shape_variables()[name]["outputs"][lift][1])
 
 
 def _since(time: Floats, values: Floats, moved: float) -> Floats:

@@ -52,6 +52,17 @@ EQUATIONS: Mapping[Equation, str] = {
 }
 """Where in the model something may be wrong."""
 
+CONDITIONS = {
+    "load_kg": Shown("load", "kg"),
+    "oil_temperature_degc": Shown("oil", "°C"),
+    "load": Shown("load", "kg"),
+    "oil_temperature": Shown("oil temperature", "K"),
+    "oil_warming": Shown("warming of the oil", "K"),
+    "free.start": Shown("start of the free lift", "m"),
+    "main.start": Shown("start of the main lift", "m"),
+}
+"""Conditions of a recording: as they are entered, and what is found of each recording by itself."""
+
 
 class ForkliftWords:
     """A forklift's vocabulary; see `forklift.plant.subject.Words`."""
@@ -120,8 +131,8 @@ class ForkliftWords:
         return Shown(known, *drawn(unit))
 
     def condition(self, name: str) -> Shown:
-        """Load and oil temperature."""
-        return {"load_kg": Shown("load", "kg"), "oil_temperature_degc": Shown("oil", "°C")}[name]
+        """Load and oil, as entered; and what a recording has of its own."""
+        return CONDITIONS[name]
 
     def at(self, name: str, where: str) -> str:
         """With the lift or the channel."""

@@ -122,7 +122,7 @@ def gone(found: Any, recordings: Sequence[Recording]) -> float:
 
 
 def gone_left_out(found: Any, recordings: Sequence[Recording], sigma: float) -> float:
-    """The same of each pressure, foreseen from the others; `sigma` as the plant has it [N]."""
+    """The same of each pressure, predicted from the others; `sigma` as the plant has it [N]."""
     floors = repeatability(recordings)
     before = sum(one.before * sigma**2 - floors[one.group] ** 2 for one in found.groups)
     after = sum(one.after * sigma**2 - floors[one.group] ** 2 for one in found.groups)

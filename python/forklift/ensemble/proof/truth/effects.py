@@ -325,7 +325,7 @@ QUIET = {
     "valve_flow_force": dict(coefficient=0.0),
     "compensator_dynamics": dict(share=0.0, time=0.1),
 }
-"""Each effect's parameters, the amplitude first and at its quiet value, the others amid the plausible."""
+"""Each effect's parameters, the amplitude first and at its null value, the others amid the plausible."""
 
 
 def law(name: str, amplitude: Any = 0.0, **others: Any) -> Law:

@@ -11,7 +11,7 @@ import numpy as np
 from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.finding import Finding, caution, fault
-from forklift.plant.forklift.signals import FORKS_PER_SENSOR
+from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
 from forklift.recordings.channels import LIFTS, commanded
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ def without_invalid(
     """
     kept, taken = tuple(recordings), list[InvalidStretch]()
     for _ in range(MOST_ROUNDS):
-        found = _spoilt(kept, truck)
+        found = _invalid(kept, truck)
         if not found:
             break
         taken += found
@@ -40,7 +40,7 @@ def without_invalid(
     return kept, tuple(taken)
 
 
-def _spoilt(given: Sequence[Recording], truck: Truck) -> list[InvalidStretch]:
+def _invalid(given: Sequence[Recording], truck: Truck) -> list[InvalidStretch]:
     """Stuck signals; if there are none, slips: the end of a standstill looks like one."""
     recordings = {recording.file: recording for recording in given}
     stuck, slipped = [], []

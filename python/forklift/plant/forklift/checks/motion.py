@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.base.derivative import derivative
+from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
 from forklift.plant.forklift.phases import shut_current
-from forklift.plant.forklift.signals import FORKS_PER_SENSOR
 from forklift.recordings.channels import LIFTS, Lift, commanded
 from forklift.recordings.noise import white_noise
 

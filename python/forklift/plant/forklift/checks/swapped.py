@@ -12,7 +12,7 @@ from forklift.base.numbers import amount
 from forklift.plant.forklift.checks import motion, timing
 from forklift.plant.forklift.checks.finding import Finding, fault
 from forklift.plant.forklift.checks.scale import Pressures
-from forklift.plant.forklift.signals import FORKS_PER_SENSOR
+from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
 from forklift.recordings.channels import LIFTS, Lift, commanded
 
 if TYPE_CHECKING:

@@ -1,0 +1,73 @@
+"""What became of every hypothesis is told alike in the list, its title and the JSON."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from forklift.diagnosis.ledger import Considered, considered, uncontested
+from forklift.diagnosis.screening import Screened
+from forklift.plant.protocol import Addition, Hypothesis
+from forklift.report import ledger
+
+
+def hypothesis(name):
+    return Hypothesis(name, "physics", name, "", "", name, Addition())
+
+
+CAUSE, FAR, NEAR, NEVER = (hypothesis(name) for name in ("cause", "far", "near", "never"))
+
+
+def refit(*hypotheses, finished):
+    return SimpleNamespace(hypotheses=hypotheses, finished=finished, reduced_chi2=2.0)
+
+
+def outcome(*refits):
+    """Of a diagnosis that tried these and named `CAUSE`."""
+    singles = [Screened((one,), 5.0, (1.0,), (0.1,)) for one in (CAUSE, FAR, NEAR, NEVER)]
+    return SimpleNamespace(
+        findings=SimpleNamespace(unexcited=""),
+        selection=SimpleNamespace(steps=[SimpleNamespace(refits=refits)], unnamed=(), skipped=()),
+        screening=SimpleNamespace(singles=singles, untestable=()),
+        causes=(SimpleNamespace(hypothesis=CAUSE),),
+        unidentifiable=(),
+    )
+
+
+def fates(found):
+    told = [one.to_dict() for one in considered(found)]
+    words = SimpleNamespace(at=lambda name, where: name, kinds={"physics": "effect"}, noun="model")
+    table = ledger.considered({"hypotheses": told}, words)
+    return ledger.counts({"hypotheses": told}), table, {row[0].lower(): row[3] for row in table.rows}
+
+
+def test_what_was_given_up_is_not_counted_as_fitted():
+    found = outcome(refit(CAUSE, finished=True), refit(FAR, finished=False), refit(NEAR, finished=True))
+    count, table, fate = fates(found)
+    assert (count["considered"], count["fitted"], count["given_up"]) == (4, 2, 1)
+    assert "2 of them fitted, 1 begun and given up" in table.title
+    assert "given up" in fate["far"]
+    assert "leaves 2" in fate["near"]
+    assert "named" in fate["cause"]
+    assert "given up" not in fate["never"] + fate["near"] + fate["cause"]
+
+
+def test_what_was_fitted_beside_another_after_it_was_given_up_alone_is_fitted():
+    (one,) = [
+        one
+        for one in considered(outcome(refit(FAR, finished=False), refit(CAUSE, FAR, finished=True)))
+        if one.hypothesis is FAR
+    ]
+    assert not one.given_up
+    assert one.to_dict()["beside"] == ["cause"]
+
+
+@pytest.mark.parametrize(("others", "contested"), [((), False), ((refit(FAR, finished=False),), True)])
+def test_a_cause_is_uncontested_only_if_nothing_else_was_begun(others, contested):
+    said = uncontested(outcome(refit(CAUSE, finished=True), *others))
+    assert said.startswith("not contested") is not contested
+
+
+def test_a_hypothesis_that_was_never_begun_is_neither():
+    told = Considered(NEVER, 5.0, "", None, False).to_dict()
+    assert not told["fitted"]
+    assert not told["given_up"]

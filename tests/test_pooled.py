@@ -1,0 +1,62 @@
+"""Recordings held out that reach beyond those fitted: one machine for all of them is no mismatch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import analytic
+from forklift.diagnosis.refit import Refitter
+from test_astray import TIME, Recording, ringing, slopes
+
+START, TRUE, NOISE, SHORT = 8.5, 9.0, 0.3, 24
+"""Angular frequencies [rad/s]; the noise; how many samples of a recording are fitted. In so short a time the
+phase hardly turns: what the fit does not know of the frequency is radians at the end of a whole recording."""
+
+
+def formula(parameters: np.ndarray) -> np.ndarray:
+    return ringing(START + parameters)
+
+
+def its_slopes(parameters: np.ndarray) -> np.ndarray:
+    return slopes(START + parameters)
+
+
+def refitter(of_held_out: float) -> Refitter:
+    """Three short recordings to be fitted, and two long ones held out, of a machine with that frequency."""
+    random = np.random.default_rng(5)
+    measured = np.array([np.sin(TRUE * TIME)] * 3 + [np.sin(of_held_out * TIME)] * 2)
+    measured += NOISE * random.standard_normal(measured.shape)
+    everyone = analytic.problem(measured, [analytic.unknown("omega")], formula, its_slopes, NOISE)
+    samples = []
+    for k, one in enumerate(everyone.samples):
+        role, rows = ("estimate", SHORT) if k < 3 else ("validate", len(TIME))
+        (seen,) = one.observed
+        seen = replace(seen, rows=seen.rows[:rows], values=seen.values[:rows])
+        samples.append(replace(one, recording=Recording(f"{k}.csv", role), observed=(seen,)))
+    everyone = everyone.over(samples)
+    return Refitter(everyone.over(samples[:3]), everyone, analytic.sensors(everyone))
+
+
+def first(refitter: Refitter):
+    """The machine fitted, as it was before recordings held out are asked."""
+    return replace(refitter, strict=True).baseline()
+
+
+def test_what_all_recordings_together_explain_is_complete():
+    found = refitter(TRUE)
+    alone, led = first(found), found.baseline()
+    assert not alone.complete
+    assert all(one.explained for one in alone.rest())
+    assert led.complete
+    assert START + led.found.x[0] == pytest.approx(TRUE, abs=0.01)
+
+
+def test_what_no_machine_explains_stays_as_it_was_fitted():
+    found = refitter(1.05 * TRUE)
+    before = first(found).found.x
+    led = found.baseline()
+    assert not led.complete
+    assert led.found.x == pytest.approx(before)
