@@ -14,6 +14,7 @@ from forklift.diagnosis.refit import Refit, Refitter
 from forklift.fitting.levenberg_marquardt import descend
 from forklift.fitting.search import too_slow
 from forklift.fitting.work import DIRECTION, SAMPLES, SUBSTEPS, Work
+from test_problem import problem, somewhere
 
 
 def test_a_problem_counts_what_it_and_those_made_of_it_simulate():
@@ -99,3 +100,15 @@ def test_nothing_is_differentiated_twice_at_one_place():
     problem.run(np.zeros(2), derivatives=True)
     problem.weighted(problem.sigma, 9).run(np.zeros(2), derivatives=True)
     assert machine.runs == [2, 2, 2]
+
+
+def test_all_ports_of_a_recording_are_asked_in_one_run():
+    whole, x = problem(), somewhere(0)
+    ports = ["free.force", "free.opening", "free.viscosity"]
+    before = whole.work.done
+    centres = np.arange(0.0, 4.0, 0.2)
+    found = whole.respond(x, 0, ports, centres, 0.2)
+    samples = len(whole.samples[0].recording)
+    cost = samples / SAMPLES * (1.0 + DIRECTION * (24 + 2 * len(ports))) * whole.substeps / SUBSTEPS
+    assert found.at("free.opening").shape == (samples, len(whole.machine.outputs), len(centres))
+    assert whole.work.done - before == pytest.approx(cost)

@@ -186,15 +186,15 @@ def _prior(centres: Floats, memory_s: float) -> Floats:
 
 def _best(port: str, parts: Sequence[_Part], length: int) -> UnknownInput | None:
     square = sum(float(np.sum(part.values)) for part in parts)
-    count = sum(len(part.known.residual) for part in parts)
     if square == 0.0:
         return None
-    unit = float(np.sqrt(count / square))
-    without = _evidence(parts, length, 0.0, _noise_left(parts, length, 0.0)).value
+    together = _Together.of(parts, length)
+    unit = float(np.sqrt(together.count / square))
+    without = _evidence(together, length, 0.0, _noise_left(together, length, 0.0)).value
     sizes = [size * unit for size in SIZES]
-    tried = [(size, _noise_left(parts, length, size)) for size in sizes]
-    size, s = max(tried, key=lambda pair: _evidence(parts, length, *pair).value)
-    best = _evidence(parts, length, size, s)
+    tried = [(size, _noise_left(together, length, size)) for size in sizes]
+    size, s = max(tried, key=lambda pair: _evidence(together, length, *pair).value)
+    best = _evidence(together, length, size, s)
     means, bands = [], []
     for part in parts:
         share = (size / s) ** 2 / (1.0 + (size / s) ** 2 * part.values)
@@ -204,12 +204,11 @@ def _best(port: str, parts: Sequence[_Part], length: int) -> UnknownInput | None
     return UnknownInput(port, best.value - without, size, s, centres, tuple(means), tuple(bands))
 
 
-def _noise_left(parts: Sequence[_Part], length: int, size: float) -> float:
+def _noise_left(parts: _Together, length: int, size: float) -> float:
     """The noise at which the evidence is greatest: s² is what is left per sample."""
     s = 1.0
-    count = sum(len(part.known.residual) for part in parts)
     for _ in range(4):
-        s = float(np.sqrt(max(_evidence(parts, length, size, s).square * s**2 / count, 1e-3)))
+        s = float(np.sqrt(max(_evidence(parts, length, size, s).square * s**2 / parts.count, 1e-3)))
     return s
 
 
@@ -223,22 +222,69 @@ class _Evidence:
     """δ at its best."""
 
 
-def _evidence(parts: Sequence[_Part], length: int, size: float, s: float) -> _Evidence:
-    matrix, gradient = np.eye(length), np.zeros(length)
-    square, log_det, count = 0.0, 0.0, 0
+@dataclass(frozen=True)
+class _Together:
+    """Recordings with an input at one port, as one: hats that a recording lacks answer nothing."""
+
+    places: NDArray[np.intp]
+    """Where the recordings' own normal equations stand among all, flat, one recording after the other."""
+    normal: Floats
+    gradient: Floats
+    """JᵀJ and Jᵀr of the recordings, flat, in the same order."""
+    rows: NDArray[np.intp]
+    """Of the gradient the same."""
+    square: float
+    count: int
+    values: Floats
+    """(recordings, hats)."""
+    cross: Floats
+    """(recordings, hats, unknowns of one), likewise."""
+    pull: Floats
+    columns: NDArray[np.bool_]
+    """(recordings, unknowns of one): what a recording has."""
+
+    @classmethod
+    def of(cls, parts: Sequence[_Part], length: int) -> _Together:
+        """All of `parts`, among so many unknowns."""
+        hats = max(len(part.values) for part in parts)
+        wide = max(len(part.known.place) for part in parts)
+        values, pull = np.zeros((2, len(parts), hats))
+        cross = np.zeros((len(parts), hats, wide))
+        columns = np.zeros((len(parts), wide), dtype=bool)
+        for k, part in enumerate(parts):
+            of, own = len(part.values), len(part.known.place)
+            values[k, :of], pull[k, :of] = part.values, part.pull
+            cross[k, :of, :own] = part.cross
+            columns[k, :own] = True
+        known = [part.known for part in parts]
+        return cls(
+            np.concatenate([(length * one.place[:, None] + one.place).ravel() for one in known]),
+            np.concatenate([one.normal.ravel() for one in known]),
+            np.concatenate([one.gradient for one in known]),
+            np.concatenate([one.place for one in known]),
+            sum(float(one.residual @ one.residual) for one in known),
+            sum(len(one.residual) for one in known),
+            values,
+            cross,
+            pull,
+            columns,
+        )
+
+
+def _evidence(parts: _Together, length: int, size: float, s: float) -> _Evidence:
     ratio = (size / s) ** 2
-    for part in parts:
-        share = ratio / (1.0 + ratio * part.values)
-        known = part.known
-        matrix[np.ix_(known.place, known.place)] += (
-            known.normal - part.cross.T @ (share[:, None] * part.cross)
-        ) / s**2
-        gradient[known.place] += (known.gradient - part.cross.T @ (share * part.pull)) / s**2
-        square += float(known.residual @ known.residual - share @ part.pull**2) / s**2
-        log_det += float(np.sum(np.log1p(ratio * part.values)))
-        count += len(known.residual)
+    share = ratio / (1.0 + ratio * parts.values)
+    taken = share[:, :, None] * parts.cross
+    both = parts.columns[:, :, None] & parts.columns[:, None, :]
+    normal = parts.normal - (parts.cross.transpose(0, 2, 1) @ taken)[both]
+    gradient = parts.gradient - (parts.pull[:, None, :] @ taken)[:, 0, :][parts.columns]
+    matrix = np.bincount(parts.places, normal, length**2).reshape(length, length) / s**2
+    matrix[np.diag_indices(length)] += 1.0
+    pulled = np.bincount(parts.rows, gradient, length) / s**2
+    square = (parts.square - float(np.sum(share * parts.pull**2))) / s**2
+    log_det = float(np.sum(np.log1p(ratio * parts.values)))
     factor = cho_factor(matrix)
-    delta = -cho_solve(factor, gradient)
-    square += float(gradient @ delta)
+    delta = -cho_solve(factor, pulled)
+    square += float(pulled @ delta)
     log_det += 2.0 * float(np.sum(np.log(np.diag(factor[0]))))
-    return _Evidence(-0.5 * (square + log_det) - count * float(np.log(s)), square, delta)
+    return _Evidence(-0.5 * (square + log_det) - parts.count * float(np.log(s)), square, delta)
