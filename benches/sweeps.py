@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from forklift._core import LANES
 from forklift.control.controller import Controller
 from forklift.ensemble import specification
 from forklift.ensemble.members import Members
@@ -144,7 +145,7 @@ def main():
         (loop, substeps, lanes, threads)
         for loop in ("closed", "open")
         for substeps in (2, 3)
-        for lanes, threads in ((16, 1), (16, 2), (1, 1))
+        for lanes, threads in ((LANES, 1), (LANES, 2), (1, 1))
         if threads <= options.threads
     ]
     best = {}

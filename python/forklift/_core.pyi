@@ -12,6 +12,7 @@ _Steps = NDArray[np.int64]
 __all__ = [
     "CONTROL_TICK_S",
     "ENCODER_COUNT_M",
+    "LANES",
     "PRESSURE_STEP_PA",
     "Case",
     "Controller",
@@ -45,6 +46,7 @@ __all__ = [
 __version__: str
 CONTROL_TICK_S: float  # from one call of the controller to the next
 ENCODER_COUNT_M: float  # travel per count of a position encoder
+LANES: int  # members that fill this processor's registers: 16 with AVX-512, 8 with AVX2, else 1
 PRESSURE_STEP_PA: float  # resolution of a pressure sensor
 
 @type_check_only
@@ -333,7 +335,7 @@ class Ensemble:
         """What the uniform numbers (n, varied) come to."""
 
     def run(
-        self, values: _Floats, streams: NDArray[np.uint64], *, lanes: int = 16
+        self, values: _Floats, streams: NDArray[np.uint64], *, lanes: int | None = None
     ) -> tuple[NDArray[np.uint8], _Floats]:
         """Verdicts (n,) and numbers (n, margins and measures) of members by values and sequences of noise."""
 

@@ -6,12 +6,18 @@
 //! neighbours hold.
 
 #[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
 mod avx512;
 mod pair;
+mod wholes;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::scalar::{Mask, Scalar};
+use crate::whole::LaneWhole;
+
+pub use wholes::Wholes;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
@@ -169,12 +175,31 @@ impl<const N: usize> Scalar for Lanes<N> {
 
 /// N numbers that go through the same arithmetic.
 pub trait LaneScalar<const N: usize>: Scalar<Real = Self> {
+    /// As many integers, of the same masks.
+    type Whole: LaneWhole<N>;
     fn from_lanes(lanes: [f64; N]) -> Self;
     fn lanes(self) -> [f64; N];
+    /// The largest integer of 32 bits up to x; of what is not a number zero, of what is too small the least integer.
+    fn floor(self) -> Self::Whole;
+    /// The nearest integer of 32 bits, halves away from zero; of what is not a number zero.
+    fn nearest(self) -> Self::Whole;
+    /// An integer below 2^51 either way, exactly.
+    fn of_whole(value: Self::Whole) -> Self;
+}
+
+#[inline(always)]
+fn floor(x: f64) -> i64 {
+    i64::from(x.floor() as i32)
+}
+
+#[inline(always)]
+fn nearest(x: f64) -> i64 {
+    i64::from(x.round() as i32)
 }
 
 /// A plain number is one lane.
 impl LaneScalar<1> for f64 {
+    type Whole = i64;
     #[inline(always)]
     fn from_lanes([value]: [f64; 1]) -> Self {
         value
@@ -183,14 +208,41 @@ impl LaneScalar<1> for f64 {
     fn lanes(self) -> [f64; 1] {
         [self]
     }
+    #[inline(always)]
+    fn floor(self) -> i64 {
+        floor(self)
+    }
+    #[inline(always)]
+    fn nearest(self) -> i64 {
+        nearest(self)
+    }
+    #[inline(always)]
+    fn of_whole(value: i64) -> f64 {
+        value as f64
+    }
 }
 
 impl<const N: usize> LaneScalar<N> for Lanes<N> {
+    type Whole = Wholes<N>;
+    #[inline(always)]
     fn from_lanes(lanes: [f64; N]) -> Self {
         Lanes(lanes)
     }
+    #[inline(always)]
     fn lanes(self) -> [f64; N] {
         self.0
+    }
+    #[inline(always)]
+    fn floor(self) -> Wholes<N> {
+        Wholes(self.0.map(floor))
+    }
+    #[inline(always)]
+    fn nearest(self) -> Wholes<N> {
+        Wholes(self.0.map(nearest))
+    }
+    #[inline(always)]
+    fn of_whole(value: Wholes<N>) -> Self {
+        Lanes(value.0.map(|x| x as f64))
     }
 }
 
@@ -219,17 +271,73 @@ pub fn with_sixteen<W: LaneWork<16>>(work: W) -> W::Output {
     work.run::<pair::Pair<Lanes<8>>>()
 }
 
-/// As [`with_sixteen`] where the processor has AVX-512, else the work given back: sixteen lanes without such registers
-/// take long to compile, and every lane is the `f64` run to the bit.
-///
-/// # Errors
-/// The work itself, not begun.
-pub fn with_sixteen_in_registers<W: LaneWork<16>>(work: W) -> Result<W::Output, W> {
+/// Four lanes, in one register where the processor has AVX2.
+pub fn with_four<W: LaneWork<4>>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
-    if crate::solver::vectors::has_avx512() {
-        return Ok(work.run::<pair::Pair<avx512::Eight>>());
+    if crate::solver::vectors::has_avx2() {
+        return work.run::<avx2::Four>();
     }
-    Err(work)
+    work.run::<Lanes<4>>()
+}
+
+/// Numbers of lanes for which processors have registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Width {
+    /// Two groups of eight, on AVX-512.
+    Sixteen,
+    /// Two groups of four, on AVX2.
+    Eight,
+    One,
+}
+
+impl Width {
+    /// The widest first.
+    pub const ALL: [Width; 3] = [Width::Sixteen, Width::Eight, Width::One];
+
+    /// How many lanes.
+    pub fn lanes(self) -> usize {
+        match self {
+            Width::Sixteen => 16,
+            Width::Eight => 8,
+            Width::One => 1,
+        }
+    }
+
+    /// Whether this processor has the registers.
+    pub fn is_here(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return match self {
+            Width::Sixteen => crate::solver::vectors::has_avx512(),
+            Width::Eight => crate::solver::vectors::has_avx2(),
+            Width::One => true,
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        return self == Width::One;
+    }
+
+    /// The widest that is here.
+    pub fn widest() -> Width {
+        Width::ALL.into_iter().find(|width| width.is_here()).unwrap_or(Width::One)
+    }
+}
+
+/// Runs `work` on so many lanes; every lane is the `f64` run to the bit. What is to be fast in it runs under
+/// [`crate::solver::vectors::widest`].
+///
+/// # Panics
+/// A width that is not here.
+pub fn with_registers<T, W>(width: Width, work: W) -> T
+where
+    W: LaneWork<16, Output = T> + LaneWork<8, Output = T> + LaneWork<1, Output = T>,
+{
+    assert!(width.is_here(), "{width:?} lanes have no registers here");
+    match width {
+        #[cfg(target_arch = "x86_64")]
+        Width::Sixteen => LaneWork::<16>::run::<pair::Pair<avx512::Eight>>(work),
+        #[cfg(target_arch = "x86_64")]
+        Width::Eight => LaneWork::<8>::run::<pair::Pair<avx2::Four>>(work),
+        _ => LaneWork::<1>::run::<f64>(work),
+    }
 }
 
 #[cfg(test)]

@@ -28,3 +28,4 @@ pub mod sensors;
 pub mod solver;
 pub mod steady;
 pub mod truck;
+pub mod whole;

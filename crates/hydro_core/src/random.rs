@@ -3,6 +3,9 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
+use crate::lanes::LaneScalar;
+use crate::whole::Whole;
+
 /// A counter-based sequence (ChaCha with 8 rounds; Bernstein 2008).
 pub struct Random(ChaCha8Rng);
 
@@ -27,10 +30,14 @@ impl Random {
     /// Nearly normal, of mean zero and variance one, and never beyond 3.47: the sum of four uniform numbers
     /// (Irwin 1927, Hall 1927), a tenth of the cost of [`Random::normal`].
     pub fn bell(&mut self) -> f64 {
-        let word = self.0.next_u64();
-        let sum: u64 = (0..4).map(|k| (word >> (16 * k)) & 0xffff).sum();
-        // Each of the four is uniform on 0, 1, … 65535: mean 65535/2, variance (65536² − 1)/12.
-        (sum as f64 - 131_070.0) / 37_837.227_237
+        bell::<f64, 1>(self.0.next_u64() as i64)
+    }
+
+    /// The words of as many [`Random::bell`] to come.
+    pub fn words(&mut self, words: &mut [i64]) {
+        for word in words {
+            *word = self.0.next_u64() as i64;
+        }
     }
 
     /// Standard normal (Box & Muller 1958), through functions that round alike everywhere.
@@ -40,9 +47,21 @@ impl Random {
     }
 }
 
+/// [`Random::bell`] of a word in each lane.
+#[inline(always)]
+pub fn bell<S: LaneScalar<N>, const N: usize>(word: S::Whole) -> S {
+    // Two sums of two sixteen bits each side by side, then their sum.
+    let pairs = word.and(S::Whole::constant(0x0000_ffff_0000_ffff))
+        + word.and(S::Whole::constant(0xffff_0000_ffff_0000_u64 as i64)).shr(16);
+    let sum = pairs.and(S::Whole::constant(0xffff_ffff)) + pairs.shr(32);
+    // Each of the four is uniform on 0, 1, … 65535: mean 65535/2, variance (65536² − 1)/12.
+    (S::of_whole(sum) - S::constant(131_070.0)) / S::constant(37_837.227_237)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::{Lanes, Wholes};
 
     #[test]
     fn a_seed_gives_the_same_numbers_on_every_machine() {
@@ -69,6 +88,21 @@ mod tests {
             // Five standard errors.
             assert!((sum / n as f64).abs() < 5.0 / (n as f64).sqrt());
             assert!((square / n as f64 - 1.0).abs() < 5.0 * (2.0 / n as f64).sqrt());
+        }
+    }
+
+    #[test]
+    fn a_bell_is_the_sum_of_four_uniform_numbers_in_every_lane() {
+        let mut random = Random::new(3, 1);
+        for _ in 0..1000 {
+            let mut words = [0; 4];
+            random.words(&mut words);
+            let lanes = bell::<Lanes<4>, 4>(Wholes(words)).0;
+            for (word, lane) in words.into_iter().zip(lanes) {
+                let sum: u64 = (0..4).map(|k| (word as u64 >> (16 * k)) & 0xffff).sum();
+                assert_eq!(lane.to_bits(), ((sum as f64 - 131_070.0) / 37_837.227_237).to_bits());
+                assert_eq!(lane.to_bits(), bell::<f64, 1>(word).to_bits());
+            }
         }
     }
 }

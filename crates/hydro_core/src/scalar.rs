@@ -37,6 +37,14 @@ impl Mask for bool {
     }
 }
 
+/// Kinds of vector registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Vectors {
+    Any,
+    Avx2,
+    Avx512,
+}
+
 /// A real number as the physics sees it: `f64`, [`crate::lanes::Lanes`], or [`crate::dual::Dual`] of either.
 pub trait Scalar:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -44,8 +52,8 @@ pub trait Scalar:
     type Mask: Mask;
     /// How many `f64` it holds.
     const NUMBERS: usize;
-    /// True of what exists only where the processor has AVX-512: it is compiled for no other vectors.
-    const NEEDS_AVX512: bool = false;
+    /// What the processor must have for it to exist: it is compiled for these vectors and no others.
+    const NEEDS: Vectors = Vectors::Any;
     /// The same number without derivatives.
     type Real: Scalar<Mask = Self::Mask, Real = Self::Real>;
 

@@ -103,19 +103,19 @@ fn within(config: &Config, state: &State) -> Result<(), String> {
         }
         Err(format!("{variable} of {owner} is {value}, not in {low}..={high}"))
     };
-    hold(0, "ramp", i64::from(state.reference.ramp))?;
-    hold(0, "smooth", i64::from(state.reference.smooth))?;
+    hold(0, "ramp", state.reference.ramp)?;
+    hold(0, "smooth", state.reference.smooth)?;
     for (k, lift) in state.lifts.iter().enumerate() {
-        hold(k + 1, "speed", i64::from(lift.speed))?;
-        hold(k + 1, "error", i64::from(lift.error))?;
+        hold(k + 1, "speed", lift.speed)?;
+        hold(k + 1, "error", lift.error)?;
         hold(k + 1, "integral", lift.integral)?;
         for &past in &lift.corrections {
-            hold(k + 1, "correction", i64::from(past))?;
+            hold(k + 1, "correction", past)?;
         }
-        hold(k + 1, "reference", i64::from(lift.references[(lift.oldest as usize + 31) % 32]))?;
-        hold(k + 1, "trim", i64::from(lift.trim))?;
-        hold(k + 1, "cosine", i64::from(lift.cosine))?;
-        hold(k + 1, "sine", i64::from(lift.sine))?;
+        hold(k + 1, "reference", lift.references[(lift.oldest as usize + 31) % 32])?;
+        hold(k + 1, "trim", lift.trim)?;
+        hold(k + 1, "cosine", lift.cosine)?;
+        hold(k + 1, "sine", lift.sine)?;
     }
     Ok(())
 }
@@ -329,7 +329,7 @@ fn a_shaped_reference_leaves_no_swing_of_its_period_and_the_same_speed() {
             let reading = Reading { position: [700, 0], pressure: [1500, 900], temperature: 81 };
             let tick = |_| {
                 state.tick(&config, 300, &reading);
-                f64::from(state.lifts[0].references[(state.lifts[0].oldest as usize + 31) % 32])
+                state.lifts[0].references[(state.lifts[0].oldest as usize + 31) % 32] as f64
             };
             (0..200).map(tick).collect()
         };

@@ -3,14 +3,18 @@
 mod common;
 
 use common::thesis_values;
+use hydro_core::control::controller::FixedPoint;
+use hydro_core::control::fixed::Word;
+use hydro_core::control::settings::{Curve, Lift, LiftSettings, Settings, SharedSettings};
 use hydro_core::ensemble::distribution::Distribution;
 use hydro_core::ensemble::draw;
-use hydro_core::ensemble::lowerings::{Make, Outcome, Trial, Width};
+use hydro_core::ensemble::lowerings::{Make, Outcome, Trial};
 use hydro_core::ensemble::measures::{Settling, MEASURES};
 use hydro_core::ensemble::member::{Column, Condition, Makeup, DEFAULTS};
 use hydro_core::ensemble::requirement::{Requirement, Signal, Template};
 use hydro_core::ensemble::verdict::Verdict;
 use hydro_core::error::Error;
+use hydro_core::lanes::Width;
 use hydro_core::mast::LiftName;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::{Controller, Reading};
@@ -48,6 +52,51 @@ fn make(numbers: &[f64]) -> Result<Box<dyn Controller>, Error> {
 }
 
 const MAKE: Make = &make;
+
+/// A fixed-point controller whose settings are the member's.
+fn fixed(numbers: &[f64]) -> Result<Box<dyn Controller>, Error> {
+    let gain = numbers[0];
+    let lift = Lift {
+        numbers: LiftSettings {
+            proportional: 0.002 * gain,
+            integral: 1.2,
+            derivative: 0.0008,
+            a: -0.003,
+            b: 1.86,
+            c: -0.31,
+            d: -0.05,
+            forks_per_count: 1.0,
+            filter_rate: 20.0,
+            delay: 8.0 - gain / 16.0,
+            u_min: 0.0,
+            u_max: 640.0,
+            i_min: 0.0,
+            i_max: 1400.0,
+            adaptation_s: 0.5 * gain,
+            swing_limit: 0.0,
+            early_corner: 1.5,
+            prediction: gain / 64.0,
+            overspeed: 0.0,
+            overspeed_from: 590.0,
+        },
+        table: Curve { first: 0, spacing: 5, values: (0..21).map(|k| 400.0 + 45.0 * f64::from(k)).collect() },
+        ratio: Curve { first: 900, spacing: 8, values: vec![1.0, 0.3] },
+        swing: None,
+        shaper: None,
+    };
+    let shared = SharedSettings {
+        request_most: 590.0,
+        ramp_up: 600.0,
+        ramp_down: 900.0,
+        ramp_corner: 1.5,
+        temperature_least: -20.0,
+        temperature_most: 90.0,
+    };
+    let config = Settings { shared, lifts: [lift.clone(), lift] }.config(Word::Bits16)?;
+    Ok(Box::new(FixedPoint::new(config)))
+}
+
+const FIXED: Make = &fixed;
 
 fn trial(extended: bool, lifts: Lifts) -> Trial {
     let mut values = thesis_values();
@@ -96,41 +145,48 @@ fn bits(outcome: &Outcome) -> (Verdict, Vec<u64>) {
     (outcome.verdict, outcome.numbers.iter().map(bits).collect())
 }
 
-fn run(trial: &Trial, columns: &[f64], streams: &[u64], width: Width) -> Vec<(Verdict, Vec<u64>)> {
-    trial.run(columns, streams, MAKE, width, &|| false).unwrap().iter().map(bits).collect()
-}
-
 #[test]
 fn a_members_bits_depend_on_no_lane_mate_no_chunk_no_width_and_no_thread() {
-    for (extended, lifts) in [(false, Lifts::One(LiftName::Free)), (true, Lifts::Both)] {
+    // Controllers asked one lane after the other, and such as run in lanes, with settings of their own.
+    for (extended, lifts, make) in [
+        (false, Lifts::One(LiftName::Free), MAKE),
+        (true, Lifts::Both, MAKE),
+        (false, Lifts::One(LiftName::Free), FIXED),
+        (false, Lifts::Both, FIXED),
+    ] {
         let trial = trial(extended, lifts);
+        let run = |trial: &Trial, columns: &[f64], streams: &[u64], width: Width| -> Vec<(Verdict, Vec<u64>)> {
+            trial.run(columns, streams, make, width, &|| false).unwrap().iter().map(bits).collect()
+        };
         let (count, per) = (40, trial.makeup.columns.len());
         let all = columns(&trial, count);
         let streams: Vec<u64> = (0..count as u64).collect();
-        let sixteen = run(&trial, &all, &streams, Width::Sixteen);
-        assert_eq!(run(&trial, &all, &streams, Width::One), sixteen);
+        let widest = run(&trial, &all, &streams, Width::widest());
+        for width in Width::ALL.into_iter().filter(|width| width.is_here()) {
+            assert_eq!(run(&trial, &all, &streams, width), widest, "{width:?}");
+        }
         // Other mates, in another order, in pieces.
         let mut pieces = Vec::new();
         for piece in (0..count).rev().collect::<Vec<_>>().chunks(7) {
             let some: Vec<f64> = piece.iter().flat_map(|&k| all[k * per..(k + 1) * per].to_vec()).collect();
             let own: Vec<u64> = piece.iter().map(|&k| streams[k]).collect();
-            pieces.extend(run(&trial, &some, &own, Width::Sixteen));
+            pieces.extend(run(&trial, &some, &own, Width::widest()));
         }
         pieces.reverse();
-        assert_eq!(pieces, sixteen);
+        assert_eq!(pieces, widest);
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(one.install(|| run(&trial, &all, &streams, Width::Sixteen)), sixteen);
+        assert_eq!(one.install(|| run(&trial, &all, &streams, Width::widest())), widest);
         // Members do differ, and one by itself has its bits and its trajectory.
-        assert!(sixteen.iter().any(|outcome| outcome.0 != Verdict::OutOfBounds));
-        assert!(sixteen.windows(2).any(|pair| pair[0] != pair[1]));
+        assert!(widest.iter().any(|outcome| outcome.0 != Verdict::OutOfBounds));
+        assert!(widest.windows(2).any(|pair| pair[0] != pair[1]));
         for k in [0, 17, 39] {
             let own = &all[k * per..(k + 1) * per];
-            if sixteen[k].0 == Verdict::OutOfBounds {
-                assert!(trial.trace(own, streams[k], MAKE, &|| false).is_err());
+            if widest[k].0 == Verdict::OutOfBounds {
+                assert!(trial.trace(own, streams[k], make, &|| false).is_err());
                 continue;
             }
-            let (outcome, trace) = trial.trace(own, streams[k], MAKE, &|| false).unwrap();
-            assert_eq!(bits(&outcome), sixteen[k]);
+            let (outcome, trace) = trial.trace(own, streams[k], make, &|| false).unwrap();
+            assert_eq!(bits(&outcome), widest[k]);
             assert_eq!((trace.outputs.len(), trace.orders.len()), (200 * OUTPUTS.len(), 200));
             // The watched peak is that of the trajectory.
             let velocity = OUTPUTS.iter().position(|o| o.name == "velocity_free_m_s").unwrap();
@@ -162,11 +218,11 @@ fn what_is_out_of_bounds_has_a_verdict_and_disturbs_no_other() {
     .unwrap();
     // A stiff bristle among the mates changes none of their bits.
     let all = [800.0, 2500.0, -1.0, 2500.0, 800.0, 1e8, 800.0, 2500.0];
-    let found = trial.run(&all, &[0, 1, 2, 0], MAKE, Width::Sixteen, &|| false).unwrap();
+    let found = trial.run(&all, &[0, 1, 2, 0], MAKE, Width::widest(), &|| false).unwrap();
     assert_eq!(found[1].verdict, Verdict::OutOfBounds);
     assert!(found[1].numbers.iter().all(|x| x.is_nan()));
     assert_eq!(bits(&found[0]), bits(&found[3]));
-    let alone = trial.run(&all[..2], &[0], MAKE, Width::Sixteen, &|| false).unwrap();
+    let alone = trial.run(&all[..2], &[0], MAKE, Width::widest(), &|| false).unwrap();
     assert_eq!(bits(&found[0]), bits(&alone[0]));
 }
 
@@ -175,6 +231,6 @@ fn an_interrupt_ends_an_ensemble() {
     let mut trial = trial(false, Lifts::One(LiftName::Free));
     trial.ticks = 2000;
     let all = columns(&trial, 4);
-    let ended = trial.run(&all, &[0, 1, 2, 3], MAKE, Width::Sixteen, &|| true);
+    let ended = trial.run(&all, &[0, 1, 2, 3], MAKE, Width::widest(), &|| true);
     assert!(matches!(ended, Err(Error::Interrupted { .. })));
 }

@@ -14,8 +14,9 @@ use hydro_core::control::settings::{
 use hydro_core::control::twin::FloatingPoint;
 use hydro_core::control::vectors::{digest, helper_digest, Helper};
 use hydro_core::outputs::OUTPUTS;
-use hydro_core::run::closed_loop::{Controller, Reading, Seat, Sensors};
+use hydro_core::run::closed_loop::{Controller, Reading, Seat};
 use hydro_core::run::lowering::{lower, Member};
+use hydro_core::run::sensing::Sensors;
 use hydro_core::run::ticks::Clock;
 use hydro_core::run::Solver;
 use hydro_core::sensors::PRESSURE_STEP;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hydro_core::ensemble::controllers::{self, Fleet};
 use hydro_core::ensemble::distribution::Distribution;
-use hydro_core::ensemble::lowerings::{Make, Trial, Width};
+use hydro_core::ensemble::lowerings::{Make, Trial};
 use hydro_core::ensemble::measures::{Settling, MEASURES};
 use hydro_core::ensemble::member::{Column, Makeup, CONDITIONS, DEFAULTS};
 use hydro_core::ensemble::open_loop::OpenLoop;
@@ -12,6 +12,7 @@ use hydro_core::ensemble::requirement::{Requirement, Signal, Template, SIGNALS};
 use hydro_core::ensemble::verdict::VERDICTS;
 use hydro_core::ensemble::{draw, linear, lowerings};
 use hydro_core::error::Error;
+use hydro_core::lanes::Width;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::Controller;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -297,14 +298,14 @@ impl PyEnsemble {
         values.into_pyarray(py).reshape([count, dimensions])
     }
 
-    #[pyo3(signature = (values, streams, *, lanes=16))]
+    #[pyo3(signature = (values, streams, *, lanes=None))]
     #[allow(clippy::type_complexity)] // a pair of arrays
     fn run<'py>(
         &self,
         py: Python<'py>,
         values: PyReadonlyArray2<'py, f64>,
         streams: PyReadonlyArray1<'py, u64>,
-        lanes: usize,
+        lanes: Option<usize>,
     ) -> PyResult<(Bound<'py, PyArray1<u8>>, Bound<'py, PyArray2<f64>>)> {
         let fail = |e: Error| raise(py, &e);
         let columns = self.rows("values", &values).map_err(fail)?;
@@ -313,10 +314,10 @@ impl PyEnsemble {
             let expected = format!("{}, one per member", values.as_array().shape()[0]);
             return Err(fail(Error::Shape { name: "streams".into(), got: streams.len().to_string(), expected }));
         }
+        let known = |lanes: usize| Width::ALL.into_iter().find(|width| width.lanes() == lanes);
         let width = match lanes {
-            1 => Width::One,
-            16 => Width::Sixteen,
-            other => return Err(fail(argument("lanes", &other.to_string(), "1 or 16"))),
+            None => Width::widest(),
+            Some(lanes) => known(lanes).ok_or_else(|| fail(argument("lanes", &lanes.to_string(), "1, 8 or 16")))?,
         };
         let run = || self.with_make(|make| self.trial.run(&columns, &streams, make, width, &|| false));
         let outcomes = py.detach(|| self.pool.install(run)).map_err(fail)?;
@@ -416,6 +417,7 @@ fn linearise<'py>(
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("LANES", Width::widest().lanes())?;
     m.add_class::<PyEnsemble>()?;
     m.add_function(wrap_pyfunction!(linearise, m)?)?;
     m.add_function(wrap_pyfunction!(ensemble_tables, m)?)

@@ -5,39 +5,57 @@ use std::borrow::Borrow;
 use super::config::Config;
 use super::fixed::{clamped, rounded};
 use super::lift::{LiftReading, LiftState};
+use super::numbers::Numbers;
 use super::reference::ReferenceState;
 use crate::run::closed_loop::{self, Reading};
+use crate::whole::Whole;
 
-/// Everything a controller remembers.
+/// Everything a controller remembers: of one truck, or of one in each lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct State {
-    pub reference: ReferenceState,
+pub struct State<I = i64> {
+    pub reference: ReferenceState<I>,
     /// What the last tick meant the lifts to have [speed].
-    pub wanted: [i32; 2],
-    pub lifts: [LiftState; 2],
+    pub wanted: [I; 2],
+    pub lifts: [LiftState<I>; 2],
 }
 
 impl State {
-    /// One tick: the valves' currents [mA].
+    /// One tick with everything that a controller does: the valves' currents [mA].
+    ///
+    /// This is the reference, of which the C of `c/` is the image.
     pub fn tick(&mut self, config: &Config, request: i32, reading: &Reading) -> [i32; 2] {
-        self.tick_of([true; 2], config, request, reading)
+        self.tick_of(&Numbers::complete([config]), i64::from(request), &reading.whole()).map(|current| current as i32)
+    }
+}
+
+impl<I: Whole> State<I> {
+    /// Before the first tick.
+    pub fn at_rest() -> Self {
+        State { reference: ReferenceState::at_rest(), wanted: [I::zero(); 2], lifts: [LiftState::at_rest(); 2] }
     }
 
-    /// The same of some lifts only; the others' states stand still and their valves stay shut.
+    /// One tick with the parts that the numbers have: the valves' currents [mA]. The state of a lift that does not work
+    /// stands still and its valve stays shut.
     #[inline(always)]
-    pub fn tick_of(&mut self, lifts: [bool; 2], config: &Config, request: i32, reading: &Reading) -> [i32; 2] {
-        let height = i64::from(reading.position[0]) + 2 * i64::from(reading.position[1]);
-        let shares = self.reference.tick(config, request, height);
+    pub fn tick_of(&mut self, numbers: &Numbers<I>, request: I, reading: &Reading<I>) -> [I; 2] {
+        let height = reading.position[0] + reading.position[1].shl(1);
+        let shares = self.reference.tick(numbers, request, height);
         self.wanted = shares.wanted;
-        let (least, most) = (i64::from(config.temperature_least), i64::from(config.temperature_most));
-        let temperature = clamped(i64::from(reading.temperature), least, most) as i32;
-        [0, 1].map(|k| {
-            if !lifts[k] {
-                return 0;
+        let temperature = clamped(reading.temperature, numbers.temperature_least, numbers.temperature_most);
+        let mut current = [I::zero(); 2];
+        for k in 0..2 {
+            if numbers.lifts[k].parts.works {
+                let own = LiftReading { position: reading.position[k], pressure: reading.pressure[k], temperature };
+                current[k] = self.lifts[k].tick(&numbers.lifts[k], numbers.word, shares.asked[k], &own);
             }
-            let own = LiftReading { position: reading.position[k], pressure: reading.pressure[k], temperature };
-            self.lifts[k].tick(&config.lifts[k], config.word, shares.asked[k], &own)
-        })
+        }
+        current
+    }
+
+    /// The lowering speeds of the forks [mm/s] that the last tick meant the lifts to have.
+    #[inline(always)]
+    pub fn meant(&self, numbers: &Numbers<I>) -> [I; 2] {
+        self.wanted.map(|speed| rounded(speed, numbers.word.speed()))
     }
 }
 
@@ -45,25 +63,28 @@ impl State {
 #[derive(Debug, Clone)]
 pub struct FixedPoint<C> {
     config: C,
-    works: [bool; 2],
+    numbers: Numbers<i64>,
     state: State,
+    started: bool,
 }
 
 impl<C: Borrow<Config>> FixedPoint<C> {
     /// Before its first tick.
     pub fn new(config: C) -> Self {
-        // A lift that has no share of the reference anywhere is never wanted to move: its valve stays shut, whatever
-        // its filters hold, and it need not be worked out.
-        let works = [0, 1].map(|k| !config.borrow().ratio[k].is_zero());
-        FixedPoint { config, works, state: State::default() }
+        let numbers = Numbers::of([config.borrow()]);
+        FixedPoint { config, numbers, state: State::at_rest(), started: false }
     }
 }
 
 impl<C: Borrow<Config> + Send> closed_loop::Controller for FixedPoint<C> {
     fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
-        self.state.tick_of(self.works, self.config.borrow(), request, reading)
+        self.started = true;
+        self.state.tick_of(&self.numbers, i64::from(request), &reading.whole()).map(|current| current as i32)
     }
     fn reference(&self) -> [i32; 2] {
-        self.state.wanted.map(|speed| rounded(i64::from(speed), self.config.borrow().word.speed()) as i32)
+        self.state.meant(&self.numbers).map(|speed| speed as i32)
+    }
+    fn in_integers(&self) -> Option<&Config> {
+        (!self.started).then(|| self.config.borrow())
     }
 }

@@ -5,6 +5,8 @@
 //! [`rounded`] (to the nearest, halves away from zero: no drift), [`truncated`] (towards zero: a filter's state
 //! decays to zero and cannot ring by itself, Claasen, Mecklenbräuker & Peek 1973) and [`saturated`].
 
+use crate::whole::Whole;
+
 /// How wide the words are in which gains, table knots and signals are kept. States are kept in 32 bits, sums of
 /// products and the integrator in 64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -85,43 +87,26 @@ pub const MOST_SHIFT: u32 = 40;
 
 /// x·2^−shift to the nearest integer, halves away from zero. |x| < 2^62, shift ≤ [`MOST_SHIFT`].
 #[inline(always)]
-pub fn rounded(x: i64, shift: u32) -> i64 {
-    let half = (1u64 << shift) >> 1;
-    let size = (x.unsigned_abs() + half) >> shift;
-    if x < 0 {
-        -(size as i64)
-    } else {
-        size as i64
-    }
+pub fn rounded<I: Whole>(x: I, shift: u32) -> I {
+    (x.abs() + I::constant((1i64 << shift) >> 1)).shr(shift).signed_as(x)
 }
 
 /// x·2^−shift without its fraction: towards zero.
 #[inline(always)]
-pub fn truncated(x: i64, shift: u32) -> i64 {
-    let size = x.unsigned_abs() >> shift;
-    if x < 0 {
-        -(size as i64)
-    } else {
-        size as i64
-    }
+pub fn truncated<I: Whole>(x: I, shift: u32) -> I {
+    x.abs().shr(shift).signed_as(x)
 }
 
 /// The nearest value in [lower, upper].
 #[inline(always)]
-pub fn clamped(x: i64, lower: i64, upper: i64) -> i64 {
-    if x < lower {
-        lower
-    } else if x > upper {
-        upper
-    } else {
-        x
-    }
+pub fn clamped<I: Whole>(x: I, lower: I, upper: I) -> I {
+    x.clamp_to(lower, upper)
 }
 
 /// The nearest value in [−most, most].
 #[inline(always)]
-pub fn saturated(x: i64, most: i64) -> i64 {
-    clamped(x, -most, most)
+pub fn saturated<I: Whole>(x: I, most: i64) -> I {
+    x.clamp_to(I::constant(-most), I::constant(most))
 }
 
 /// A factor: mantissa·2^−shift.

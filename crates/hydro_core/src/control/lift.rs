@@ -1,58 +1,62 @@
 //! One lift's controller: equations (4.6) to (4.12), the derivative filter, the table, and what goes beyond them.
 //!
-//! Every step is written in the C of `c/` in the same words and the same order.
+//! Every step is written in the C of `c/` in the same words and the same order. It is written once for one truck and for
+//! one in each lane.
 
 use super::config::{
-    LiftConfig, INTEGRAL_SHIFT, MEAN_SHIFT, MOST_COUNTS, MOST_PRESSURE, MOST_PRESSURE_CHANGE, MOST_RESONANCE,
-    MOST_SHAPED, MOST_TRIM, PAST, PRESSURE_GUARD, SHAPER_SHIFT, TRIM_SHIFT,
+    INTEGRAL_SHIFT, MEAN_SHIFT, MOST_COUNTS, MOST_PRESSURE, MOST_PRESSURE_CHANGE, MOST_RESONANCE, MOST_SHAPED,
+    MOST_TRIM, PAST, PRESSURE_GUARD, SHAPER_SHIFT, TRIM_SHIFT,
 };
 use super::fixed::{clamped, rounded, saturated, truncated, Word};
+use super::numbers::LiftNumbers;
+use crate::scalar::Mask;
+use crate::whole::Whole;
 
 /// What a lift's controller remembers from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LiftState {
-    /// False before the first tick, which has nothing to take differences from.
-    pub started: bool,
+pub struct LiftState<I = i64> {
+    /// Zero before the first tick, which has nothing to take differences from, then one.
+    pub started: I,
     /// Encoder and pressure of the tick before.
-    pub position: i32,
-    pub pressure: i32,
+    pub position: I,
+    pub pressure: I,
     /// Filtered speed, with the filter's guard bits.
-    pub speed: i32,
+    pub speed: I,
     /// Of the last ticks, each a ring [speed]: what was asked of the lift, the same shaped and the PID's
-    /// correction. `oldest` is the place that is written next.
-    pub asked: [i32; PAST],
-    pub references: [i32; PAST],
-    pub corrections: [i32; PAST],
+    /// correction. `oldest` is the place that is written next, the same in every lane.
+    pub asked: [I; PAST],
+    pub references: [I; PAST],
+    pub corrections: [I; PAST],
     pub oldest: u32,
     /// Of the tick before [speed].
-    pub error: i32,
+    pub error: I,
     /// Integral part, of the scale of a speed and [`INTEGRAL_SHIFT`] bits more: no product loses a bit in it.
-    pub integral: i64,
+    pub integral: I,
     /// Of the feed-forward.
-    pub trim: i32,
+    pub trim: I,
     /// Mean pressure [steps], with guard bits.
-    pub mean: i32,
+    pub mean: I,
     /// The resonator.
-    pub cosine: i32,
-    pub sine: i32,
+    pub cosine: I,
+    pub sine: I,
 }
 
 /// What a lift's controller reads in a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LiftReading {
+pub struct LiftReading<I> {
     /// Encoder counts, upward positive.
-    pub position: i32,
+    pub position: I,
     /// Steps.
-    pub pressure: i32,
+    pub pressure: I,
     /// Steps, within the range of the configuration.
-    pub temperature: i32,
+    pub temperature: I,
 }
 
 /// The error of (4.12), and that of its integral part [speed].
 #[derive(Debug, Clone, Copy)]
-struct Errors {
-    own: i64,
-    summed: i64,
+struct Errors<I> {
+    own: I,
+    summed: I,
 }
 
 /// The place of a ring that was written some ticks before `newest`.
@@ -61,147 +65,211 @@ fn before(newest: usize, ticks: usize) -> usize {
     (newest + PAST - ticks) % PAST
 }
 
-impl LiftState {
-    /// One tick: the valve's current [mA] for a lowering speed `asked` of the forks [speed].
-    pub fn tick(&mut self, config: &LiftConfig, word: Word, asked: i32, reading: &LiftReading) -> i32 {
-        if !self.started {
-            self.position = reading.position;
-            self.pressure = clamped(i64::from(reading.pressure), 0, MOST_PRESSURE) as i32;
-            self.mean = self.pressure << PRESSURE_GUARD;
-            self.started = true;
+/// What a ring holds of some ticks before `newest`, up to [`PAST`] of them.
+#[inline(always)]
+fn then<I: Whole>(ring: &[I; PAST], newest: usize, ticks: I) -> I {
+    let last = I::constant(PAST as i64 - 1);
+    let place = I::constant((newest + PAST) as i64) - ticks;
+    I::lookup(ring, I::select(last.lt(place), place - I::constant(PAST as i64), place))
+}
+
+impl<I: Whole> LiftState<I> {
+    /// Before the first tick.
+    pub fn at_rest() -> Self {
+        let (zero, ring) = (I::zero(), [I::zero(); PAST]);
+        LiftState {
+            started: zero,
+            position: zero,
+            pressure: zero,
+            speed: zero,
+            asked: ring,
+            references: ring,
+            corrections: ring,
+            oldest: 0,
+            error: zero,
+            integral: zero,
+            trim: zero,
+            mean: zero,
+            cosine: zero,
+            sine: zero,
         }
-        let speed = self.filtered_speed(config, word, reading.position);
-        let swing = self.swing(config, word, reading.pressure);
+    }
+
+    /// One tick: the valve's current [mA] for a lowering speed `asked` of the forks [speed].
+    #[inline(always)]
+    pub fn tick(&mut self, numbers: &LiftNumbers<I>, word: Word, asked: I, reading: &LiftReading<I>) -> I {
+        let parts = numbers.parts;
+        let pressure = clamped(reading.pressure, I::zero(), I::constant(MOST_PRESSURE));
+        let first = self.started.is_zero();
+        self.position = I::select(first, reading.position, self.position);
+        self.pressure = I::select(first, pressure, self.pressure);
+        self.mean = I::select(first, pressure.shl(PRESSURE_GUARD), self.mean);
+        self.started = I::constant(1);
+        let speed = self.filtered_speed(numbers, word, reading.position);
+        let swing = if parts.swing || parts.shaper { self.swing(numbers, word, pressure) } else { I::zero() };
         let newest = self.oldest as usize % PAST;
         self.oldest = ((newest + 1) % PAST) as u32;
-        self.asked[newest] = asked;
-        let shaped = self.through_shaper(config, word, &self.asked, newest);
-        let reference = clamped(shaped, 0, i64::from(config.most));
-        self.references[newest] = reference as i32;
-        if reference == 0 {
-            // The valve is shut: nothing is controlled, and nothing may be left over for the next lowering.
-            self.integral = 0;
-            self.error = 0;
-            self.corrections = [0; PAST];
-            return 0;
+        let shaped = if parts.shaper {
+            self.asked[newest] = asked;
+            self.through_shaper(numbers, word, newest)
+        } else {
+            asked
+        };
+        let reference = clamped(shaped, I::zero(), numbers.most);
+        self.references[newest] = reference;
+        // The valve is shut: nothing is controlled, and nothing may be left over for the next lowering.
+        let shut = reference.is_zero();
+        if shut.any() {
+            let zero = I::zero();
+            if parts.prediction {
+                for correction in &mut self.corrections {
+                    *correction = I::select(shut, zero, *correction);
+                }
+            }
+            if !shut.not().any() {
+                (self.integral, self.error) = (zero, zero);
+                return zero;
+            }
         }
-        let delayed = i64::from(self.references[before(newest, config.delay as usize)]);
-        let error = saturated(delayed - speed - self.not_shown_yet(config, word, newest), word.most_speed());
-        let summed = Self::summed_error(config, word, error, speed);
-        let u = self.speed_to_order(config, word, reference, Errors { own: error, summed }, swing, newest);
-        current(config, word, u, i64::from(reading.temperature))
+        let delayed = match numbers.one_delay {
+            Some(delay) => self.references[before(newest, delay)],
+            None => then(&self.references, newest, numbers.delay),
+        };
+        let hidden = if parts.prediction { self.not_shown_yet(numbers, word, newest) } else { I::zero() };
+        let error = saturated(delayed - speed - hidden, word.most_speed());
+        let summed = if parts.overspeed { Self::summed_error(numbers, word, error, speed) } else { error };
+        let u = self.speed_to_order(numbers, word, reference, Errors { own: error, summed }, swing, newest, shut);
+        I::select(shut, I::zero(), current(numbers, word, u, reading.temperature))
     }
 
     /// What a ring held and holds now: a w + (1 − a) w(t − τ), with the shaper's share a and delay τ, between two ticks
     /// straight. A swing of the period 2τ does not pass (Singer & Seering 1990, equations 7 and 8).
-    fn through_shaper(&self, config: &LiftConfig, word: Word, ring: &[i32; PAST], newest: usize) -> i64 {
-        let mean = i64::from(self.mean) >> PRESSURE_GUARD;
-        let delay = clamped(config.shaper.delay.at(mean), 0, MOST_SHAPED);
-        let (share, one) = (config.shaper.share.at(mean), 1i64 << word.factor());
-        let whole = (delay >> SHAPER_SHIFT) as usize;
-        let into = delay - ((whole as i64) << SHAPER_SHIFT);
-        let [now, late, later] = [0, whole, whole + 1].map(|ticks| i64::from(ring[before(newest, ticks)]));
-        let late = late * ((1 << SHAPER_SHIFT) - into) + later * into;
-        rounded(share * (now << SHAPER_SHIFT) + (one - share) * late, word.factor() + SHAPER_SHIFT)
+    #[inline(always)]
+    fn through_shaper(&self, numbers: &LiftNumbers<I>, word: Word, newest: usize) -> I {
+        let mean = self.mean.shr(PRESSURE_GUARD);
+        let delay = clamped(numbers.shaper_delay.at(mean), I::zero(), I::constant(MOST_SHAPED));
+        let (share, one) = (numbers.shaper_share.at(mean), I::constant(1i64 << word.factor()));
+        let whole = delay.shr(SHAPER_SHIFT);
+        let into = delay - whole.shl(SHAPER_SHIFT);
+        let ring = &self.asked;
+        let (now, late) = (ring[newest], then(ring, newest, whole));
+        let later = then(ring, newest, whole + I::constant(1));
+        let late = late.product(I::constant(1 << SHAPER_SHIFT) - into) + later.product(into);
+        rounded(share.product(now).shl(SHAPER_SHIFT) + (one - share) * late, word.factor() + SHAPER_SHIFT)
     }
 
     /// Corrections that are ordered and have not come back as a speed: a model of the lift that answers after `delay`
     /// ticks (Smith 1957), whose part of the feed-forward the delayed reference already is.
-    fn not_shown_yet(&self, config: &LiftConfig, word: Word, newest: usize) -> i64 {
-        let [last, shown] = [1, 1 + config.delay as usize].map(|ticks| self.corrections[before(newest, ticks)]);
-        rounded(i64::from(config.prediction) * (i64::from(last) - i64::from(shown)), word.factor())
+    #[inline(always)]
+    fn not_shown_yet(&self, numbers: &LiftNumbers<I>, word: Word, newest: usize) -> I {
+        let last = self.corrections[before(newest, 1)];
+        let shown = match numbers.one_delay {
+            Some(delay) => self.corrections[before(newest, 1 + delay)],
+            None => then(&self.corrections, newest, I::constant(1) + numbers.delay),
+        };
+        rounded(numbers.prediction.product(last - shown), word.factor())
     }
 
     /// The error that is summed: what is too fast counts more.
-    fn summed_error(config: &LiftConfig, word: Word, error: i64, speed: i64) -> i64 {
-        let over = clamped(speed - i64::from(config.overspeed_from), 0, word.most_speed());
-        saturated(error - config.overspeed.times(over), word.most_speed())
+    #[inline(always)]
+    fn summed_error(numbers: &LiftNumbers<I>, word: Word, error: I, speed: I) -> I {
+        let over = clamped(speed - numbers.overspeed_from, I::zero(), I::constant(word.most_speed()));
+        saturated(error - numbers.overspeed.times(over), word.most_speed())
     }
 
     /// The difference of the encoder's counts as a lowering speed, through the filter of Figure A.17.
-    fn filtered_speed(&mut self, config: &LiftConfig, word: Word, position: i32) -> i64 {
-        let counts = saturated(i64::from(self.position) - i64::from(position), MOST_COUNTS);
+    #[inline(always)]
+    fn filtered_speed(&mut self, numbers: &LiftNumbers<I>, word: Word, position: I) -> I {
+        let counts = saturated(self.position - position, MOST_COUNTS);
         self.position = position;
-        let raw = saturated(config.count_speed.times(counts), word.most_speed());
-        let (pole, one) = (i64::from(config.pole), 1i64 << word.factor());
-        let sum = pole * i64::from(self.speed) + (one - pole) * (raw << word.guard());
-        self.speed = saturated(truncated(sum, word.factor()), word.most_speed() << word.guard()) as i32;
-        rounded(i64::from(self.speed), word.guard())
+        let raw = saturated(numbers.count_speed.times(counts), word.most_speed());
+        let (pole, one) = (numbers.pole, I::constant(1i64 << word.factor()));
+        let sum = pole.product(self.speed) + (one - pole).product(raw.shl(word.guard()));
+        self.speed = saturated(truncated(sum, word.factor()), word.most_speed() << word.guard());
+        rounded(self.speed, word.guard())
     }
 
     /// PID, feed-forward and what the pressure adds, kept within its limits: (4.12), (4.7), (4.6) with T_t = T_s.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)] // one equation
     fn speed_to_order(
         &mut self,
-        config: &LiftConfig,
+        numbers: &LiftNumbers<I>,
         word: Word,
-        reference: i64,
-        error: Errors,
-        swing: i64,
+        reference: I,
+        error: Errors<I>,
+        swing: I,
         newest: usize,
-    ) -> i64 {
+        shut: I::Mask,
+    ) -> I {
         let most = word.most_speed() << word.guard();
-        let proportional = saturated(config.proportional.times(error.own), most);
-        let derivative = saturated(config.derivative.times(error.own - i64::from(self.error)), most);
-        self.error = error.own as i32;
+        let proportional = saturated(numbers.proportional.times(error.own), most);
+        let derivative = saturated(numbers.derivative.times(error.own - self.error), most);
+        self.error = I::select(shut, I::zero(), error.own);
         let sum = proportional + derivative + rounded(self.integral, INTEGRAL_SHIFT - word.guard());
         let pid = saturated(rounded(sum, word.guard()), word.most_speed());
-        let trim = rounded(i64::from(self.trim) * reference, TRIM_SHIFT);
+        let (mut trim, mut learnt) = (I::zero(), I::zero());
+        if numbers.parts.adaptation {
+            trim = rounded(self.trim.product(reference), TRIM_SHIFT);
+            learnt = self.learn(numbers, word, reference, shut);
+        }
         let wanted = reference + trim + pid + swing;
-        let u = clamped(wanted, i64::from(config.u_min), i64::from(config.u_max));
-        let learnt = self.learn(config, word, reference);
-        let exact = 1i64 << (INTEGRAL_SHIFT - config.integral.shift);
-        let step = i64::from(config.integral.mantissa) * error.summed * exact;
-        let tracked = self.integral - learnt + step + (u - wanted) * (1i64 << INTEGRAL_SHIFT);
-        self.integral = saturated(tracked, word.most_speed() << INTEGRAL_SHIFT);
-        self.corrections[newest] = saturated(pid + u - wanted, word.most_speed()) as i32;
+        let u = clamped(wanted, numbers.u_min, numbers.u_max);
+        let step = numbers.integral.product(error.summed).shl_by(numbers.integral_shift);
+        let tracked = self.integral - learnt + step + (u - wanted).shl(INTEGRAL_SHIFT);
+        self.integral = I::select(shut, I::zero(), saturated(tracked, word.most_speed() << INTEGRAL_SHIFT));
+        if numbers.parts.prediction {
+            let correction = saturated(pid + u - wanted, word.most_speed());
+            self.corrections[newest] = I::select(shut, I::zero(), correction);
+        }
         u
     }
 
     /// Moves a little of the integral part into the trim of the feed-forward; gives what is moved, of the integrator's
     /// scale. dk = μ I r, and I falls by dk·r: a gradient step, so that the order stays what it was.
-    fn learn(&mut self, config: &LiftConfig, word: Word, reference: i64) -> i64 {
+    #[inline(always)]
+    fn learn(&mut self, numbers: &LiftNumbers<I>, word: Word, reference: I, shut: I::Mask) -> I {
         let integral = saturated(rounded(self.integral, INTEGRAL_SHIFT), word.most_speed());
-        let product = rounded(integral * reference, 2 * word.speed());
-        let trim = saturated(i64::from(self.trim) + config.adaptation.times(product), MOST_TRIM);
-        let moved = trim - i64::from(self.trim);
-        self.trim = trim as i32;
-        truncated(moved * reference, TRIM_SHIFT - INTEGRAL_SHIFT)
+        let product = rounded(integral.product(reference), 2 * word.speed());
+        let trim = saturated(self.trim + numbers.adaptation.times(product), MOST_TRIM);
+        let moved = trim - self.trim;
+        self.trim = I::select(shut, self.trim, trim);
+        truncated(moved.product(reference), TRIM_SHIFT - INTEGRAL_SHIFT)
     }
 
     /// What the cylinder's pressure swings by, as a speed: a resonator on its differences, which has no answer to a
     /// constant; truncation towards zero lets it come to rest.
-    fn swing(&mut self, config: &LiftConfig, word: Word, pressure: i32) -> i64 {
-        let p = &config.pressure;
-        let pressure = clamped(i64::from(pressure), 0, MOST_PRESSURE);
-        let change = saturated(pressure - i64::from(self.pressure), MOST_PRESSURE_CHANGE);
-        self.pressure = pressure as i32;
-        let sum = i64::from(self.mean) * ((1 << MEAN_SHIFT) - 1) + (pressure << PRESSURE_GUARD);
-        self.mean = clamped(truncated(sum, MEAN_SHIFT), 0, MOST_PRESSURE << PRESSURE_GUARD) as i32;
-        if p.is_quiet() {
-            // What follows with tables of zeros, to the bit.
-            let turned = saturated(change << PRESSURE_GUARD, MOST_RESONANCE << PRESSURE_GUARD);
-            (self.cosine, self.sine) = (turned as i32, 0);
-            return 0;
+    #[inline(always)]
+    fn swing(&mut self, numbers: &LiftNumbers<I>, word: Word, pressure: I) -> I {
+        let p = &numbers.pressure;
+        let change = saturated(pressure - self.pressure, MOST_PRESSURE_CHANGE);
+        self.pressure = pressure;
+        let sum = self.mean.product(I::constant((1 << MEAN_SHIFT) - 1)) + pressure.shl(PRESSURE_GUARD);
+        self.mean = clamped(truncated(sum, MEAN_SHIFT), I::zero(), I::constant(MOST_PRESSURE << PRESSURE_GUARD));
+        if !numbers.parts.swing {
+            return I::zero();
         }
-        let mean = i64::from(self.mean) >> PRESSURE_GUARD;
+        let mean = self.mean.shr(PRESSURE_GUARD);
         let (cosine, sine) = (p.cosine.at(mean), p.sine.at(mean));
-        let (c, s) = (i64::from(self.cosine), i64::from(self.sine));
+        let (c, s) = (self.cosine, self.sine);
         let most = MOST_RESONANCE << PRESSURE_GUARD;
-        let turned = truncated(cosine * c - sine * s, word.factor()) + (change << PRESSURE_GUARD);
-        self.cosine = saturated(turned, most) as i32;
-        self.sine = saturated(truncated(sine * c + cosine * s, word.factor()), most) as i32;
-        let sum = p.real.at(mean) * i64::from(self.cosine) + p.imaginary.at(mean) * i64::from(self.sine);
-        saturated(rounded(sum, p.shift), i64::from(p.limit))
+        let turned = truncated(cosine.product(c) - sine.product(s), word.factor()) + change.shl(PRESSURE_GUARD);
+        self.cosine = saturated(turned, most);
+        self.sine = saturated(truncated(sine.product(c) + cosine.product(s), word.factor()), most);
+        let sum = p.real.at(mean).product(self.cosine) + p.imaginary.at(mean).product(self.sine);
+        let read = (sum.abs() + p.half).shr_by(p.shift).signed_as(sum);
+        clamped(read, -p.limit, p.limit)
     }
 }
 
 /// From a speed to the valve's current [mA]: (4.8), the table, (4.9).
-fn current(config: &LiftConfig, word: Word, u: i64, temperature: i64) -> i32 {
-    let factor = i64::from(config.scale_base) + config.scale_slope.times(temperature);
-    let factor = clamped(factor, 0, word.most_factor());
-    let scaled = saturated(rounded(factor * u, word.factor()), word.most_speed());
-    let shift = saturated(config.shift_slope.times(temperature), word.most_current());
-    let order = config.table.at(scaled) + i64::from(config.shift_base) + shift;
-    let order = clamped(order, i64::from(config.i_min), i64::from(config.i_max));
-    rounded(order, word.current()) as i32
+#[inline(always)]
+fn current<I: Whole>(numbers: &LiftNumbers<I>, word: Word, u: I, temperature: I) -> I {
+    let factor = numbers.scale_base + numbers.scale_slope.times(temperature);
+    let factor = clamped(factor, I::zero(), I::constant(word.most_factor()));
+    let scaled = saturated(rounded(factor.product(u), word.factor()), word.most_speed());
+    let shift = saturated(numbers.shift_slope.times(temperature), word.most_current());
+    let order = numbers.table.at(scaled) + numbers.shift_base + shift;
+    let order = clamped(order, numbers.i_min, numbers.i_max);
+    rounded(order, word.current())
 }

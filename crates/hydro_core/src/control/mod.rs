@@ -9,6 +9,7 @@ pub mod config;
 pub mod controller;
 pub mod fixed;
 pub mod lift;
+pub mod numbers;
 pub mod ranges;
 pub mod reference;
 pub mod settings;

@@ -1,51 +1,67 @@
 //! The reference: what the operator asks for, as a ramp with rounded edges, and each lift's share of it.
 
-use super::config::Config;
 use super::fixed::{clamped, rounded, truncated};
+use super::numbers::Numbers;
+use crate::whole::Whole;
 
 /// What the reference remembers from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ReferenceState {
+pub struct ReferenceState<I = i64> {
     /// [speed].
-    pub ramp: i32,
+    pub ramp: I,
     /// The ramp low-passed, with guard bits.
-    pub smooth: i32,
+    pub smooth: I,
     /// The ramp low-passed ahead of each lift's shaper, with guard bits.
-    pub early: [i32; 2],
+    pub early: [I; 2],
 }
 
 /// Each lift's share of what the operator asks for [speed].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shares {
+pub struct Shares<I> {
     /// What the operator is used to.
-    pub wanted: [i32; 2],
+    pub wanted: [I; 2],
     /// What goes through the lift's shaper: the same where its low-pass is the same.
-    pub asked: [i32; 2],
+    pub asked: [I; 2],
 }
 
-impl ReferenceState {
+impl<I: Whole> ReferenceState<I> {
+    /// Before the first tick.
+    pub fn at_rest() -> Self {
+        ReferenceState { ramp: I::zero(), smooth: I::zero(), early: [I::zero(); 2] }
+    }
+
     /// One tick: both lifts' references for a request [mm/s] with the forks at `height` [counts].
-    pub fn tick(&mut self, config: &Config, request: i32, height: i64) -> Shares {
-        let word = config.word;
-        let most = i64::from(config.request_most);
-        let request = clamped(i64::from(request), 0, most >> word.speed()) << word.speed();
-        let change = clamped(request - i64::from(self.ramp), -i64::from(config.ramp_down), i64::from(config.ramp_up));
-        self.ramp = clamped(i64::from(self.ramp) + change, 0, most) as i32;
-        let ramp = i64::from(self.ramp) << word.guard();
-        let passed = |pole: i32, state: i32| {
-            let (pole, one) = (i64::from(pole), 1i64 << word.factor());
-            let sum = pole * i64::from(state) + (one - pole) * ramp;
-            clamped(truncated(sum, word.factor()), 0, most << word.guard()) as i32
+    #[inline(always)]
+    pub fn tick(&mut self, numbers: &Numbers<I>, request: I, height: I) -> Shares<I> {
+        let word = numbers.word;
+        let most = numbers.request_most;
+        let request = clamped(request, I::zero(), most.shr(word.speed())).shl(word.speed());
+        let change = clamped(request - self.ramp, -numbers.ramp_down, numbers.ramp_up);
+        self.ramp = clamped(self.ramp + change, I::zero(), most);
+        let ramp = self.ramp.shl(word.guard());
+        let passed = |pole: I, state: I| {
+            let one = I::constant(1i64 << word.factor());
+            let sum = pole.product(state) + (one - pole).product(ramp);
+            clamped(truncated(sum, word.factor()), I::zero(), most.shl(word.guard()))
         };
-        self.smooth = passed(config.ramp_pole, self.smooth);
-        self.early = [0, 1].map(|lift| passed(config.lifts[lift].early_pole, self.early[lift]));
-        let share = |lift: usize, state: i32| {
-            let reference = rounded(i64::from(state), word.guard());
-            rounded(config.ratio[lift].at(height) * reference, word.factor()) as i32
+        self.smooth = passed(numbers.ramp_pole, self.smooth);
+        let share = |lift: usize, state: I| {
+            let reference = rounded(state, word.guard());
+            rounded(numbers.ratio[lift].at(height).product(reference), word.factor())
         };
-        Shares {
-            wanted: [0, 1].map(|lift| share(lift, self.smooth)),
-            asked: [0, 1].map(|lift| share(lift, self.early[lift])),
+        let mut shares = Shares { wanted: [I::zero(); 2], asked: [I::zero(); 2] };
+        for lift in 0..2 {
+            let parts = numbers.lifts[lift].parts;
+            if !parts.works {
+                continue;
+            }
+            shares.wanted[lift] = share(lift, self.smooth);
+            shares.asked[lift] = shares.wanted[lift];
+            if parts.early {
+                self.early[lift] = passed(numbers.lifts[lift].early_pole, self.early[lift]);
+                shares.asked[lift] = share(lift, self.early[lift]);
+            }
         }
+        shares
     }
 }

@@ -7,6 +7,7 @@ use super::config::{Config, INTEGRAL_SHIFT, MOST_PRESSURE, MOST_RESONANCE, MOST_
 use super::controller::State;
 use super::fixed::{rounded, saturated, truncated, Gain};
 use super::lift::LiftState;
+use super::numbers::Numbers;
 use super::reference::ReferenceState;
 use crate::run::closed_loop::Reading;
 
@@ -56,26 +57,26 @@ impl Draws {
     /// A state within the ranges that ticks keep.
     pub fn state(&mut self, config: &Config) -> State {
         let (word, most) = (config.word, i64::from(config.request_most));
-        let mut guarded = || self.up_to(most << word.guard()) as i32;
+        let mut guarded = || self.up_to(most << word.guard());
         let (smooth, early) = (guarded(), [guarded(), guarded()]);
-        let reference = ReferenceState { ramp: self.up_to(most) as i32, smooth, early };
-        let wanted = [self.up_to(most) as i32, self.up_to(most) as i32];
+        let reference = ReferenceState { ramp: self.up_to(most), smooth, early };
+        let wanted = [self.up_to(most), self.up_to(most)];
         let speed = word.most_speed();
         let mut lift = || LiftState {
-            started: self.next() & 15 != 0,
-            position: self.word(),
-            pressure: self.up_to(MOST_PRESSURE) as i32,
-            speed: self.around(speed << word.guard()) as i32,
-            asked: std::array::from_fn(|_| self.up_to(most) as i32),
-            references: std::array::from_fn(|_| self.up_to(most) as i32),
-            corrections: std::array::from_fn(|_| self.around(speed) as i32),
+            started: i64::from(self.next() & 15 != 0),
+            position: i64::from(self.word()),
+            pressure: self.up_to(MOST_PRESSURE),
+            speed: self.around(speed << word.guard()),
+            asked: std::array::from_fn(|_| self.up_to(most)),
+            references: std::array::from_fn(|_| self.up_to(most)),
+            corrections: std::array::from_fn(|_| self.around(speed)),
             oldest: (self.next() % PAST as u64) as u32,
-            error: self.around(speed) as i32,
+            error: self.around(speed),
             integral: self.around(speed << INTEGRAL_SHIFT),
-            trim: self.around(MOST_TRIM) as i32,
-            mean: self.up_to(MOST_PRESSURE << PRESSURE_GUARD) as i32,
-            cosine: self.around(MOST_RESONANCE << PRESSURE_GUARD) as i32,
-            sine: self.around(MOST_RESONANCE << PRESSURE_GUARD) as i32,
+            trim: self.around(MOST_TRIM),
+            mean: self.up_to(MOST_PRESSURE << PRESSURE_GUARD),
+            cosine: self.around(MOST_RESONANCE << PRESSURE_GUARD),
+            sine: self.around(MOST_RESONANCE << PRESSURE_GUARD),
         };
         let lifts = [lift(), lift()];
         State { reference, wanted, lifts }
@@ -86,7 +87,7 @@ impl Draws {
         let request = if self.next() & 1 == 0 { self.up_to(1000) as i32 } else { self.word() };
         let mut reading = Reading::default();
         for k in 0..2 {
-            let near = state.lifts[k].position.wrapping_add(self.around(80) as i32);
+            let near = (state.lifts[k].position as i32).wrapping_add(self.around(80) as i32);
             reading.position[k] = if self.next() & 3 == 0 { self.word() } else { near };
             reading.pressure[k] = if self.next() & 3 == 0 { self.word() } else { self.up_to(MOST_PRESSURE) as i32 };
         }
@@ -101,35 +102,32 @@ fn fold(digest: u64, value: i64) -> u64 {
 }
 
 /// All of a state and the currents, folded into a digest.
-fn folded(mut digest: u64, state: &State, current: [i32; 2]) -> u64 {
+fn folded(mut digest: u64, state: &State, current: [i64; 2]) -> u64 {
     let mut add = |value: i64| digest = fold(digest, value);
     let reference = &state.reference;
     for value in [reference.ramp, reference.smooth].into_iter().chain(reference.early).chain(state.wanted) {
-        add(i64::from(value));
+        add(value);
     }
     for lift in &state.lifts {
-        add(i64::from(lift.started));
-        [lift.position, lift.pressure, lift.speed].into_iter().for_each(|x| add(i64::from(x)));
+        [lift.started, lift.position, lift.pressure, lift.speed].into_iter().for_each(&mut add);
         for ring in [&lift.asked, &lift.references, &lift.corrections] {
-            ring.iter().for_each(|&x| add(i64::from(x)));
+            ring.iter().copied().for_each(&mut add);
         }
         add(i64::from(lift.oldest));
-        add(i64::from(lift.error));
-        add(lift.integral);
-        [lift.trim, lift.mean, lift.cosine, lift.sine].into_iter().for_each(|x| add(i64::from(x)));
+        [lift.error, lift.integral, lift.trim, lift.mean, lift.cosine, lift.sine].into_iter().for_each(&mut add);
     }
-    current.into_iter().for_each(|x| add(i64::from(x)));
+    current.into_iter().for_each(add);
     digest
 }
 
 /// The digest of `ticks` ticks, each from a state drawn anew, a request and a reading.
 pub fn digest(config: &Config, seed: u64, ticks: u64) -> u64 {
-    let mut draws = Draws::new(seed);
+    let (mut draws, numbers) = (Draws::new(seed), Numbers::complete([config]));
     let mut digest = 0xcbf2_9ce4_8422_2325;
     for _ in 0..ticks {
         let mut state = draws.state(config);
         let (request, reading) = draws.reading(&state);
-        let current = state.tick(config, request, &reading);
+        let current = state.tick_of(&numbers, i64::from(request), &reading.whole());
         digest = folded(digest, &state, current);
     }
     digest

@@ -2,20 +2,20 @@
 
 use rayon::prelude::*;
 
-use super::faults::Misread;
 use super::measures::{Measures, Settling, MEASURES};
 use super::member::{Condition, Drawn, Makeup};
 use super::requirement::{Moment, Requirement, Watch};
 use super::verdict::{graver, Verdict};
 use crate::error::Error;
-use crate::lanes::{with_sixteen_in_registers, LaneScalar, LaneWork};
+use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, POSITION, STATES};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::run::closed_loop::{ClosedLoop, Controller, Order, Seat};
 use crate::run::drive::Drive;
+use crate::run::sensing::Misread;
 use crate::run::ticks::{Clock, Stopped, Ticks, Warmer};
 use crate::run::{Interrupt, Lifts};
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::Mask;
 use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
 use crate::solver::fixed::valve_steps;
 use crate::solver::vectors::{widest, Work};
@@ -35,13 +35,6 @@ pub struct Trial {
     pub tick_s: f64,
     pub ticks: usize,
     pub substeps: usize,
-}
-
-/// How many members go through the same arithmetic. No bit depends on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Width {
-    One,
-    Sixteen,
 }
 
 /// What became of a member.
@@ -121,7 +114,7 @@ impl Trial {
     /// A member whose values are out of bounds, or whose run ceases to be finite, has a verdict that says so.
     ///
     /// # Errors
-    /// A controller that cannot be made, an interrupt.
+    /// A controller that cannot be made, a width that is not here, an interrupt.
     pub fn run(
         &self,
         columns: &[f64],
@@ -130,6 +123,13 @@ impl Trial {
         width: Width,
         interrupt: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Outcome>, Error> {
+        if !width.is_here() {
+            return Err(Error::Argument {
+                name: "lanes".into(),
+                value: width.lanes().to_string(),
+                requirement: format!("at most {}: this processor has no registers for more", Width::widest().lanes()),
+            });
+        }
         let per = self.makeup.columns.len();
         let drawn: Vec<Option<Drawn>> = streams
             .par_iter()
@@ -143,22 +143,13 @@ impl Trial {
         let parts: Vec<Option<usize>> = drawn.iter().map(parts).collect();
         let mut order: Vec<usize> = (0..drawn.len()).filter(|&k| parts[k].is_some()).collect();
         order.sort_by_key(|&k| (parts[k], k));
-        let size = match width {
-            Width::One => 1,
-            Width::Sixteen => 16,
-        };
         let blocks: Vec<&[usize]> =
-            order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|alike| alike.chunks(size)).collect();
+            order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|alike| alike.chunks(width.lanes())).collect();
         let found: Vec<Result<Vec<Outcome>, Error>> = blocks
             .par_iter()
             .map(|places| {
                 let members: Vec<&Drawn> = places.iter().filter_map(|&k| drawn[k].as_ref()).collect();
-                let block = Block { trial: self, members, make, interrupt, trace: None };
-                match width {
-                    Width::One => block.run::<f64>(),
-                    // Without registers for so many they go one by one: the same bits.
-                    Width::Sixteen => with_sixteen_in_registers(block).unwrap_or_else(Block::one_by_one),
-                }
+                with_registers(width, Block { trial: self, members, make, interrupt, trace: None })
             })
             .collect();
         let nothing = Outcome { verdict: Verdict::OutOfBounds, numbers: vec![f64::NAN; self.numbers()] };
@@ -216,13 +207,6 @@ impl<const N: usize> LaneWork<N> for Block<'_, '_> {
 }
 
 impl Block<'_, '_> {
-    fn one_by_one(self) -> Result<Vec<Outcome>, Error> {
-        let Block { trial, make, interrupt, .. } = self;
-        let alone = |member| Block { trial, members: vec![member], make, interrupt, trace: None }.run::<f64>();
-        let found: Vec<Vec<Outcome>> = self.members.into_iter().map(alone).collect::<Result<_, _>>()?;
-        Ok(found.into_iter().flatten().collect())
-    }
-
     /// A number of each member, in lanes.
     fn each<S: LaneScalar<N>, const N: usize>(&self, f: impl Fn(&Drawn) -> f64) -> S {
         S::from_lanes(std::array::from_fn(|lane| f(self.members[lane.min(self.members.len() - 1)])))
@@ -243,20 +227,16 @@ impl Block<'_, '_> {
     }
 
     fn seat<'s>(&self, drawn: &'s Drawn) -> Result<Seat<'s>, Error> {
-        let inner = (self.make)(&drawn.controller)?;
         let steps = |condition: Condition, step: f64| (drawn.condition(condition) / step).round() as i32;
-        let factor = drawn.condition(Condition::EncoderFactor);
-        let pressure_offset = steps(Condition::PressureOffset, PRESSURE_STEP);
-        let temperature_offset = steps(Condition::TemperatureOffset, TEMPERATURE_STEP);
-        let exact = factor == 1.0 && pressure_offset == 0 && temperature_offset == 0;
-        let controller: Box<dyn Controller> = if exact {
-            inner
-        } else {
-            Box::new(Misread { inner, encoder_factor: factor, pressure_offset, temperature_offset })
+        let mut sensors = drawn.sensors(self.trial.makeup.seed);
+        sensors.misread = Misread {
+            encoder_factor: drawn.condition(Condition::EncoderFactor),
+            pressure_offset: steps(Condition::PressureOffset, PRESSURE_STEP),
+            temperature_offset: steps(Condition::TemperatureOffset, TEMPERATURE_STEP),
         };
         Ok(Seat {
-            controller,
-            sensors: drawn.sensors(self.trial.makeup.seed),
+            controller: (self.make)(&drawn.controller)?,
+            sensors,
             request: &drawn.request,
             delay: drawn.condition(Condition::Delay).round() as usize,
         })
@@ -288,8 +268,7 @@ impl Block<'_, '_> {
         let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
         let readings = Readings::new(&which, trial.makeup.truck.effects());
         let inner = ClosedLoop::<S, N, L>::new(which, &trial.makeup.truck, seats);
-        let requests: Vec<&[i32]> = self.members.iter().map(|m| m.request.as_slice()).collect();
-        let mut drive = Watched::new(trial, which, inner, &readings, requests, landed);
+        let mut drive = Watched::new(trial, which, inner, &readings, landed);
         let last = [time[time.len() - 1]];
         let mut outputs = Vec::new();
         let tracing = self.trace.is_some();
@@ -318,7 +297,7 @@ impl Block<'_, '_> {
         }
         if let Some(trace) = &mut self.trace {
             trace.outputs = outputs;
-            trace.orders = drive.inner.orders().iter().map(|tick| tick[0]).collect();
+            trace.orders = drive.inner.orders(0);
         }
         Ok(drive.outcomes(self.members.len()))
     }
@@ -337,9 +316,8 @@ fn forks_per_output(lift: LiftName) -> f64 {
 }
 
 /// A closed loop with an eye on it.
-struct Watched<'a, S: Scalar, const N: usize, const L: usize> {
+struct Watched<'a, S: LaneScalar<N>, const N: usize, const L: usize> {
     inner: ClosedLoop<'a, S, N, L>,
-    requests: Vec<&'a [i32]>,
     places: [usize; L],
     /// Velocity, pressure and position of each lift.
     channels: [[Channel; 3]; L],
@@ -362,7 +340,6 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> Watched<'a, S, N, L> 
         which: [LiftName; L],
         inner: ClosedLoop<'a, S, N, L>,
         readings: &Readings,
-        requests: Vec<&'a [i32]>,
         landed: [S; L],
     ) -> Self {
         let channel = |name: &str, lift: LiftName| -> Channel {
@@ -374,7 +351,6 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> Watched<'a, S, N, L> 
         let all = S::zero().lt(S::one());
         Watched {
             inner,
-            requests,
             places: which.map(|lift| usize::from(lift == LiftName::Main)),
             channels: which.map(|lift| names.map(|name| channel(name, lift))),
             forks: which.map(|lift| -forks_per_output(lift)),
@@ -417,15 +393,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for Watched<'
 
     fn tick(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
         self.inner.tick(k, x, oil_temperature_degc);
-        let orders = &self.inner.orders()[k];
-        let in_lanes =
-            |of: &dyn Fn(usize) -> i32| S::from_lanes(std::array::from_fn(|lane| 1e-3 * f64::from(of(lane))));
-        let last = self.requests.len() - 1;
-        let request = in_lanes(&|lane| self.requests[lane.min(last)][k]);
-        let ordered = self
-            .places
-            .map(|lift| [in_lanes(&|lane| orders[lane].reference[lift]), in_lanes(&|lane| orders[lane].current[lift])]);
-        widest(Look { watched: self, k, x, request, ordered });
+        widest(Look { watched: self, k, x });
     }
 
     fn command(&self, k: usize) -> [S; L] {
@@ -434,12 +402,10 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for Watched<'
 }
 
 /// One tick looked at, with the widest vectors.
-struct Look<'w, 'a, 'x, S: Scalar, const N: usize, const L: usize> {
+struct Look<'w, 'a, 'x, S: LaneScalar<N>, const N: usize, const L: usize> {
     watched: &'w mut Watched<'a, S, N, L>,
     k: usize,
     x: &'x [S],
-    request: S,
-    ordered: [[S; 2]; L],
 }
 
 impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_, S, N, L> {
@@ -447,7 +413,11 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Look { watched, k, x, request, ordered } = self;
+        let Look { watched, k, x } = self;
+        let metres = |value: S::Whole| S::of_whole(value) * S::constant(1e-3);
+        let request = metres(watched.inner.request(k));
+        let order = watched.inner.order(k);
+        let ordered = watched.places.map(|lift| [metres(order.reference[lift]), metres(order.current[lift])]);
         let step = request - watched.request;
         let same = S::zero().lt(step.abs()).not();
         let since = if k == 0 { S::zero() } else { S::select(same, watched.since + S::one(), S::zero()) };
@@ -504,9 +474,8 @@ mod tests {
         let readings = Readings::new(&which, trial.makeup.truck.effects());
         let seats = std::array::from_fn(|_| Seat::idle());
         let inner = ClosedLoop::<Lanes<4>, 4, 1>::new(which, &trial.makeup.truck, seats);
-        let still = [0; TICKS];
         let landed = [Lanes::constant(-1.0)];
-        let mut drive = Watched::new(&trial, which, inner, &readings, vec![&still[..]; 4], landed);
+        let mut drive = Watched::new(&trial, which, inner, &readings, landed);
         for k in 0..TICKS {
             let mut x = vec![Lanes::<4>::zero(); STATES];
             if let Some((lane, from, velocity)) = bad.filter(|(_, from, _)| k >= *from) {

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::mast::LiftName;
 use crate::parts::valve::Valve;
 use crate::random::Random;
-use crate::run::closed_loop::Sensors;
+use crate::run::sensing::Sensors;
 use crate::run::Lifts;
 use crate::sensors::{ENCODER_COUNT, PRESSURE_NOISE, TEMPERATURE_NOISE};
 use crate::truck::{Limits, Truck};

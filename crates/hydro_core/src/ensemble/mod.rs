@@ -7,7 +7,6 @@
 pub mod controllers;
 pub mod distribution;
 pub mod draw;
-pub mod faults;
 pub mod linear;
 pub mod lowerings;
 pub mod measures;

@@ -4,7 +4,7 @@
 //! arithmetic of a substep into vectors of several widths and shuffles between them.
 //!
 //! Why the calls are sound: an [`Eight`] cannot be named outside the crate, and the one place that
-//! works with it, [`super::with_eight`], has asked the processor first. They are fast only where
+//! works with it, [`super::with_registers`] and its kin, have asked the processor first. They are fast only where
 //! they are inlined into code compiled for AVX-512, as under `vectors::widest`; a closure is not.
 
 use std::arch::x86_64::*;
@@ -13,7 +13,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::LaneScalar;
 use crate::elementary::{self, Binary};
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::{Mask, Scalar, Vectors};
+use crate::whole::{LaneWhole, Whole};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Eight(__m512d);
@@ -21,19 +22,24 @@ pub struct Eight(__m512d);
 #[derive(Clone, Copy, Debug)]
 pub struct EightMask(__mmask8);
 
+/// Eight integers.
+#[derive(Clone, Copy, Debug)]
+pub struct EightWhole(__m512i);
+
 macro_rules! binary {
-    ($($trait:ident $method:ident $instruction:ident),*) => {$(
-        impl $trait for Eight {
+    ($type:ident: $($trait:ident $method:ident $instruction:ident),*) => {$(
+        impl $trait for $type {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
                 // SAFETY: the processor has AVX-512, as for every operation here (see the module).
-                Eight(unsafe { $instruction(self.0, other.0) })
+                $type(unsafe { $instruction(self.0, other.0) })
             }
         }
     )*};
 }
-binary!(Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
+binary!(Eight: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
+binary!(EightWhole: Add add _mm512_add_epi64, Sub sub _mm512_sub_epi64, Mul mul _mm512_mullo_epi64);
 
 impl Neg for Eight {
     type Output = Self;
@@ -92,7 +98,20 @@ fn words(value: u64) -> __m512i {
     unsafe { transmute([value; 8]) }
 }
 
+/// Whole numbers of 32 bits, beyond them the nearest, of what is not a number zero.
+#[inline(always)]
+fn in_32_bits(rounded: Eight) -> EightWhole {
+    let bounded = rounded.clamp_to(Eight::constant(f64::from(i32::MIN)), Eight::constant(f64::from(i32::MAX)));
+    // SAFETY: as above.
+    unsafe {
+        let number = _mm512_maskz_mov_pd(_mm512_cmp_pd_mask::<_CMP_ORD_Q>(rounded.0, rounded.0), bounded.0);
+        let shifted = Eight(number) + Eight::constant(elementary::ROUND);
+        EightWhole(_mm512_sub_epi64(_mm512_castpd_si512(shifted.0), words(elementary::ROUND.to_bits())))
+    }
+}
+
 impl LaneScalar<8> for Eight {
+    type Whole = EightWhole;
     #[inline(always)]
     fn from_lanes(lanes: [f64; 8]) -> Self {
         // SAFETY: both are 64 bytes of plain numbers.
@@ -103,12 +122,32 @@ impl LaneScalar<8> for Eight {
         // SAFETY: as in `from_lanes`.
         unsafe { transmute::<__m512d, [f64; 8]>(self.0) }
     }
+    #[inline(always)]
+    fn floor(self) -> EightWhole {
+        // SAFETY: as above.
+        in_32_bits(Eight(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0) }))
+    }
+    #[inline(always)]
+    fn nearest(self) -> EightWhole {
+        // SAFETY: as above.
+        let towards_zero = Eight(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(self.0) });
+        let one = Eight::select(self.lt(Eight::zero()), -Eight::one(), Eight::one());
+        let left = (self - towards_zero).abs();
+        in_32_bits(Eight::select(left.lt(Eight::constant(0.5)), towards_zero, towards_zero + one))
+    }
+    #[inline(always)]
+    fn of_whole(value: EightWhole) -> Self {
+        // SAFETY: as above.
+        let bits = unsafe { _mm512_add_epi64(value.0, words(elementary::ROUND.to_bits())) };
+        // SAFETY: as above.
+        Eight(unsafe { _mm512_castsi512_pd(bits) }) - Eight::constant(elementary::ROUND)
+    }
 }
 
 impl Scalar for Eight {
     type Mask = EightMask;
     const NUMBERS: usize = 8;
-    const NEEDS_AVX512: bool = true;
+    const NEEDS: Vectors = Vectors::Avx512;
     type Real = Self;
 
     #[inline(always)]
@@ -182,5 +221,86 @@ impl Scalar for Eight {
     #[inline(always)]
     fn abs(self) -> Self {
         self.max(-self)
+    }
+}
+
+impl Neg for EightWhole {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::constant(0) - self
+    }
+}
+
+impl Whole for EightWhole {
+    type Mask = EightMask;
+
+    #[inline(always)]
+    fn constant(value: i64) -> Self {
+        EightWhole(words(value as u64))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> EightMask {
+        // SAFETY: as above.
+        EightMask(unsafe { _mm512_cmplt_epi64_mask(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn is_zero(self) -> EightMask {
+        // SAFETY: as above.
+        EightMask(unsafe { _mm512_cmpeq_epi64_mask(self.0, words(0)) })
+    }
+    #[inline(always)]
+    fn select(mask: EightMask, yes: Self, no: Self) -> Self {
+        // SAFETY: as above.
+        EightWhole(unsafe { _mm512_mask_blend_epi64(mask.0, no.0, yes.0) })
+    }
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        // SAFETY: as above.
+        EightWhole(unsafe { _mm512_and_si512(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        // SAFETY: as above.
+        EightWhole(unsafe { _mm512_mul_epi32(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        // SAFETY: as above.
+        EightWhole(unsafe { _mm512_sll_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
+    }
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        // SAFETY: as above.
+        EightWhole(unsafe { _mm512_srl_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
+    }
+    #[inline(always)]
+    fn shl_by(self, bits: Self) -> Self {
+        // SAFETY: as above.
+        EightWhole(unsafe { _mm512_sllv_epi64(self.0, bits.0) })
+    }
+    #[inline(always)]
+    fn shr_by(self, bits: Self) -> Self {
+        // SAFETY: as above.
+        EightWhole(unsafe { _mm512_srlv_epi64(self.0, bits.0) })
+    }
+    #[inline(always)]
+    fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
+        let place = place.lanes();
+        let of = |lane: usize| part(&table[place[lane] as usize]).lanes()[lane];
+        Self::from_lanes([of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)])
+    }
+}
+
+impl LaneWhole<8> for EightWhole {
+    #[inline(always)]
+    fn from_lanes(lanes: [i64; 8]) -> Self {
+        // SAFETY: both are 64 bytes of plain numbers.
+        EightWhole(unsafe { transmute::<[i64; 8], __m512i>(lanes) })
+    }
+    #[inline(always)]
+    fn lanes(self) -> [i64; 8] {
+        // SAFETY: as in `from_lanes`.
+        unsafe { transmute::<__m512i, [i64; 8]>(self.0) }
     }
 }

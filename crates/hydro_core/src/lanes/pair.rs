@@ -6,7 +6,8 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::LaneScalar;
-use crate::scalar::{Mask, Scalar};
+use crate::scalar::{Mask, Scalar, Vectors};
+use crate::whole::{LaneWhole, Whole};
 
 /// Twice as many lanes as `A` has.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +15,7 @@ pub struct Pair<A>(pub A, pub A);
 
 macro_rules! binary {
     ($($trait:ident $method:ident),*) => {$(
-        impl<A: Scalar> $trait for Pair<A> {
+        impl<A: $trait<Output = A>> $trait for Pair<A> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -25,7 +26,7 @@ macro_rules! binary {
 }
 binary!(Add add, Sub sub, Mul mul, Div div);
 
-impl<A: Scalar> Neg for Pair<A> {
+impl<A: Neg<Output = A>> Neg for Pair<A> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -55,7 +56,7 @@ impl<M: Mask> Mask for Pair<M> {
 impl<A: Scalar<Real = A>> Scalar for Pair<A> {
     type Mask = Pair<A::Mask>;
     const NUMBERS: usize = 2 * A::NUMBERS;
-    const NEEDS_AVX512: bool = A::NEEDS_AVX512;
+    const NEEDS: Vectors = A::NEEDS;
     type Real = Self;
 
     #[inline(always)]
@@ -125,14 +126,97 @@ impl<A: Scalar<Real = A>> Scalar for Pair<A> {
     }
 }
 
-impl<A: LaneScalar<8, Real = A>> LaneScalar<16> for Pair<A> {
+impl<A: Whole> Whole for Pair<A> {
+    type Mask = Pair<A::Mask>;
+
     #[inline(always)]
-    fn from_lanes(lanes: [f64; 16]) -> Self {
-        Pair(A::from_lanes(std::array::from_fn(|k| lanes[k])), A::from_lanes(std::array::from_fn(|k| lanes[8 + k])))
+    fn constant(value: i64) -> Self {
+        Pair(A::constant(value), A::constant(value))
     }
     #[inline(always)]
-    fn lanes(self) -> [f64; 16] {
-        let (a, b) = (self.0.lanes(), self.1.lanes());
-        std::array::from_fn(|k| if k < 8 { a[k] } else { b[k - 8] })
+    fn lt(self, other: Self) -> Self::Mask {
+        Pair(self.0.lt(other.0), self.1.lt(other.1))
+    }
+    #[inline(always)]
+    fn is_zero(self) -> Self::Mask {
+        Pair(self.0.is_zero(), self.1.is_zero())
+    }
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Pair(A::select(mask.0, yes.0, no.0), A::select(mask.1, yes.1, no.1))
+    }
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Pair(self.0.and(other.0), self.1.and(other.1))
+    }
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        Pair(self.0.product(other.0), self.1.product(other.1))
+    }
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        Pair(self.0.shl(bits), self.1.shl(bits))
+    }
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        Pair(self.0.shr(bits), self.1.shr(bits))
+    }
+    #[inline(always)]
+    fn shl_by(self, bits: Self) -> Self {
+        Pair(self.0.shl_by(bits.0), self.1.shl_by(bits.1))
+    }
+    #[inline(always)]
+    fn shr_by(self, bits: Self) -> Self {
+        Pair(self.0.shr_by(bits.0), self.1.shr_by(bits.1))
+    }
+    #[inline(always)]
+    fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
+        Pair(A::lookup_in(table, |of| part(of).0, place.0), A::lookup_in(table, |of| part(of).1, place.1))
     }
 }
+
+/// As many lanes as `A` has, twice.
+macro_rules! twice {
+    ($half:literal, $whole:literal) => {
+        impl<A: LaneWhole<$half>> LaneWhole<$whole> for Pair<A> {
+            #[inline(always)]
+            fn from_lanes(lanes: [i64; $whole]) -> Self {
+                let half = |from: usize| A::from_lanes(std::array::from_fn(|k| lanes[from + k]));
+                Pair(half(0), half($half))
+            }
+            #[inline(always)]
+            fn lanes(self) -> [i64; $whole] {
+                let (a, b) = (self.0.lanes(), self.1.lanes());
+                std::array::from_fn(|k| if k < $half { a[k] } else { b[k - $half] })
+            }
+        }
+
+        impl<A: LaneScalar<$half, Real = A>> LaneScalar<$whole> for Pair<A> {
+            type Whole = Pair<A::Whole>;
+            #[inline(always)]
+            fn from_lanes(lanes: [f64; $whole]) -> Self {
+                let half = |from: usize| A::from_lanes(std::array::from_fn(|k| lanes[from + k]));
+                Pair(half(0), half($half))
+            }
+            #[inline(always)]
+            fn lanes(self) -> [f64; $whole] {
+                let (a, b) = (self.0.lanes(), self.1.lanes());
+                std::array::from_fn(|k| if k < $half { a[k] } else { b[k - $half] })
+            }
+            #[inline(always)]
+            fn floor(self) -> Self::Whole {
+                Pair(self.0.floor(), self.1.floor())
+            }
+            #[inline(always)]
+            fn nearest(self) -> Self::Whole {
+                Pair(self.0.nearest(), self.1.nearest())
+            }
+            #[inline(always)]
+            fn of_whole(value: Self::Whole) -> Self {
+                Pair(A::of_whole(value.0), A::of_whole(value.1))
+            }
+        }
+    };
+}
+twice!(4, 8);
+twice!(8, 16);

@@ -1,22 +1,35 @@
-//! A controller in the loop: each lane's sensors are read as integers, and answered, once a tick.
+//! A controller in the loop: the sensors of all lanes are read as integers, and answered, once a tick.
 
+use super::brain::{Brain, Idle};
 use super::drive::Drive;
+use super::sensing::{Sensing, Sensors};
+use crate::control::config::Config;
 use crate::lanes::LaneScalar;
 use crate::mast::LiftName;
-use crate::outputs::{Readings, OUTPUTS};
-use crate::random::Random;
-use crate::sensors::{ENCODER_COUNT, PRESSURE_STEP, TEMPERATURE_STEP};
+use crate::solver::vectors::{widest, Work};
 use crate::truck::Truck;
+use crate::whole::{LaneWhole, Whole};
 
 /// What the ECU reads in one tick; free and main. A lift that is not simulated stands at zero, without pressure.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Reading {
-    /// Encoder counts of [`ENCODER_COUNT`], upward positive.
-    pub position: [i32; 2],
-    /// Cylinder pressures in steps of [`PRESSURE_STEP`].
-    pub pressure: [i32; 2],
-    /// Oil temperature in steps of [`TEMPERATURE_STEP`], from 0 °C.
-    pub temperature: i32,
+pub struct Reading<I = i32> {
+    /// Encoder counts of [`crate::sensors::ENCODER_COUNT`], upward positive.
+    pub position: [I; 2],
+    /// Cylinder pressures in steps of [`crate::sensors::PRESSURE_STEP`].
+    pub pressure: [I; 2],
+    /// Oil temperature in steps of [`crate::sensors::TEMPERATURE_STEP`], from 0 °C.
+    pub temperature: I,
+}
+
+impl Reading {
+    /// As the controller's arithmetic has it.
+    pub fn whole(&self) -> Reading<i64> {
+        Reading {
+            position: self.position.map(i64::from),
+            pressure: self.pressure.map(i64::from),
+            temperature: i64::from(self.temperature),
+        }
+    }
 }
 
 /// What runs on the ECU: integers in, integers out.
@@ -25,47 +38,13 @@ pub trait Controller: Send {
     fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2];
     /// The lowering speeds of the forks [mm/s] that the last tick meant the lifts to have.
     fn reference(&self) -> [i32; 2];
-}
-
-/// Leaves the valves shut.
-#[derive(Debug, Clone, Copy)]
-pub struct Idle;
-
-impl Controller for Idle {
-    fn tick(&mut self, _request: i32, _reading: &Reading) -> [i32; 2] {
-        [0, 0]
+    /// The configuration, if this is the fixed-point controller before its first tick: lanes then run it together.
+    fn in_integers(&self) -> Option<&Config> {
+        None
     }
-    fn reference(&self) -> [i32; 2] {
-        [0, 0]
-    }
-}
-
-/// The sensors of one truck. Their noise depends on seed, stream and tick alone.
-pub struct Sensors {
-    /// Standard deviation of a pressure's noise [Pa], before rounding.
-    pub pressure_noise_pa: f64,
-    /// Standard deviation of the temperature's noise [K], before rounding.
-    pub temperature_noise_k: f64,
-    /// Where within a count the encoders' zeros lie [m]; free and main.
-    pub encoder_zero_m: [f64; 2],
-    random: Random,
-}
-
-impl Sensors {
-    /// Without noise, of zeros where the outputs have theirs.
-    pub fn perfect() -> Self {
-        Sensors::noisy(0.0, 0.0, [0.0; 2], 0, 0)
-    }
-
-    /// Different streams of one seed are independent.
-    pub fn noisy(
-        pressure_noise_pa: f64,
-        temperature_noise_k: f64,
-        encoder_zero_m: [f64; 2],
-        seed: u64,
-        stream: u64,
-    ) -> Self {
-        Sensors { pressure_noise_pa, temperature_noise_k, encoder_zero_m, random: Random::new(seed, stream) }
+    /// Whether it leaves the valves shut, whatever it reads.
+    fn idles(&self) -> bool {
+        false
     }
 }
 
@@ -86,69 +65,114 @@ impl Seat<'_> {
     }
 }
 
-/// One tick of one lane: what was wanted and what was ordered.
+/// One tick: what was wanted and what was ordered; of one truck, or of one in each lane.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Order {
+pub struct Order<I = i32> {
     /// [`Controller::reference`] [mm/s].
-    pub reference: [i32; 2],
+    pub reference: [I; 2],
     /// Currents [mA], before the delay.
-    pub current: [i32; 2],
+    pub current: [I; 2],
 }
 
-/// Places of a channel among the states, with factors.
-type Channel = Vec<(usize, f64)>;
-
 /// One controller in each of N lanes, one call a tick.
-pub struct ClosedLoop<'a, S, const N: usize, const L: usize> {
-    seats: [Seat<'a>; N],
+pub struct ClosedLoop<'a, S: LaneScalar<N>, const N: usize, const L: usize> {
+    brain: Brain<'a, S, N>,
+    sensing: Sensing<S, N, L>,
+    requests: [&'a [i32]; N],
+    delays: [usize; N],
+    /// Of all lanes, where it is one.
+    one_delay: Option<usize>,
     which: [LiftName; L],
-    position: [Channel; L],
-    pressure: [Channel; L],
-    /// What the controllers ordered, by tick and lane.
-    orders: Vec<[Order; N]>,
+    /// What the controllers ordered, by tick.
+    orders: Vec<Order<S::Whole>>,
     /// What the valves get, by tick.
     commands: Vec<[S; L]>,
 }
 
-fn place(lift: LiftName) -> usize {
+pub(super) fn place(lift: LiftName) -> usize {
     usize::from(lift == LiftName::Main)
 }
 
 impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, L> {
     /// The lifts `which` of trucks of one make: `truck` says which effects show in its outputs.
     pub fn new(which: [LiftName; L], truck: &Truck, seats: [Seat<'a>; N]) -> Self {
-        let readings = Readings::new(&which, truck.effects());
-        let channel = |name: &str, lift: LiftName| -> Channel {
-            let name = name.replace("LIFT", lift.as_str());
-            let k = OUTPUTS.iter().position(|output| output.name == name).expect("the table has it");
-            readings.of(k).collect()
-        };
+        let (requests, delays) = (seats.each_ref().map(|seat| seat.request), seats.each_ref().map(|seat| seat.delay));
+        let mut controllers = Vec::with_capacity(N);
+        let sensors = seats.map(|seat| {
+            controllers.push(seat.controller);
+            seat.sensors
+        });
         ClosedLoop {
-            seats,
+            brain: Brain::of(controllers),
+            sensing: Sensing::new(which, truck, sensors),
+            requests,
+            delays,
+            one_delay: delays.iter().all(|&delay| delay == delays[0]).then_some(delays[0]),
             which,
-            position: which.map(|lift| channel("position_LIFT_m", lift)),
-            pressure: which.map(|lift| channel("pressure_LIFT_pa", lift)),
             orders: Vec::new(),
             commands: Vec::new(),
         }
     }
 
-    /// What the controllers ordered so far, by tick and lane.
-    pub fn orders(&self) -> &[[Order; N]] {
-        &self.orders
+    /// How many ticks there were.
+    pub fn ticks(&self) -> usize {
+        self.orders.len()
+    }
+
+    /// What the controllers ordered in a tick.
+    pub fn order(&self, k: usize) -> &Order<S::Whole> {
+        &self.orders[k]
+    }
+
+    /// What a lane's controller ordered so far, by tick.
+    pub fn orders(&self, lane: usize) -> Vec<Order> {
+        let of = |both: [S::Whole; 2]| both.map(|value| value.lanes()[lane] as i32);
+        self.orders.iter().map(|order| Order { reference: of(order.reference), current: of(order.current) }).collect()
+    }
+
+    /// What is asked of each lane in a tick [mm/s].
+    #[inline(always)]
+    pub fn request(&self, k: usize) -> S::Whole {
+        let of = |request: &[i32]| i64::from(request.get(k).or(request.last()).copied().unwrap_or(0));
+        S::Whole::from_lanes(self.requests.map(of))
+    }
+
+    #[inline(always)]
+    fn tick_here(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
+        let reading = self.sensing.read(x, oil_temperature_degc);
+        let request = self.request(k);
+        self.orders.push(self.brain.tick(request, &reading));
+        let command = self.which.map(|lift| {
+            let arrived = match self.one_delay {
+                Some(delay) => {
+                    k.checked_sub(delay).map_or(S::Whole::zero(), |then| self.orders[then].current[place(lift)])
+                }
+                None => S::Whole::from_lanes(std::array::from_fn(|lane| {
+                    let then = k.checked_sub(self.delays[lane]);
+                    then.map_or(0, |then| self.orders[then].current[place(lift)].lanes()[lane])
+                })),
+            };
+            S::of_whole(arrived) * S::constant(1e-3)
+        });
+        self.commands.push(command);
     }
 }
 
-/// A channel's value in each lane.
-#[inline(always)]
-fn sum<S: LaneScalar<N>, const N: usize>(channel: &Channel, x: &[S]) -> [f64; N] {
-    channel.iter().fold(S::zero(), |sum, &(place, factor)| sum + S::constant(factor) * x[place]).lanes()
+/// One tick with the widest vectors.
+struct Tick<'c, 'a, 'x, S: LaneScalar<N>, const N: usize, const L: usize> {
+    closed: &'c mut ClosedLoop<'a, S, N, L>,
+    k: usize,
+    x: &'x [S],
+    oil_temperature_degc: S,
 }
 
-/// The nearest step; of what is not a number zero, of what is too large the largest integer.
-#[inline(always)]
-fn steps(value: f64, step: f64) -> i32 {
-    (value / step).round() as i32
+impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Tick<'_, '_, '_, S, N, L> {
+    type Number = S;
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.closed.tick_here(self.k, self.x, self.oil_temperature_degc);
+    }
 }
 
 impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for ClosedLoop<'_, S, N, L> {
@@ -157,33 +181,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for ClosedLoo
     }
 
     fn tick(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
-        let positions: [[f64; N]; L] = std::array::from_fn(|l| sum(&self.position[l], x));
-        let pressures: [[f64; N]; L] = std::array::from_fn(|l| sum(&self.pressure[l], x));
-        let temperature = oil_temperature_degc.lanes();
-        let mut orders = [Order::default(); N];
-        for (lane, seat) in self.seats.iter_mut().enumerate() {
-            let mut reading = Reading::default();
-            let sensors = &mut seat.sensors;
-            for l in 0..L {
-                let lift = place(self.which[l]);
-                let from_zero = positions[l][lane] - sensors.encoder_zero_m[lift];
-                reading.position[lift] = (from_zero / ENCODER_COUNT).floor() as i32;
-                let noise = sensors.pressure_noise_pa * sensors.random.bell();
-                reading.pressure[lift] = steps(pressures[l][lane] + noise, PRESSURE_STEP);
-            }
-            let noise = sensors.temperature_noise_k * sensors.random.bell();
-            reading.temperature = steps(temperature[lane] + noise, TEMPERATURE_STEP);
-            let request = seat.request.get(k).or(seat.request.last()).copied().unwrap_or(0);
-            let current = seat.controller.tick(request, &reading);
-            orders[lane] = Order { reference: seat.controller.reference(), current };
-        }
-        self.orders.push(orders);
-        let arrived = |lane: usize, lift: usize| {
-            let given = k.checked_sub(self.seats[lane].delay).map(|then| self.orders[then][lane].current[lift]);
-            f64::from(given.unwrap_or(0)) * 1e-3
-        };
-        let command = self.which.map(|lift| S::from_lanes(std::array::from_fn(|lane| arrived(lane, place(lift)))));
-        self.commands.push(command);
+        widest(Tick { closed: self, k, x, oil_temperature_degc });
     }
 
     fn command(&self, k: usize) -> [S; L] {

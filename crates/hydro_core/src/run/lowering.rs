@@ -1,4 +1,4 @@
-//! Trucks lowered by their controllers, sixteen at a time where the processor has registers for it.
+//! Trucks lowered by their controllers, as many at a time as the processor has registers for.
 
 use rayon::prelude::*;
 
@@ -6,14 +6,11 @@ use super::closed_loop::{ClosedLoop, Order, Seat};
 use super::ticks::{Clock, Ticks, Warmer};
 use super::{commanded_names, Interrupt, Lifts};
 use crate::error::Error;
-use crate::lanes::{with_sixteen_in_registers, LaneScalar, LaneWork};
+use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
-
-/// Trucks that run side by side.
-pub const LANES: usize = 16;
 
 /// One truck with its controller.
 pub struct Member<'a> {
@@ -62,35 +59,23 @@ pub fn lower(
             requirement: "a time and an oil temperature for each of one or more ticks of one or more substeps".into(),
         });
     }
+    let width = Width::widest();
     let mut groups = Vec::new();
     while !members.is_empty() {
-        groups.push(members.drain(..members.len().min(LANES)).collect::<Vec<_>>());
+        groups.push(members.drain(..members.len().min(width.lanes())).collect::<Vec<_>>());
     }
-    let run = |members| {
-        let group = Group { members, lifts, clock, substeps, interrupt };
-        with_sixteen_in_registers(group).unwrap_or_else(Group::one_by_one)
-    };
+    let run = |members| with_registers(width, Group { members, lifts, clock, substeps, interrupt });
     let traces: Vec<Result<Vec<Trace>, Error>> = groups.into_par_iter().map(run).collect();
     Ok(traces.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// At most [`LANES`] members; a lane without one idles.
+/// At most as many members as lanes; a lane without one idles.
 struct Group<'a> {
     members: Vec<Member<'a>>,
     lifts: Lifts,
     clock: Clock<'a>,
     substeps: usize,
     interrupt: Interrupt<'a>,
-}
-
-impl Group<'_> {
-    fn one_by_one(self) -> Result<Vec<Trace>, Error> {
-        let Group { members, lifts, clock, substeps, interrupt } = self;
-        let alone =
-            |member| LaneWork::<1>::run::<f64>(Group { members: vec![member], lifts, clock, substeps, interrupt });
-        let traces: Result<Vec<Vec<Trace>>, Error> = members.into_iter().map(alone).collect();
-        Ok(traces?.into_iter().flatten().collect())
-    }
 }
 
 impl<const N: usize> LaneWork<N> for Group<'_> {
@@ -171,7 +156,7 @@ fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
     };
     widest(ticks).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))?;
     for (lane, trace) in traces.iter_mut().enumerate() {
-        trace.orders = drive.orders().iter().map(|tick| tick[lane]).collect();
+        trace.orders = drive.orders(lane);
     }
     Ok(traces)
 }

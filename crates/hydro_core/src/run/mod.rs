@@ -1,12 +1,14 @@
 //! A run: a truck under recorded or generated inputs, read at given times.
 
 mod adaptive;
+mod brain;
 pub mod closed_loop;
 mod differentiable;
 pub mod drive;
 mod late;
 pub mod lowering;
 pub mod responses;
+pub mod sensing;
 pub mod sensitivity;
 pub mod ticks;
 pub mod variants;

@@ -1,4 +1,4 @@
-//! Variants of a truck under the same commands, sixteen at a time where the processor has registers for it.
+//! Variants of a truck under the same commands, as many at a time as the processor has registers for.
 
 use rayon::prelude::*;
 
@@ -6,15 +6,12 @@ use super::drive::Replay;
 use super::ticks::{substep_s, Stopped, Ticks, Warmer};
 use super::{check, commands_of, Inputs, Interrupt, Lifts, Solver};
 use crate::error::Error;
-use crate::lanes::{with_sixteen_in_registers, LaneScalar, LaneWork};
+use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::solver::fixed::valve_steps;
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
-
-/// Variants that run side by side.
-const LANES: usize = 16;
 
 /// What a variant has of its own.
 #[derive(Debug, Clone)]
@@ -66,12 +63,12 @@ pub fn simulate_variants(
     // Lanes share the number of parts that a valve's step is cut into; that of a variant is its own.
     let mut order: Vec<usize> = (0..variants.len()).collect();
     order.sort_by_key(|&k| (parts[k], k));
+    let width = Width::widest();
     let groups: Vec<&[usize]> =
-        order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|one| one.chunks(LANES)).collect();
+        order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|one| one.chunks(width.lanes())).collect();
     let run = |places: &&[usize]| {
         let variants = places.iter().map(|&k| &variants[k]).collect();
-        let group = Group { course, variants, interrupt };
-        with_sixteen_in_registers(group).unwrap_or_else(Group::one_by_one)
+        with_registers(width, Group { course, variants, interrupt })
     };
     let found: Vec<Result<Vec<Vec<f64>>, Error>> = groups.par_iter().map(run).collect();
     let mut outputs = vec![Vec::new(); variants.len()];
@@ -105,7 +102,7 @@ impl Course<'_> {
     }
 }
 
-/// At most [`LANES`] variants; a lane without one repeats the last.
+/// At most as many variants as lanes; a lane without one repeats the last.
 struct Group<'a> {
     course: Course<'a>,
     variants: Vec<&'a Variant>,
@@ -113,13 +110,6 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
-    fn one_by_one(self) -> Result<Vec<Vec<f64>>, Error> {
-        let Group { course, variants, interrupt } = self;
-        let alone = |one| LaneWork::<1>::run::<f64>(Group { course, variants: vec![one], interrupt });
-        let found: Vec<Vec<Vec<f64>>> = variants.into_iter().map(alone).collect::<Result<_, _>>()?;
-        Ok(found.into_iter().flatten().collect())
-    }
-
     /// A number of each variant, in lanes.
     fn each<S: LaneScalar<N>, const N: usize>(&self, f: impl Fn(&Variant) -> f64) -> S {
         S::from_lanes(std::array::from_fn(|lane| f(self.variants[lane.min(self.variants.len() - 1)])))

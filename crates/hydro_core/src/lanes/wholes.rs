@@ -1,0 +1,117 @@
+//! N integers that go through the same arithmetic, as plain loops.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use super::LaneMask;
+use crate::whole::{LaneWhole, Whole};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(align(64))]
+pub struct Wholes<const N: usize>(pub [i64; N]);
+
+#[inline(always)]
+fn zip<const N: usize>(a: Wholes<N>, b: Wholes<N>, f: impl Fn(i64, i64) -> i64) -> Wholes<N> {
+    let mut out = [0; N];
+    for i in 0..N {
+        out[i] = f(a.0[i], b.0[i]);
+    }
+    Wholes(out)
+}
+
+#[inline(always)]
+fn mask<const N: usize>(a: Wholes<N>, b: Wholes<N>, f: impl Fn(i64, i64) -> bool) -> LaneMask<N> {
+    let mut out = [0; N];
+    for i in 0..N {
+        out[i] = if f(a.0[i], b.0[i]) { u64::MAX } else { 0 };
+    }
+    LaneMask(out)
+}
+
+macro_rules! binary {
+    ($($trait:ident $method:ident $op:tt),*) => {$(
+        impl<const N: usize> $trait for Wholes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                zip(self, other, |a, b| a $op b)
+            }
+        }
+    )*};
+}
+binary!(Add add +, Sub sub -, Mul mul *);
+
+impl<const N: usize> Neg for Wholes<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        zip(self, self, |a, _| -a)
+    }
+}
+
+impl<const N: usize> Whole for Wholes<N> {
+    type Mask = LaneMask<N>;
+
+    #[inline(always)]
+    fn constant(value: i64) -> Self {
+        Wholes([value; N])
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> LaneMask<N> {
+        mask(self, other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn is_zero(self) -> LaneMask<N> {
+        mask(self, self, |a, _| a == 0)
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
+        let mut out = [0; N];
+        for i in 0..N {
+            out[i] = (mask.0[i] as i64 & yes.0[i]) | (!mask.0[i] as i64 & no.0[i]);
+        }
+        Wholes(out)
+    }
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        zip(self, other, |a, b| a & b)
+    }
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        zip(self, other, |a, b| i64::from(a as i32) * i64::from(b as i32))
+    }
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        zip(self, self, |a, _| a << bits)
+    }
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        zip(self, self, |a, _| (a as u64 >> bits) as i64)
+    }
+    #[inline(always)]
+    fn shl_by(self, bits: Self) -> Self {
+        zip(self, bits, |a, bits| a << bits)
+    }
+    #[inline(always)]
+    fn shr_by(self, bits: Self) -> Self {
+        zip(self, bits, |a, bits| (a as u64 >> bits) as i64)
+    }
+    #[inline(always)]
+    fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
+        let mut out = [0; N];
+        for i in 0..N {
+            out[i] = part(&table[place.0[i] as usize]).0[i];
+        }
+        Wholes(out)
+    }
+}
+
+impl<const N: usize> LaneWhole<N> for Wholes<N> {
+    #[inline(always)]
+    fn from_lanes(lanes: [i64; N]) -> Self {
+        Wholes(lanes)
+    }
+    #[inline(always)]
+    fn lanes(self) -> [i64; N] {
+        self.0
+    }
+}

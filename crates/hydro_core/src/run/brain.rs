@@ -1,0 +1,100 @@
+//! The controllers of a block of lanes: all in one go where they are of one kind, else lane by lane.
+
+use super::closed_loop::{Controller, Order, Reading};
+use crate::control::config::Config;
+use crate::control::controller::State;
+use crate::control::numbers::Numbers;
+use crate::lanes::LaneScalar;
+use crate::solver::vectors::{widest, Work};
+use crate::whole::LaneWhole;
+
+/// Leaves the valves shut.
+#[derive(Debug, Clone, Copy)]
+pub struct Idle;
+
+impl Controller for Idle {
+    fn tick(&mut self, _request: i32, _reading: &Reading) -> [i32; 2] {
+        [0, 0]
+    }
+    fn reference(&self) -> [i32; 2] {
+        [0, 0]
+    }
+    fn idles(&self) -> bool {
+        true
+    }
+}
+
+/// What answers the sensors of N lanes.
+pub(super) enum Brain<'a, S: LaneScalar<N>, const N: usize> {
+    /// Fixed-point controllers of one word length, each with its own settings.
+    Lanes(Box<(Numbers<S::Whole>, State<S::Whole>)>),
+    Each(Vec<Box<dyn Controller + 'a>>),
+}
+
+impl<'a, S: LaneScalar<N>, const N: usize> Brain<'a, S, N> {
+    /// One controller a lane. Lanes beyond the last fixed-point controller run its like, and nothing is read of them.
+    pub(super) fn of(controllers: Vec<Box<dyn Controller + 'a>>) -> Self {
+        assert_eq!(controllers.len(), N, "a controller in every lane");
+        let configs: Vec<&Config> = controllers.iter().map_while(|controller| controller.in_integers()).collect();
+        let idle = controllers[configs.len()..].iter().all(|controller| controller.idles());
+        let numbers = match configs.first() {
+            Some(first) if idle && configs.iter().all(|config| config.word == first.word) => {
+                let last = configs.len() - 1;
+                Some(Numbers::of(std::array::from_fn::<&Config, N, _>(|lane| configs[lane.min(last)])))
+            }
+            _ => None,
+        };
+        match numbers {
+            Some(numbers) => Brain::Lanes(Box::new((numbers, State::at_rest()))),
+            None => Brain::Each(controllers),
+        }
+    }
+
+    pub(super) fn tick(&mut self, request: S::Whole, reading: &Reading<S::Whole>) -> Order<S::Whole> {
+        match self {
+            Brain::Lanes(lanes) => {
+                let (numbers, state) = &mut **lanes;
+                widest(Answer::<S, N> { numbers, state, request, reading })
+            }
+            Brain::Each(controllers) => one_by_one(controllers, request, reading),
+        }
+    }
+}
+
+/// One tick of all controllers, with the widest vectors: compiled once for all that has lanes.
+struct Answer<'n, S: LaneScalar<N>, const N: usize> {
+    numbers: &'n Numbers<S::Whole>,
+    state: &'n mut State<S::Whole>,
+    request: S::Whole,
+    reading: &'n Reading<S::Whole>,
+}
+
+impl<S: LaneScalar<N>, const N: usize> Work for Answer<'_, S, N> {
+    type Number = S;
+    type Output = Order<S::Whole>;
+    #[inline(always)]
+    fn run(self) -> Order<S::Whole> {
+        let current = self.state.tick_of(self.numbers, self.request, self.reading);
+        Order { reference: self.state.meant(self.numbers), current }
+    }
+}
+
+fn one_by_one<I: LaneWhole<N>, const N: usize>(
+    controllers: &mut [Box<dyn Controller + '_>],
+    request: I,
+    reading: &Reading<I>,
+) -> Order<I> {
+    let (request, temperature) = (request.lanes(), reading.temperature.lanes());
+    let (position, pressure) = (reading.position.map(I::lanes), reading.pressure.map(I::lanes));
+    let (mut reference, mut current) = ([[0; N]; 2], [[0; N]; 2]);
+    for (lane, controller) in controllers.iter_mut().enumerate() {
+        let of = |both: [[i64; N]; 2]| both.map(|lanes| lanes[lane] as i32);
+        let own = Reading { position: of(position), pressure: of(pressure), temperature: temperature[lane] as i32 };
+        let (ordered, meant) = (controller.tick(request[lane] as i32, &own), controller.reference());
+        for lift in 0..2 {
+            current[lift][lane] = i64::from(ordered[lift]);
+            reference[lift][lane] = i64::from(meant[lift]);
+        }
+    }
+    Order { reference: reference.map(I::from_lanes), current: current.map(I::from_lanes) }
+}
