@@ -97,6 +97,7 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     /// The lifts `which` of trucks of one make: `truck` says which effects show in its outputs.
     pub fn new(which: [LiftName; L], truck: &Truck, seats: [Seat<'a>; N]) -> Self {
         let (requests, delays) = (seats.each_ref().map(|seat| seat.request), seats.each_ref().map(|seat| seat.delay));
+        let longest = requests.iter().map(|request| request.len()).max().unwrap_or(0);
         let mut controllers = Vec::with_capacity(N);
         let sensors = seats.map(|seat| {
             controllers.push(seat.controller);
@@ -109,8 +110,8 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
             delays,
             one_delay: delays.iter().all(|&delay| delay == delays[0]).then_some(delays[0]),
             which,
-            orders: Vec::new(),
-            commands: Vec::new(),
+            orders: Vec::with_capacity(longest),
+            commands: Vec::with_capacity(longest),
         }
     }
 
