@@ -465,6 +465,7 @@ mod tests {
     use crate::ensemble::member::DEFAULTS;
     use crate::lanes::Lanes;
     use crate::mast::VELOCITY;
+    use crate::scalar::Scalar;
     use crate::truck::Truck;
 
     const TICKS: usize = 20;
