@@ -280,14 +280,14 @@ impl<const N: usize> LaneWork<N> for Operations {
                 let b: [i64; N] = std::array::from_fn(|lane| CORNERS[(by + 3 * lane) % CORNERS.len()]);
                 let bits: [i64; N] = std::array::from_fn(|lane| (by as i64 + 7 * lane as i64) % 31);
                 let (x, y, z) = (S::Whole::from_lanes(a), S::Whole::from_lanes(b), S::Whole::from_lanes(bits));
-                let wide = x.shl(20);
+                let (wide, narrow) = (x.shl(12), y.and(S::Whole::constant(65_535)));
                 let table: Vec<S::Whole> = (0..31).map(|k| S::Whole::constant(k * k - 7)).collect();
                 let less = x.lt(y);
                 let found = [
                     x + y,
                     x - y,
                     -x,
-                    wide * y.shl_by(S::Whole::constant(4)),
+                    wide * narrow,
                     x.product(y),
                     x.abs(),
                     x.signed_as(y),
@@ -308,7 +308,7 @@ impl<const N: usize> LaneWork<N> for Operations {
                         x + y,
                         x - y,
                         -x,
-                        (x << 20).wrapping_mul(y << 4),
+                        (x << 12) * (y & 65_535),
                         x * y,
                         x.abs(),
                         if y < 0 { -x } else { x },

@@ -55,7 +55,8 @@ impl<I: Whole> State<I> {
     /// The lowering speeds of the forks [mm/s] that the last tick meant the lifts to have.
     #[inline(always)]
     pub fn meant(&self, numbers: &Numbers<I>) -> [I; 2] {
-        self.wanted.map(|speed| rounded(speed, numbers.word.speed()))
+        let [free, main] = self.wanted;
+        [rounded(free, numbers.word.speed()), rounded(main, numbers.word.speed())]
     }
 }
 

@@ -1,6 +1,6 @@
 //! The reference: what the operator asks for, as a ramp with rounded edges, and each lift's share of it.
 
-use super::fixed::{clamped, rounded, truncated};
+use super::fixed::{clamped, rounded, truncated, Word};
 use super::numbers::Numbers;
 use crate::whole::Whole;
 
@@ -39,29 +39,36 @@ impl<I: Whole> ReferenceState<I> {
         let change = clamped(request - self.ramp, -numbers.ramp_down, numbers.ramp_up);
         self.ramp = clamped(self.ramp + change, I::zero(), most);
         let ramp = self.ramp.shl(word.guard());
-        let passed = |pole: I, state: I| {
-            let one = I::constant(1i64 << word.factor());
-            let sum = pole.product(state) + (one - pole).product(ramp);
-            clamped(truncated(sum, word.factor()), I::zero(), most.shl(word.guard()))
-        };
-        self.smooth = passed(numbers.ramp_pole, self.smooth);
-        let share = |lift: usize, state: I| {
-            let reference = rounded(state, word.guard());
-            rounded(numbers.ratio[lift].at(height).product(reference), word.factor())
-        };
+        let guarded = most.shl(word.guard());
+        self.smooth = passed(word, numbers.ramp_pole, self.smooth, ramp, guarded);
         let mut shares = Shares { wanted: [I::zero(); 2], asked: [I::zero(); 2] };
         for lift in 0..2 {
             let parts = numbers.lifts[lift].parts;
             if !parts.works {
                 continue;
             }
-            shares.wanted[lift] = share(lift, self.smooth);
+            shares.wanted[lift] = share(numbers, lift, height, self.smooth);
             shares.asked[lift] = shares.wanted[lift];
             if parts.early {
-                self.early[lift] = passed(numbers.lifts[lift].early_pole, self.early[lift]);
-                shares.asked[lift] = share(lift, self.early[lift]);
+                self.early[lift] = passed(word, numbers.lifts[lift].early_pole, self.early[lift], ramp, guarded);
+                shares.asked[lift] = share(numbers, lift, height, self.early[lift]);
             }
         }
         shares
     }
+}
+
+/// A low-pass on the ramp; `state` and `ramp` with guard bits, from zero to `most`.
+#[inline(always)]
+fn passed<I: Whole>(word: Word, pole: I, state: I, ramp: I, most: I) -> I {
+    let one = I::constant(1i64 << word.factor());
+    let sum = pole.product(state) + (one - pole).product(ramp);
+    clamped(truncated(sum, word.factor()), I::zero(), most)
+}
+
+/// A lift's share [speed] of a guarded reference.
+#[inline(always)]
+fn share<I: Whole>(numbers: &Numbers<I>, lift: usize, height: I, state: I) -> I {
+    let reference = rounded(state, numbers.word.guard());
+    rounded(numbers.ratio[lift].at(height).product(reference), numbers.word.factor())
 }

@@ -401,6 +401,12 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for Watched<'
     }
 }
 
+/// Thousandths: m/s of mm/s, A of mA.
+#[inline(always)]
+fn thousandths<S: LaneScalar<N>, const N: usize>(value: S::Whole) -> S {
+    S::of_whole(value) * S::constant(1e-3)
+}
+
 /// One tick looked at, with the widest vectors.
 struct Look<'w, 'a, 'x, S: LaneScalar<N>, const N: usize, const L: usize> {
     watched: &'w mut Watched<'a, S, N, L>,
@@ -414,10 +420,8 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
     #[inline(always)]
     fn run(self) {
         let Look { watched, k, x } = self;
-        let metres = |value: S::Whole| S::of_whole(value) * S::constant(1e-3);
-        let request = metres(watched.inner.request(k));
-        let order = watched.inner.order(k);
-        let ordered = watched.places.map(|lift| [metres(order.reference[lift]), metres(order.current[lift])]);
+        let request = thousandths::<S, N>(watched.inner.request(k));
+        let order = *watched.inner.order(k);
         let step = request - watched.request;
         let same = S::zero().lt(step.abs()).not();
         let since = if k == 0 { S::zero() } else { S::select(same, watched.since + S::one(), S::zero()) };
@@ -431,7 +435,9 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
                 }
             }
             let [velocity, pressure, position] = read;
-            let [reference, current] = ordered[l];
+            let lift = watched.places[l];
+            let (reference, current) =
+                (thousandths::<S, N>(order.reference[lift]), thousandths::<S, N>(order.current[lift]));
             let finite = velocity.is_finite().and(pressure.is_finite());
             watched.finite = watched.finite.and(finite);
             let aloft = x[l * STATES + POSITION].lt(watched.landed[l]).not();
@@ -459,6 +465,7 @@ mod tests {
     use crate::ensemble::member::DEFAULTS;
     use crate::lanes::Lanes;
     use crate::mast::VELOCITY;
+    use crate::scalar::Scalar;
     use crate::truck::Truck;
 
     const TICKS: usize = 20;

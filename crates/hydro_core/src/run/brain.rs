@@ -27,8 +27,14 @@ impl Controller for Idle {
 /// What answers the sensors of N lanes.
 pub(super) enum Brain<'a, S: LaneScalar<N>, const N: usize> {
     /// Fixed-point controllers of one word length, each with its own settings.
-    Lanes(Box<(Numbers<S::Whole>, State<S::Whole>)>),
+    Lanes(Box<Block<S::Whole>>),
     Each(Vec<Box<dyn Controller + 'a>>),
+}
+
+/// Controllers side by side.
+pub(super) struct Block<I> {
+    numbers: Numbers<I>,
+    state: State<I>,
 }
 
 impl<'a, S: LaneScalar<N>, const N: usize> Brain<'a, S, N> {
@@ -45,15 +51,15 @@ impl<'a, S: LaneScalar<N>, const N: usize> Brain<'a, S, N> {
             _ => None,
         };
         match numbers {
-            Some(numbers) => Brain::Lanes(Box::new((numbers, State::at_rest()))),
+            Some(numbers) => Brain::Lanes(Box::new(Block { numbers, state: State::at_rest() })),
             None => Brain::Each(controllers),
         }
     }
 
     pub(super) fn tick(&mut self, request: S::Whole, reading: &Reading<S::Whole>) -> Order<S::Whole> {
         match self {
-            Brain::Lanes(lanes) => {
-                let (numbers, state) = &mut **lanes;
+            Brain::Lanes(block) => {
+                let Block { numbers, state } = &mut **block;
                 widest(Answer::<S, N> { numbers, state, request, reading })
             }
             Brain::Each(controllers) => one_by_one(controllers, request, reading),

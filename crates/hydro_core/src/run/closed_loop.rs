@@ -97,6 +97,7 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     /// The lifts `which` of trucks of one make: `truck` says which effects show in its outputs.
     pub fn new(which: [LiftName; L], truck: &Truck, seats: [Seat<'a>; N]) -> Self {
         let (requests, delays) = (seats.each_ref().map(|seat| seat.request), seats.each_ref().map(|seat| seat.delay));
+        let longest = requests.iter().map(|request| request.len()).max().unwrap_or(0);
         let mut controllers = Vec::with_capacity(N);
         let sensors = seats.map(|seat| {
             controllers.push(seat.controller);
@@ -109,8 +110,8 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
             delays,
             one_delay: delays.iter().all(|&delay| delay == delays[0]).then_some(delays[0]),
             which,
-            orders: Vec::new(),
-            commands: Vec::new(),
+            orders: Vec::with_capacity(longest),
+            commands: Vec::with_capacity(longest),
         }
     }
 
@@ -137,23 +138,28 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
         S::Whole::from_lanes(self.requests.map(of))
     }
 
+    /// The currents [mA] that reach a lift's valves in tick `k`.
+    #[inline(always)]
+    fn arrived(&self, k: usize, lift: usize) -> S::Whole {
+        if let Some(delay) = self.one_delay {
+            return if k < delay { S::Whole::zero() } else { self.orders[k - delay].current[lift] };
+        }
+        S::Whole::from_lanes(std::array::from_fn(|lane| {
+            let then = k.checked_sub(self.delays[lane]);
+            then.map_or(0, |then| self.orders[then].current[lift].lanes()[lane])
+        }))
+    }
+
+    // No closure touches lanes here: one that is not inlined is compiled without the vectors.
     #[inline(always)]
     fn tick_here(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
         let reading = self.sensing.read(x, oil_temperature_degc);
         let request = self.request(k);
         self.orders.push(self.brain.tick(request, &reading));
-        let command = self.which.map(|lift| {
-            let arrived = match self.one_delay {
-                Some(delay) => {
-                    k.checked_sub(delay).map_or(S::Whole::zero(), |then| self.orders[then].current[place(lift)])
-                }
-                None => S::Whole::from_lanes(std::array::from_fn(|lane| {
-                    let then = k.checked_sub(self.delays[lane]);
-                    then.map_or(0, |then| self.orders[then].current[place(lift)].lanes()[lane])
-                })),
-            };
-            S::of_whole(arrived) * S::constant(1e-3)
-        });
+        let mut command = [S::zero(); L];
+        for l in 0..L {
+            command[l] = S::of_whole(self.arrived(k, place(self.which[l]))) * S::constant(1e-3);
+        }
         self.commands.push(command);
     }
 }

@@ -119,6 +119,19 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
         }
     }
 
+    /// The noise of the tick's `k`-th signal.
+    #[inline(always)]
+    fn noise(&self, k: usize, deviation: S) -> S {
+        if self.silent {
+            return S::zero();
+        }
+        let mut words = [0; N];
+        for lane in 0..N {
+            words[lane] = self.words[lane][self.used * (L + 1) + k];
+        }
+        deviation * bell::<S, N>(S::Whole::from_lanes(words))
+    }
+
     /// One tick's readings.
     #[inline(always)]
     pub(super) fn read(&mut self, x: &[S], oil_temperature_degc: S) -> Reading<S::Whole> {
@@ -128,39 +141,42 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
             }
             self.used = 0;
         }
-        let noise = |k: usize, deviation: S| {
-            if self.silent {
-                return S::zero();
-            }
-            let at = self.used * (L + 1) + k;
-            deviation * bell::<S, N>(S::Whole::from_lanes(std::array::from_fn(|lane| self.words[lane][at])))
-        };
         let zero = S::Whole::zero();
         let mut reading = Reading { position: [zero; 2], pressure: [zero; 2], temperature: zero };
         for l in 0..L {
             let lift = place(self.which[l]);
             let from_zero = sum(&self.position[l], x) - self.zero[l];
             reading.position[lift] = (from_zero / S::constant(ENCODER_COUNT)).floor();
-            let read = sum(&self.pressure[l], x) + noise(l, self.pressure_noise);
+            let read = sum(&self.pressure[l], x) + self.noise(l, self.pressure_noise);
             reading.pressure[lift] = (read / S::constant(PRESSURE_STEP)).nearest();
         }
-        let read = oil_temperature_degc + noise(L, self.temperature_noise);
+        let read = oil_temperature_degc + self.noise(L, self.temperature_noise);
         reading.temperature = (read / S::constant(TEMPERATURE_STEP)).nearest();
         self.used += usize::from(!self.silent);
         if let Some(faults) = &self.misread {
-            let bounded = |x: S::Whole| {
-                x.clamp_to(S::Whole::constant(i64::from(i32::MIN)), S::Whole::constant(i64::from(i32::MAX)))
-            };
-            reading.position = reading.position.map(|counts| (S::of_whole(counts) * faults.encoder_factor).floor());
-            reading.pressure = reading.pressure.map(|steps| bounded(steps + faults.pressure_offset));
+            for lift in 0..2 {
+                let counts = S::of_whole(reading.position[lift]) * faults.encoder_factor;
+                reading.position[lift] = counts.floor();
+                reading.pressure[lift] = bounded(reading.pressure[lift] + faults.pressure_offset);
+            }
             reading.temperature = bounded(reading.temperature + faults.temperature_offset);
         }
         reading
     }
 }
 
+/// The nearest integer of 32 bits.
+#[inline(always)]
+fn bounded<I: Whole>(x: I) -> I {
+    x.clamp_to(I::constant(i64::from(i32::MIN)), I::constant(i64::from(i32::MAX)))
+}
+
 /// A channel's value in each lane.
 #[inline(always)]
 fn sum<S: LaneScalar<N>, const N: usize>(channel: &Channel, x: &[S]) -> S {
-    channel.iter().fold(S::zero(), |sum, &(place, factor)| sum + S::constant(factor) * x[place])
+    let mut sum = S::zero();
+    for &(place, factor) in channel {
+        sum = sum + S::constant(factor) * x[place];
+    }
+    sum
 }
