@@ -9,15 +9,15 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod integers;
 mod pair;
-mod wholes;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::integer::LaneInteger;
 use crate::scalar::{Mask, Scalar};
-use crate::whole::LaneWhole;
 
-pub use wholes::Wholes;
+pub use integers::Integers;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
@@ -176,15 +176,15 @@ impl<const N: usize> Scalar for Lanes<N> {
 /// N numbers that go through the same arithmetic.
 pub trait LaneScalar<const N: usize>: Scalar<Real = Self> {
     /// As many integers, of the same masks.
-    type Whole: LaneWhole<N>;
+    type Integer: LaneInteger<N>;
     fn from_lanes(lanes: [f64; N]) -> Self;
     fn lanes(self) -> [f64; N];
     /// The largest integer of 32 bits up to x; of what is not a number zero, of what is too small the least integer.
-    fn floor(self) -> Self::Whole;
+    fn floor(self) -> Self::Integer;
     /// The nearest integer of 32 bits, halves away from zero; of what is not a number zero.
-    fn nearest(self) -> Self::Whole;
+    fn nearest(self) -> Self::Integer;
     /// An integer below 2^51 either way, exactly.
-    fn of_whole(value: Self::Whole) -> Self;
+    fn of_integer(value: Self::Integer) -> Self;
 }
 
 #[inline(always)]
@@ -199,7 +199,7 @@ fn nearest(x: f64) -> i64 {
 
 /// A plain number is one lane.
 impl LaneScalar<1> for f64 {
-    type Whole = i64;
+    type Integer = i64;
     #[inline(always)]
     fn from_lanes([value]: [f64; 1]) -> Self {
         value
@@ -217,13 +217,13 @@ impl LaneScalar<1> for f64 {
         nearest(self)
     }
     #[inline(always)]
-    fn of_whole(value: i64) -> f64 {
+    fn of_integer(value: i64) -> f64 {
         value as f64
     }
 }
 
 impl<const N: usize> LaneScalar<N> for Lanes<N> {
-    type Whole = Wholes<N>;
+    type Integer = Integers<N>;
     #[inline(always)]
     fn from_lanes(lanes: [f64; N]) -> Self {
         Lanes(lanes)
@@ -233,15 +233,15 @@ impl<const N: usize> LaneScalar<N> for Lanes<N> {
         self.0
     }
     #[inline(always)]
-    fn floor(self) -> Wholes<N> {
-        Wholes(self.0.map(floor))
+    fn floor(self) -> Integers<N> {
+        Integers(self.0.map(floor))
     }
     #[inline(always)]
-    fn nearest(self) -> Wholes<N> {
-        Wholes(self.0.map(nearest))
+    fn nearest(self) -> Integers<N> {
+        Integers(self.0.map(nearest))
     }
     #[inline(always)]
-    fn of_whole(value: Wholes<N>) -> Self {
+    fn of_integer(value: Integers<N>) -> Self {
         Lanes(value.0.map(|x| x as f64))
     }
 }

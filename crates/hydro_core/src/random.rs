@@ -3,8 +3,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
+use crate::integer::Integer;
 use crate::lanes::LaneScalar;
-use crate::whole::Whole;
 
 /// A counter-based sequence (ChaCha with 8 rounds; Bernstein 2008).
 pub struct Random(ChaCha8Rng);
@@ -49,19 +49,19 @@ impl Random {
 
 /// [`Random::bell`] of a word in each lane.
 #[inline(always)]
-pub fn bell<S: LaneScalar<N>, const N: usize>(word: S::Whole) -> S {
+pub fn bell<S: LaneScalar<N>, const N: usize>(word: S::Integer) -> S {
     // Two sums of two sixteen bits each side by side, then their sum.
-    let pairs = word.and(S::Whole::constant(0x0000_ffff_0000_ffff))
-        + word.and(S::Whole::constant(0xffff_0000_ffff_0000_u64 as i64)).shr(16);
-    let sum = pairs.and(S::Whole::constant(0xffff_ffff)) + pairs.shr(32);
+    let pairs = word.and(S::Integer::constant(0x0000_ffff_0000_ffff))
+        + word.and(S::Integer::constant(0xffff_0000_ffff_0000_u64 as i64)).shr(16);
+    let sum = pairs.and(S::Integer::constant(0xffff_ffff)) + pairs.shr(32);
     // Each of the four is uniform on 0, 1, … 65535: mean 65535/2, variance (65536² − 1)/12.
-    (S::of_whole(sum) - S::constant(131_070.0)) / S::constant(37_837.227_237)
+    (S::of_integer(sum) - S::constant(131_070.0)) / S::constant(37_837.227_237)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{Lanes, Wholes};
+    use crate::lanes::{Integers, Lanes};
 
     #[test]
     fn a_seed_gives_the_same_numbers_on_every_machine() {
@@ -97,7 +97,7 @@ mod tests {
         for _ in 0..1000 {
             let mut words = [0; 4];
             random.words(&mut words);
-            let lanes = bell::<Lanes<4>, 4>(Wholes(words)).0;
+            let lanes = bell::<Lanes<4>, 4>(Integers(words)).0;
             for (word, lane) in words.into_iter().zip(lanes) {
                 let sum: u64 = (0..4).map(|k| (word as u64 >> (16 * k)) & 0xffff).sum();
                 assert_eq!(lane.to_bits(), ((sum as f64 - 131_070.0) / 37_837.227_237).to_bits());

@@ -10,9 +10,9 @@ use hydro_core::control::settings::{
     Curve, Lift, LiftSettings, Settings, ShaperSettings, SharedSettings, SwingSettings,
 };
 use hydro_core::control::vectors::Draws;
+use hydro_core::integer::{Integer, LaneInteger};
 use hydro_core::lanes::{with_four, with_registers, LaneScalar, LaneWork, Lanes, Width};
 use hydro_core::run::closed_loop::{Controller, Reading};
-use hydro_core::whole::{LaneWhole, Whole};
 
 /// What a controller may leave out: each a bit of a number below this.
 const COMBINATIONS: usize = 1 << 6;
@@ -73,12 +73,12 @@ fn config(word: Word, parts: usize) -> Config {
     settings(parts).config(word).unwrap()
 }
 
-fn lanes_of<I: LaneWhole<N>, T, const N: usize>(all: &[T], of: impl Fn(&T) -> i64) -> I {
+fn lanes_of<I: LaneInteger<N>, T, const N: usize>(all: &[T], of: impl Fn(&T) -> i64) -> I {
     I::from_lanes(std::array::from_fn(|lane| of(&all[lane])))
 }
 
 /// States side by side; their rings are written at the same place.
-fn beside<I: LaneWhole<N>, const N: usize>(states: &[State]) -> State<I> {
+fn beside<I: LaneInteger<N>, const N: usize>(states: &[State]) -> State<I> {
     let whole = |of: &dyn Fn(&State) -> i64| lanes_of::<I, _, N>(states, of);
     let ring = |of: &dyn Fn(&State) -> [i64; PAST]| -> [I; PAST] { std::array::from_fn(|k| whole(&|s| of(s)[k])) };
     State {
@@ -108,7 +108,7 @@ fn beside<I: LaneWhole<N>, const N: usize>(states: &[State]) -> State<I> {
 }
 
 /// One lane's state.
-fn alone<I: LaneWhole<N>, const N: usize>(state: &State<I>, lane: usize) -> State {
+fn alone<I: LaneInteger<N>, const N: usize>(state: &State<I>, lane: usize) -> State {
     let of = |value: I| value.lanes()[lane];
     State {
         reference: ReferenceState {
@@ -136,7 +136,7 @@ fn alone<I: LaneWhole<N>, const N: usize>(state: &State<I>, lane: usize) -> Stat
     }
 }
 
-fn readings<I: LaneWhole<N>, const N: usize>(all: &[(i32, Reading)]) -> (I, Reading<I>) {
+fn readings<I: LaneInteger<N>, const N: usize>(all: &[(i32, Reading)]) -> (I, Reading<I>) {
     let whole = |of: &dyn Fn(&Reading) -> i32| lanes_of::<I, _, N>(all, |(_, reading)| i64::from(of(reading)));
     let reading = Reading {
         position: [0, 1].map(|k| whole(&|r| r.position[k])),
@@ -161,7 +161,7 @@ impl<const N: usize> LaneWork<N> for FromAnyState {
     fn run<S: LaneScalar<N>>(self) -> usize {
         let configs: Vec<Config> =
             (0..N).map(|lane| config(self.word, (self.first + 5 * lane) % COMBINATIONS)).collect();
-        let together = Numbers::<S::Whole>::complete::<N>(std::array::from_fn(|lane| &configs[lane]));
+        let together = Numbers::<S::Integer>::complete::<N>(std::array::from_fn(|lane| &configs[lane]));
         let own: Vec<Numbers<i64>> = configs.iter().map(|config| Numbers::complete([config])).collect();
         let mut draws = Draws::new(1 + self.first as u64);
         for _ in 0..self.ticks {
@@ -171,14 +171,14 @@ impl<const N: usize> LaneWork<N> for FromAnyState {
                 let oldest = states[0].lifts[k].oldest;
                 states.iter_mut().for_each(|state| state.lifts[k].oldest = oldest);
             }
-            let mut state = beside::<S::Whole, N>(&states);
-            let (request, reading) = readings::<S::Whole, N>(&read);
+            let mut state = beside::<S::Integer, N>(&states);
+            let (request, reading) = readings::<S::Integer, N>(&read);
             let current = state.tick_of(&together, request, &reading).map(|current| current.lanes());
             for lane in 0..N {
                 let (request, reading) = &read[lane];
                 let expected = states[lane].tick_of(&own[lane], i64::from(*request), &reading.whole());
                 assert_eq!(current.map(|lanes| lanes[lane]), expected, "lane {lane} of {N}, parts from {}", self.first);
-                assert_eq!(alone::<S::Whole, N>(&state, lane), states[lane], "lane {lane} of {N}");
+                assert_eq!(alone::<S::Integer, N>(&state, lane), states[lane], "lane {lane} of {N}");
             }
         }
         self.ticks * N
@@ -198,9 +198,9 @@ impl<const N: usize> LaneWork<N> for FromTheStart {
     fn run<S: LaneScalar<N>>(self) {
         let configs: Vec<Config> =
             (0..N).map(|lane| config(self.word, (self.first + self.step * lane) % COMBINATIONS)).collect();
-        let numbers = Numbers::<S::Whole>::of::<N>(std::array::from_fn(|lane| &configs[lane]));
+        let numbers = Numbers::<S::Integer>::of::<N>(std::array::from_fn(|lane| &configs[lane]));
         let whole: Vec<Numbers<i64>> = configs.iter().map(|config| Numbers::complete([config])).collect();
-        let mut state = State::<S::Whole>::at_rest();
+        let mut state = State::<S::Integer>::at_rest();
         let mut single: Vec<FixedPoint<&Config>> = configs.iter().map(FixedPoint::new).collect();
         let mut reference: Vec<State> = vec![State::at_rest(); N];
         let mut draws = Draws::new(77);
@@ -216,7 +216,7 @@ impl<const N: usize> LaneWork<N> for FromTheStart {
                     (request, Reading { position: position[lane], pressure, temperature: 60 + drawn.temperature % 30 })
                 })
                 .collect();
-            let (request, reading) = readings::<S::Whole, N>(&read);
+            let (request, reading) = readings::<S::Integer, N>(&read);
             let current = state.tick_of(&numbers, request, &reading).map(|current| current.lanes());
             let meant = state.meant(&numbers).map(|meant| meant.lanes());
             for (lane, (request, reading)) in read.iter().enumerate() {
@@ -279,9 +279,9 @@ impl<const N: usize> LaneWork<N> for Operations {
             for by in 0..CORNERS.len() {
                 let b: [i64; N] = std::array::from_fn(|lane| CORNERS[(by + 3 * lane) % CORNERS.len()]);
                 let bits: [i64; N] = std::array::from_fn(|lane| (by as i64 + 7 * lane as i64) % 31);
-                let (x, y, z) = (S::Whole::from_lanes(a), S::Whole::from_lanes(b), S::Whole::from_lanes(bits));
-                let (wide, narrow) = (x.shl(12), y.and(S::Whole::constant(65_535)));
-                let table: Vec<S::Whole> = (0..31).map(|k| S::Whole::constant(k * k - 7)).collect();
+                let (x, y, z) = (S::Integer::from_lanes(a), S::Integer::from_lanes(b), S::Integer::from_lanes(bits));
+                let (wide, narrow) = (x.shl(12), y.and(S::Integer::constant(65_535)));
+                let table: Vec<S::Integer> = (0..31).map(|k| S::Integer::constant(k * k - 7)).collect();
                 let less = x.lt(y);
                 let found = [
                     x + y,
@@ -296,10 +296,10 @@ impl<const N: usize> LaneWork<N> for Operations {
                     x.abs().shr(3),
                     x.shl_by(z),
                     x.abs().shr_by(z),
-                    S::Whole::select(less, x, y),
-                    S::Whole::select(x.is_zero(), y, x),
-                    x.clamp_to(S::Whole::constant(-300), S::Whole::constant(70_000)),
-                    S::Whole::lookup(&table, z),
+                    S::Integer::select(less, x, y),
+                    S::Integer::select(x.is_zero(), y, x),
+                    x.clamp_to(S::Integer::constant(-300), S::Integer::constant(70_000)),
+                    S::Integer::lookup(&table, z),
                 ]
                 .map(|value| value.lanes());
                 for lane in 0..N {
@@ -364,7 +364,7 @@ impl<const N: usize> LaneWork<N> for Rounding {
             let x: [f64; N] = std::array::from_fn(|lane| ROUNDED[(from + lane) % ROUNDED.len()]);
             let number = S::from_lanes(x);
             let (floor, nearest) = (number.floor(), number.nearest());
-            let back = S::of_whole(nearest).lanes();
+            let back = S::of_integer(nearest).lanes();
             for lane in 0..N {
                 let (down, round) = (x[lane].floor() as i32, x[lane].round() as i32);
                 assert_eq!(floor.lanes()[lane], i64::from(down), "{}", x[lane]);

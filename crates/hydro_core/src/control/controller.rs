@@ -7,8 +7,8 @@ use super::fixed::{clamped, rounded};
 use super::lift::{LiftReading, LiftState};
 use super::numbers::Numbers;
 use super::reference::ReferenceState;
+use crate::integer::Integer;
 use crate::run::closed_loop::{self, Reading};
-use crate::whole::Whole;
 
 /// Everything a controller remembers: of one truck, or of one in each lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -28,7 +28,7 @@ impl State {
     }
 }
 
-impl<I: Whole> State<I> {
+impl<I: Integer> State<I> {
     /// Before the first tick.
     pub fn at_rest() -> Self {
         State { reference: ReferenceState::at_rest(), wanted: [I::zero(); 2], lifts: [LiftState::at_rest(); 2] }

@@ -5,7 +5,7 @@
 //! [`rounded`] (to the nearest, halves away from zero: no drift), [`truncated`] (towards zero: a filter's state
 //! decays to zero and cannot ring by itself, Claasen, Mecklenbräuker & Peek 1973) and [`saturated`].
 
-use crate::whole::Whole;
+use crate::integer::Integer;
 
 /// How wide the words are in which gains, table knots and signals are kept. States are kept in 32 bits, sums of
 /// products and the integrator in 64.
@@ -87,25 +87,25 @@ pub const MOST_SHIFT: u32 = 40;
 
 /// x·2^−shift to the nearest integer, halves away from zero. |x| < 2^62, shift ≤ [`MOST_SHIFT`].
 #[inline(always)]
-pub fn rounded<I: Whole>(x: I, shift: u32) -> I {
+pub fn rounded<I: Integer>(x: I, shift: u32) -> I {
     (x.abs() + I::constant((1i64 << shift) >> 1)).shr(shift).signed_as(x)
 }
 
 /// x·2^−shift without its fraction: towards zero.
 #[inline(always)]
-pub fn truncated<I: Whole>(x: I, shift: u32) -> I {
+pub fn truncated<I: Integer>(x: I, shift: u32) -> I {
     x.abs().shr(shift).signed_as(x)
 }
 
 /// The nearest value in [lower, upper].
 #[inline(always)]
-pub fn clamped<I: Whole>(x: I, lower: I, upper: I) -> I {
+pub fn clamped<I: Integer>(x: I, lower: I, upper: I) -> I {
     x.clamp_to(lower, upper)
 }
 
 /// The nearest value in [−most, most].
 #[inline(always)]
-pub fn saturated<I: Whole>(x: I, most: i64) -> I {
+pub fn saturated<I: Integer>(x: I, most: i64) -> I {
     x.clamp_to(I::constant(-most), I::constant(most))
 }
 

@@ -9,8 +9,8 @@ use super::config::{
 };
 use super::fixed::{clamped, rounded, saturated, truncated, Word};
 use super::numbers::LiftNumbers;
+use crate::integer::Integer;
 use crate::scalar::Mask;
-use crate::whole::Whole;
 
 /// What a lift's controller remembers from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -67,13 +67,13 @@ fn before(newest: usize, ticks: usize) -> usize {
 
 /// What a ring holds of some ticks before `newest`, up to [`PAST`] of them.
 #[inline(always)]
-fn then<I: Whole>(ring: &[I; PAST], newest: usize, ticks: I) -> I {
+fn then<I: Integer>(ring: &[I; PAST], newest: usize, ticks: I) -> I {
     let last = I::constant(PAST as i64 - 1);
     let place = I::constant((newest + PAST) as i64) - ticks;
     I::lookup(ring, I::select(last.lt(place), place - I::constant(PAST as i64), place))
 }
 
-impl<I: Whole> LiftState<I> {
+impl<I: Integer> LiftState<I> {
     /// Before the first tick.
     pub fn at_rest() -> Self {
         let (zero, ring) = (I::zero(), [I::zero(); PAST]);
@@ -264,7 +264,7 @@ impl<I: Whole> LiftState<I> {
 
 /// From a speed to the valve's current [mA]: (4.8), the table, (4.9).
 #[inline(always)]
-fn current<I: Whole>(numbers: &LiftNumbers<I>, word: Word, u: I, temperature: I) -> I {
+fn current<I: Integer>(numbers: &LiftNumbers<I>, word: Word, u: I, temperature: I) -> I {
     let factor = numbers.scale_base + numbers.scale_slope.times(temperature);
     let factor = clamped(factor, I::zero(), I::constant(word.most_factor()));
     let scaled = saturated(rounded(factor.product(u), word.factor()), word.most_speed());

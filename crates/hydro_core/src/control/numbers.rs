@@ -3,7 +3,7 @@
 use super::config::{Config, LiftConfig, INTEGRAL_SHIFT};
 use super::fixed::{Gain, Word};
 use super::table::Table;
-use crate::whole::{LaneWhole, Whole};
+use crate::integer::{Integer, LaneInteger};
 
 /// A factor in each lane: mantissa·2^−shift.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Gains<I> {
     half: I,
 }
 
-impl<I: Whole> Gains<I> {
+impl<I: Integer> Gains<I> {
     /// The product with a number of 32 bits, rounded.
     #[inline(always)]
     pub fn times(&self, x: I) -> I {
@@ -38,7 +38,7 @@ pub struct Tables<I> {
     everywhere: Option<I>,
 }
 
-impl<I: Whole> Tables<I> {
+impl<I: Integer> Tables<I> {
     /// y at x, rounded.
     #[inline(always)]
     pub fn at(&self, x: I) -> I {
@@ -173,11 +173,11 @@ pub struct Numbers<I> {
 struct Beside<'a, const N: usize>([&'a Config; N]);
 
 impl<const N: usize> Beside<'_, N> {
-    fn each<I: LaneWhole<N>>(&self, of: impl Fn(&Config) -> i64) -> I {
+    fn each<I: LaneInteger<N>>(&self, of: impl Fn(&Config) -> i64) -> I {
         I::from_lanes(self.0.map(of))
     }
 
-    fn gains<I: LaneWhole<N>>(&self, of: impl Fn(&Config) -> Gain) -> Gains<I> {
+    fn gains<I: LaneInteger<N>>(&self, of: impl Fn(&Config) -> Gain) -> Gains<I> {
         Gains {
             mantissa: self.each(|config| i64::from(of(config).mantissa)),
             shift: self.each(|config| i64::from(of(config).shift)),
@@ -185,7 +185,7 @@ impl<const N: usize> Beside<'_, N> {
         }
     }
 
-    fn tables<I: LaneWhole<N>>(&self, of: impl Fn(&Config) -> &Table) -> Tables<I> {
+    fn tables<I: LaneInteger<N>>(&self, of: impl Fn(&Config) -> &Table) -> Tables<I> {
         let knot = |config: &Config, k: usize| {
             let knots = &of(config).knots;
             i64::from(knots[k.min(knots.len() - 1)])
@@ -208,7 +208,7 @@ impl<const N: usize> Beside<'_, N> {
         }
     }
 
-    fn lift<I: LaneWhole<N>>(&self, lift: usize, parts: Parts) -> LiftNumbers<I> {
+    fn lift<I: LaneInteger<N>>(&self, lift: usize, parts: Parts) -> LiftNumbers<I> {
         let each = |of: &dyn Fn(&LiftConfig) -> i32| self.each(|config| i64::from(of(&config.lifts[lift])));
         let gains = |of: fn(&LiftConfig) -> Gain| self.gains(|config| of(&config.lifts[lift]));
         let tables = |of: fn(&LiftConfig) -> &Table| self.tables(|config| of(&config.lifts[lift]));
@@ -253,7 +253,7 @@ impl<const N: usize> Beside<'_, N> {
         }
     }
 
-    fn numbers<I: LaneWhole<N>>(&self, parts: [Parts; 2]) -> Numbers<I> {
+    fn numbers<I: LaneInteger<N>>(&self, parts: [Parts; 2]) -> Numbers<I> {
         Numbers {
             word: self.0[0].word,
             request_most: self.each(|config| i64::from(config.request_most)),
@@ -268,14 +268,14 @@ impl<const N: usize> Beside<'_, N> {
     }
 }
 
-impl<I: Whole> Numbers<I> {
+impl<I: Integer> Numbers<I> {
     /// With every part worked out, present or not: the reference, of which the C is the image.
     ///
     /// # Panics
     /// Configurations of different words.
     pub fn complete<const N: usize>(configs: [&Config; N]) -> Self
     where
-        I: LaneWhole<N>,
+        I: LaneInteger<N>,
     {
         assert!(configs.iter().all(|config| config.word == configs[0].word), "one word for all lanes");
         Beside(configs).numbers([Parts::ALL; 2])
@@ -287,7 +287,7 @@ impl<I: Whole> Numbers<I> {
     /// Configurations of different words.
     pub fn of<const N: usize>(configs: [&Config; N]) -> Self
     where
-        I: LaneWhole<N>,
+        I: LaneInteger<N>,
     {
         assert!(configs.iter().all(|config| config.word == configs[0].word), "one word for all lanes");
         let parts = [0, 1].map(|lift| {

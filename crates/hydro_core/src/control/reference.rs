@@ -2,7 +2,7 @@
 
 use super::fixed::{clamped, rounded, truncated, Word};
 use super::numbers::Numbers;
-use crate::whole::Whole;
+use crate::integer::Integer;
 
 /// What the reference remembers from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,7 +24,7 @@ pub struct Shares<I> {
     pub asked: [I; 2],
 }
 
-impl<I: Whole> ReferenceState<I> {
+impl<I: Integer> ReferenceState<I> {
     /// Before the first tick.
     pub fn at_rest() -> Self {
         ReferenceState { ramp: I::zero(), smooth: I::zero(), early: [I::zero(); 2] }
@@ -60,7 +60,7 @@ impl<I: Whole> ReferenceState<I> {
 
 /// A low-pass on the ramp; `state` and `ramp` with guard bits, from zero to `most`.
 #[inline(always)]
-fn passed<I: Whole>(word: Word, pole: I, state: I, ramp: I, most: I) -> I {
+fn passed<I: Integer>(word: Word, pole: I, state: I, ramp: I, most: I) -> I {
     let one = I::constant(1i64 << word.factor());
     let sum = pole.product(state) + (one - pole).product(ramp);
     clamped(truncated(sum, word.factor()), I::zero(), most)
@@ -68,7 +68,7 @@ fn passed<I: Whole>(word: Word, pole: I, state: I, ramp: I, most: I) -> I {
 
 /// A lift's share [speed] of a guarded reference.
 #[inline(always)]
-fn share<I: Whole>(numbers: &Numbers<I>, lift: usize, height: I, state: I) -> I {
+fn share<I: Integer>(numbers: &Numbers<I>, lift: usize, height: I, state: I) -> I {
     let reference = rounded(state, numbers.word.guard());
     rounded(numbers.ratio[lift].at(height).product(reference), numbers.word.factor())
 }

@@ -403,8 +403,8 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Drive<S, L> for Watched<'
 
 /// Thousandths: m/s of mm/s, A of mA.
 #[inline(always)]
-fn thousandths<S: LaneScalar<N>, const N: usize>(value: S::Whole) -> S {
-    S::of_whole(value) * S::constant(1e-3)
+fn thousandths<S: LaneScalar<N>, const N: usize>(value: S::Integer) -> S {
+    S::of_integer(value) * S::constant(1e-3)
 }
 
 /// One tick looked at, with the widest vectors.

@@ -10,8 +10,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::LaneScalar;
 use crate::elementary::{self, Binary};
+use crate::integer::{Integer, LaneInteger};
 use crate::scalar::{Mask, Scalar, Vectors};
-use crate::whole::{LaneWhole, Whole};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Four(__m256d);
@@ -22,7 +22,7 @@ pub struct FourMask(__m256d);
 
 /// Four integers.
 #[derive(Clone, Copy, Debug)]
-pub struct FourWhole(__m256i);
+pub struct FourIntegers(__m256i);
 
 macro_rules! binary {
     ($type:ident: $($trait:ident $method:ident $instruction:ident),*) => {$(
@@ -37,7 +37,7 @@ macro_rules! binary {
     )*};
 }
 binary!(Four: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
-binary!(FourWhole: Add add _mm256_add_epi64, Sub sub _mm256_sub_epi64);
+binary!(FourIntegers: Add add _mm256_add_epi64, Sub sub _mm256_sub_epi64);
 
 impl Neg for Four {
     type Output = Self;
@@ -48,7 +48,7 @@ impl Neg for Four {
     }
 }
 
-impl Neg for FourWhole {
+impl Neg for FourIntegers {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -56,13 +56,13 @@ impl Neg for FourWhole {
     }
 }
 
-impl Mul for FourWhole {
+impl Mul for FourIntegers {
     type Output = Self;
     /// The low 64 bits, of which the upper halves' own product has none.
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         // SAFETY: as above.
-        FourWhole(unsafe {
+        FourIntegers(unsafe {
             let low = _mm256_mul_epu32(self.0, other.0);
             let mixed = _mm256_mul_epu32(_mm256_srli_epi64::<32>(self.0), other.0);
             let mixed = _mm256_add_epi64(mixed, _mm256_mul_epu32(self.0, _mm256_srli_epi64::<32>(other.0)));
@@ -124,20 +124,20 @@ fn words(value: u64) -> __m256i {
     unsafe { transmute([value; 4]) }
 }
 
-/// Whole numbers of 32 bits, beyond them the nearest, of what is not a number zero.
+/// Integers of 32 bits, beyond them the nearest, of what is not a number zero.
 #[inline(always)]
-fn in_32_bits(rounded: Four) -> FourWhole {
+fn in_32_bits(rounded: Four) -> FourIntegers {
     let bounded = rounded.clamp_to(Four::constant(f64::from(i32::MIN)), Four::constant(f64::from(i32::MAX)));
     // SAFETY: as above.
     unsafe {
         let number = _mm256_and_pd(bounded.0, _mm256_cmp_pd::<_CMP_ORD_Q>(rounded.0, rounded.0));
         let shifted = Four(number) + Four::constant(elementary::ROUND);
-        FourWhole(_mm256_sub_epi64(_mm256_castpd_si256(shifted.0), words(elementary::ROUND.to_bits())))
+        FourIntegers(_mm256_sub_epi64(_mm256_castpd_si256(shifted.0), words(elementary::ROUND.to_bits())))
     }
 }
 
 impl LaneScalar<4> for Four {
-    type Whole = FourWhole;
+    type Integer = FourIntegers;
     #[inline(always)]
     fn from_lanes(lanes: [f64; 4]) -> Self {
         // SAFETY: both are 32 bytes of plain numbers.
@@ -149,12 +149,12 @@ impl LaneScalar<4> for Four {
         unsafe { transmute::<__m256d, [f64; 4]>(self.0) }
     }
     #[inline(always)]
-    fn floor(self) -> FourWhole {
+    fn floor(self) -> FourIntegers {
         // SAFETY: as above.
         in_32_bits(Four(unsafe { _mm256_floor_pd(self.0) }))
     }
     #[inline(always)]
-    fn nearest(self) -> FourWhole {
+    fn nearest(self) -> FourIntegers {
         // SAFETY: as above.
         let towards_zero = Four(unsafe { _mm256_round_pd::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(self.0) });
         let one = Four::select(self.lt(Four::zero()), -Four::one(), Four::one());
@@ -162,7 +162,7 @@ impl LaneScalar<4> for Four {
         in_32_bits(Four::select(left.lt(Four::constant(0.5)), towards_zero, towards_zero + one))
     }
     #[inline(always)]
-    fn of_whole(value: FourWhole) -> Self {
+    fn of_integer(value: FourIntegers) -> Self {
         // SAFETY: as above.
         let bits = unsafe { _mm256_add_epi64(value.0, words(elementary::ROUND.to_bits())) };
         // SAFETY: as above.
@@ -250,12 +250,12 @@ impl Scalar for Four {
     }
 }
 
-impl Whole for FourWhole {
+impl Integer for FourIntegers {
     type Mask = FourMask;
 
     #[inline(always)]
     fn constant(value: i64) -> Self {
-        FourWhole(words(value as u64))
+        FourIntegers(words(value as u64))
     }
     #[inline(always)]
     fn lt(self, other: Self) -> FourMask {
@@ -272,38 +272,38 @@ impl Whole for FourWhole {
         // SAFETY: as above.
         unsafe {
             let chosen = _mm256_blendv_pd(_mm256_castsi256_pd(no.0), _mm256_castsi256_pd(yes.0), mask.0);
-            FourWhole(_mm256_castpd_si256(chosen))
+            FourIntegers(_mm256_castpd_si256(chosen))
         }
     }
     #[inline(always)]
     fn and(self, other: Self) -> Self {
         // SAFETY: as above.
-        FourWhole(unsafe { _mm256_and_si256(self.0, other.0) })
+        FourIntegers(unsafe { _mm256_and_si256(self.0, other.0) })
     }
     #[inline(always)]
     fn product(self, other: Self) -> Self {
         // SAFETY: as above.
-        FourWhole(unsafe { _mm256_mul_epi32(self.0, other.0) })
+        FourIntegers(unsafe { _mm256_mul_epi32(self.0, other.0) })
     }
     #[inline(always)]
     fn shl(self, bits: u32) -> Self {
         // SAFETY: as above.
-        FourWhole(unsafe { _mm256_sll_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
+        FourIntegers(unsafe { _mm256_sll_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
     }
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
         // SAFETY: as above.
-        FourWhole(unsafe { _mm256_srl_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
+        FourIntegers(unsafe { _mm256_srl_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
     }
     #[inline(always)]
     fn shl_by(self, bits: Self) -> Self {
         // SAFETY: as above.
-        FourWhole(unsafe { _mm256_sllv_epi64(self.0, bits.0) })
+        FourIntegers(unsafe { _mm256_sllv_epi64(self.0, bits.0) })
     }
     #[inline(always)]
     fn shr_by(self, bits: Self) -> Self {
         // SAFETY: as above.
-        FourWhole(unsafe { _mm256_srlv_epi64(self.0, bits.0) })
+        FourIntegers(unsafe { _mm256_srlv_epi64(self.0, bits.0) })
     }
     #[inline(always)]
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
@@ -313,11 +313,11 @@ impl Whole for FourWhole {
     }
 }
 
-impl LaneWhole<4> for FourWhole {
+impl LaneInteger<4> for FourIntegers {
     #[inline(always)]
     fn from_lanes(lanes: [i64; 4]) -> Self {
         // SAFETY: both are 32 bytes of plain numbers.
-        FourWhole(unsafe { transmute::<[i64; 4], __m256i>(lanes) })
+        FourIntegers(unsafe { transmute::<[i64; 4], __m256i>(lanes) })
     }
     #[inline(always)]
     fn lanes(self) -> [i64; 4] {

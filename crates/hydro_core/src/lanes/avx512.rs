@@ -13,8 +13,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::LaneScalar;
 use crate::elementary::{self, Binary};
+use crate::integer::{Integer, LaneInteger};
 use crate::scalar::{Mask, Scalar, Vectors};
-use crate::whole::{LaneWhole, Whole};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Eight(__m512d);
@@ -24,7 +24,7 @@ pub struct EightMask(__mmask8);
 
 /// Eight integers.
 #[derive(Clone, Copy, Debug)]
-pub struct EightWhole(__m512i);
+pub struct EightIntegers(__m512i);
 
 macro_rules! binary {
     ($type:ident: $($trait:ident $method:ident $instruction:ident),*) => {$(
@@ -39,7 +39,7 @@ macro_rules! binary {
     )*};
 }
 binary!(Eight: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
-binary!(EightWhole: Add add _mm512_add_epi64, Sub sub _mm512_sub_epi64, Mul mul _mm512_mullo_epi64);
+binary!(EightIntegers: Add add _mm512_add_epi64, Sub sub _mm512_sub_epi64, Mul mul _mm512_mullo_epi64);
 
 impl Neg for Eight {
     type Output = Self;
@@ -98,20 +98,20 @@ fn words(value: u64) -> __m512i {
     unsafe { transmute([value; 8]) }
 }
 
-/// Whole numbers of 32 bits, beyond them the nearest, of what is not a number zero.
+/// Integers of 32 bits, beyond them the nearest, of what is not a number zero.
 #[inline(always)]
-fn in_32_bits(rounded: Eight) -> EightWhole {
+fn in_32_bits(rounded: Eight) -> EightIntegers {
     let bounded = rounded.clamp_to(Eight::constant(f64::from(i32::MIN)), Eight::constant(f64::from(i32::MAX)));
     // SAFETY: as above.
     unsafe {
         let number = _mm512_maskz_mov_pd(_mm512_cmp_pd_mask::<_CMP_ORD_Q>(rounded.0, rounded.0), bounded.0);
         let shifted = Eight(number) + Eight::constant(elementary::ROUND);
-        EightWhole(_mm512_sub_epi64(_mm512_castpd_si512(shifted.0), words(elementary::ROUND.to_bits())))
+        EightIntegers(_mm512_sub_epi64(_mm512_castpd_si512(shifted.0), words(elementary::ROUND.to_bits())))
     }
 }
 
 impl LaneScalar<8> for Eight {
-    type Whole = EightWhole;
+    type Integer = EightIntegers;
     #[inline(always)]
     fn from_lanes(lanes: [f64; 8]) -> Self {
         // SAFETY: both are 64 bytes of plain numbers.
@@ -123,12 +123,12 @@ impl LaneScalar<8> for Eight {
         unsafe { transmute::<__m512d, [f64; 8]>(self.0) }
     }
     #[inline(always)]
-    fn floor(self) -> EightWhole {
+    fn floor(self) -> EightIntegers {
         // SAFETY: as above.
         in_32_bits(Eight(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0) }))
     }
     #[inline(always)]
-    fn nearest(self) -> EightWhole {
+    fn nearest(self) -> EightIntegers {
         // SAFETY: as above.
         let towards_zero = Eight(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(self.0) });
         let one = Eight::select(self.lt(Eight::zero()), -Eight::one(), Eight::one());
@@ -136,7 +136,7 @@ impl LaneScalar<8> for Eight {
         in_32_bits(Eight::select(left.lt(Eight::constant(0.5)), towards_zero, towards_zero + one))
     }
     #[inline(always)]
-    fn of_whole(value: EightWhole) -> Self {
+    fn of_integer(value: EightIntegers) -> Self {
         // SAFETY: as above.
         let bits = unsafe { _mm512_add_epi64(value.0, words(elementary::ROUND.to_bits())) };
         // SAFETY: as above.
@@ -224,7 +224,7 @@ impl Scalar for Eight {
     }
 }
 
-impl Neg for EightWhole {
+impl Neg for EightIntegers {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -232,12 +232,12 @@ impl Neg for EightWhole {
     }
 }
 
-impl Whole for EightWhole {
+impl Integer for EightIntegers {
     type Mask = EightMask;
 
     #[inline(always)]
     fn constant(value: i64) -> Self {
-        EightWhole(words(value as u64))
+        EightIntegers(words(value as u64))
     }
     #[inline(always)]
     fn lt(self, other: Self) -> EightMask {
@@ -252,37 +252,37 @@ impl Whole for EightWhole {
     #[inline(always)]
     fn select(mask: EightMask, yes: Self, no: Self) -> Self {
         // SAFETY: as above.
-        EightWhole(unsafe { _mm512_mask_blend_epi64(mask.0, no.0, yes.0) })
+        EightIntegers(unsafe { _mm512_mask_blend_epi64(mask.0, no.0, yes.0) })
     }
     #[inline(always)]
     fn and(self, other: Self) -> Self {
         // SAFETY: as above.
-        EightWhole(unsafe { _mm512_and_si512(self.0, other.0) })
+        EightIntegers(unsafe { _mm512_and_si512(self.0, other.0) })
     }
     #[inline(always)]
     fn product(self, other: Self) -> Self {
         // SAFETY: as above.
-        EightWhole(unsafe { _mm512_mul_epi32(self.0, other.0) })
+        EightIntegers(unsafe { _mm512_mul_epi32(self.0, other.0) })
     }
     #[inline(always)]
     fn shl(self, bits: u32) -> Self {
         // SAFETY: as above.
-        EightWhole(unsafe { _mm512_sll_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
+        EightIntegers(unsafe { _mm512_sll_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
     }
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
         // SAFETY: as above.
-        EightWhole(unsafe { _mm512_srl_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
+        EightIntegers(unsafe { _mm512_srl_epi64(self.0, _mm_cvtsi32_si128(bits as i32)) })
     }
     #[inline(always)]
     fn shl_by(self, bits: Self) -> Self {
         // SAFETY: as above.
-        EightWhole(unsafe { _mm512_sllv_epi64(self.0, bits.0) })
+        EightIntegers(unsafe { _mm512_sllv_epi64(self.0, bits.0) })
     }
     #[inline(always)]
     fn shr_by(self, bits: Self) -> Self {
         // SAFETY: as above.
-        EightWhole(unsafe { _mm512_srlv_epi64(self.0, bits.0) })
+        EightIntegers(unsafe { _mm512_srlv_epi64(self.0, bits.0) })
     }
     #[inline(always)]
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
@@ -292,11 +292,11 @@ impl Whole for EightWhole {
     }
 }
 
-impl LaneWhole<8> for EightWhole {
+impl LaneInteger<8> for EightIntegers {
     #[inline(always)]
     fn from_lanes(lanes: [i64; 8]) -> Self {
         // SAFETY: both are 64 bytes of plain numbers.
-        EightWhole(unsafe { transmute::<[i64; 8], __m512i>(lanes) })
+        EightIntegers(unsafe { transmute::<[i64; 8], __m512i>(lanes) })
     }
     #[inline(always)]
     fn lanes(self) -> [i64; 8] {

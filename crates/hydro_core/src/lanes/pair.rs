@@ -6,8 +6,8 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::LaneScalar;
+use crate::integer::{Integer, LaneInteger};
 use crate::scalar::{Mask, Scalar, Vectors};
-use crate::whole::{LaneWhole, Whole};
 
 /// Twice as many lanes as `A` has.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +126,7 @@ impl<A: Scalar<Real = A>> Scalar for Pair<A> {
     }
 }
 
-impl<A: Whole> Whole for Pair<A> {
+impl<A: Integer> Integer for Pair<A> {
     type Mask = Pair<A::Mask>;
 
     #[inline(always)]
@@ -178,7 +178,7 @@ impl<A: Whole> Whole for Pair<A> {
 /// As many lanes as `A` has, twice.
 macro_rules! twice {
     ($half:literal, $whole:literal) => {
-        impl<A: LaneWhole<$half>> LaneWhole<$whole> for Pair<A> {
+        impl<A: LaneInteger<$half>> LaneInteger<$whole> for Pair<A> {
             #[inline(always)]
             fn from_lanes(lanes: [i64; $whole]) -> Self {
                 let half = |from: usize| A::from_lanes(std::array::from_fn(|k| lanes[from + k]));
@@ -192,7 +192,7 @@ macro_rules! twice {
         }
 
         impl<A: LaneScalar<$half, Real = A>> LaneScalar<$whole> for Pair<A> {
-            type Whole = Pair<A::Whole>;
+            type Integer = Pair<A::Integer>;
             #[inline(always)]
             fn from_lanes(lanes: [f64; $whole]) -> Self {
                 let half = |from: usize| A::from_lanes(std::array::from_fn(|k| lanes[from + k]));
@@ -204,16 +204,16 @@ macro_rules! twice {
                 std::array::from_fn(|k| if k < $half { a[k] } else { b[k - $half] })
             }
             #[inline(always)]
-            fn floor(self) -> Self::Whole {
+            fn floor(self) -> Self::Integer {
                 Pair(self.0.floor(), self.1.floor())
             }
             #[inline(always)]
-            fn nearest(self) -> Self::Whole {
+            fn nearest(self) -> Self::Integer {
                 Pair(self.0.nearest(), self.1.nearest())
             }
             #[inline(always)]
-            fn of_whole(value: Self::Whole) -> Self {
-                Pair(A::of_whole(value.0), A::of_whole(value.1))
+            fn of_integer(value: Self::Integer) -> Self {
+                Pair(A::of_integer(value.0), A::of_integer(value.1))
             }
         }
     };

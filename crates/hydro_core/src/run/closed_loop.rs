@@ -1,14 +1,14 @@
 //! A controller in the loop: the sensors of all lanes are read as integers, and answered, once a tick.
 
-use super::brain::{Brain, Idle};
+use super::controllers::{Controllers, Idle};
 use super::drive::Drive;
 use super::sensing::{Sensing, Sensors};
 use crate::control::config::Config;
+use crate::integer::{Integer, LaneInteger};
 use crate::lanes::LaneScalar;
 use crate::mast::LiftName;
 use crate::solver::vectors::{widest, Work};
 use crate::truck::Truck;
-use crate::whole::{LaneWhole, Whole};
 
 /// What the ECU reads in one tick; free and main. A lift that is not simulated stands at zero, without pressure.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -76,7 +76,7 @@ pub struct Order<I = i32> {
 
 /// One controller in each of N lanes, one call a tick.
 pub struct ClosedLoop<'a, S: LaneScalar<N>, const N: usize, const L: usize> {
-    brain: Brain<'a, S, N>,
+    controllers: Controllers<'a, S, N>,
     sensing: Sensing<S, N, L>,
     requests: [&'a [i32]; N],
     delays: [usize; N],
@@ -84,7 +84,7 @@ pub struct ClosedLoop<'a, S: LaneScalar<N>, const N: usize, const L: usize> {
     one_delay: Option<usize>,
     which: [LiftName; L],
     /// What the controllers ordered, by tick.
-    orders: Vec<Order<S::Whole>>,
+    orders: Vec<Order<S::Integer>>,
     /// What the valves get, by tick.
     commands: Vec<[S; L]>,
 }
@@ -104,7 +104,7 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
             seat.sensors
         });
         ClosedLoop {
-            brain: Brain::of(controllers),
+            controllers: Controllers::of(controllers),
             sensing: Sensing::new(which, truck, sensors),
             requests,
             delays,
@@ -121,30 +121,30 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     }
 
     /// What the controllers ordered in a tick.
-    pub fn order(&self, k: usize) -> &Order<S::Whole> {
+    pub fn order(&self, k: usize) -> &Order<S::Integer> {
         &self.orders[k]
     }
 
     /// What a lane's controller ordered so far, by tick.
     pub fn orders(&self, lane: usize) -> Vec<Order> {
-        let of = |both: [S::Whole; 2]| both.map(|value| value.lanes()[lane] as i32);
+        let of = |both: [S::Integer; 2]| both.map(|value| value.lanes()[lane] as i32);
         self.orders.iter().map(|order| Order { reference: of(order.reference), current: of(order.current) }).collect()
     }
 
     /// What is asked of each lane in a tick [mm/s].
     #[inline(always)]
-    pub fn request(&self, k: usize) -> S::Whole {
+    pub fn request(&self, k: usize) -> S::Integer {
         let of = |request: &[i32]| i64::from(request.get(k).or(request.last()).copied().unwrap_or(0));
-        S::Whole::from_lanes(self.requests.map(of))
+        S::Integer::from_lanes(self.requests.map(of))
     }
 
     /// The currents [mA] that reach a lift's valves in tick `k`.
     #[inline(always)]
-    fn arrived(&self, k: usize, lift: usize) -> S::Whole {
+    fn arrived(&self, k: usize, lift: usize) -> S::Integer {
         if let Some(delay) = self.one_delay {
-            return if k < delay { S::Whole::zero() } else { self.orders[k - delay].current[lift] };
+            return if k < delay { S::Integer::zero() } else { self.orders[k - delay].current[lift] };
         }
-        S::Whole::from_lanes(std::array::from_fn(|lane| {
+        S::Integer::from_lanes(std::array::from_fn(|lane| {
             let then = k.checked_sub(self.delays[lane]);
             then.map_or(0, |then| self.orders[then].current[lift].lanes()[lane])
         }))
@@ -155,10 +155,10 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     fn tick_here(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
         let reading = self.sensing.read(x, oil_temperature_degc);
         let request = self.request(k);
-        self.orders.push(self.brain.tick(request, &reading));
+        self.orders.push(self.controllers.tick(request, &reading));
         let mut command = [S::zero(); L];
         for l in 0..L {
-            command[l] = S::of_whole(self.arrived(k, place(self.which[l]))) * S::constant(1e-3);
+            command[l] = S::of_integer(self.arrived(k, place(self.which[l]))) * S::constant(1e-3);
         }
         self.commands.push(command);
     }

@@ -1,8 +1,8 @@
 //! A run: a truck under recorded or generated inputs, read at given times.
 
 mod adaptive;
-mod brain;
 pub mod closed_loop;
+mod controllers;
 mod differentiable;
 pub mod drive;
 mod late;

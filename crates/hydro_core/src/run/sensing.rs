@@ -1,13 +1,13 @@
 //! The sensors of a block of lanes: what the trucks show, with noise, as the integers that an ECU reads.
 
 use super::closed_loop::{place, Reading};
+use crate::integer::{Integer, LaneInteger};
 use crate::lanes::LaneScalar;
 use crate::mast::LiftName;
 use crate::outputs::{Readings, OUTPUTS};
 use crate::random::{bell, Random};
 use crate::sensors::{ENCODER_COUNT, PRESSURE_STEP, TEMPERATURE_STEP};
 use crate::truck::Truck;
-use crate::whole::{LaneWhole, Whole};
 
 /// Sensors that read wrong, after all else.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,7 +75,7 @@ pub(super) struct Sensing<S: LaneScalar<N>, const N: usize, const L: usize> {
     /// No lane has noise: none is drawn.
     silent: bool,
     /// Any lane's, else they are as they should be.
-    misread: Option<Faults<S, S::Whole>>,
+    misread: Option<Faults<S, S::Integer>>,
     random: [Random; N],
     words: [[i64; MOST_WORDS]; N],
     used: usize,
@@ -98,7 +98,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
         };
         let each = |of: &dyn Fn(&Sensors) -> f64| S::from_lanes(sensors.each_ref().map(of));
         let whole =
-            |of: &dyn Fn(&Sensors) -> i32| S::Whole::from_lanes(sensors.each_ref().map(|own| i64::from(of(own))));
+            |of: &dyn Fn(&Sensors) -> i32| S::Integer::from_lanes(sensors.each_ref().map(|own| i64::from(of(own))));
         let exact = sensors.iter().all(|own| own.misread == Misread::NONE);
         Sensing {
             which,
@@ -129,19 +129,19 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
         for lane in 0..N {
             words[lane] = self.words[lane][self.used * (L + 1) + k];
         }
-        deviation * bell::<S, N>(S::Whole::from_lanes(words))
+        deviation * bell::<S, N>(S::Integer::from_lanes(words))
     }
 
     /// One tick's readings.
     #[inline(always)]
-    pub(super) fn read(&mut self, x: &[S], oil_temperature_degc: S) -> Reading<S::Whole> {
+    pub(super) fn read(&mut self, x: &[S], oil_temperature_degc: S) -> Reading<S::Integer> {
         if !self.silent && self.used == AHEAD {
             for (random, words) in self.random.iter_mut().zip(&mut self.words) {
                 random.words(&mut words[..AHEAD * (L + 1)]);
             }
             self.used = 0;
         }
-        let zero = S::Whole::zero();
+        let zero = S::Integer::zero();
         let mut reading = Reading { position: [zero; 2], pressure: [zero; 2], temperature: zero };
         for l in 0..L {
             let lift = place(self.which[l]);
@@ -155,7 +155,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
         self.used += usize::from(!self.silent);
         if let Some(faults) = &self.misread {
             for lift in 0..2 {
-                let counts = S::of_whole(reading.position[lift]) * faults.encoder_factor;
+                let counts = S::of_integer(reading.position[lift]) * faults.encoder_factor;
                 reading.position[lift] = counts.floor();
                 reading.pressure[lift] = bounded(reading.pressure[lift] + faults.pressure_offset);
             }
@@ -167,7 +167,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
 
 /// The nearest integer of 32 bits.
 #[inline(always)]
-fn bounded<I: Whole>(x: I) -> I {
+fn bounded<I: Integer>(x: I) -> I {
     x.clamp_to(I::constant(i64::from(i32::MIN)), I::constant(i64::from(i32::MAX)))
 }
 

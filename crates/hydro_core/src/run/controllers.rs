@@ -4,9 +4,9 @@ use super::closed_loop::{Controller, Order, Reading};
 use crate::control::config::Config;
 use crate::control::controller::State;
 use crate::control::numbers::Numbers;
+use crate::integer::LaneInteger;
 use crate::lanes::LaneScalar;
 use crate::solver::vectors::{widest, Work};
-use crate::whole::LaneWhole;
 
 /// Leaves the valves shut.
 #[derive(Debug, Clone, Copy)]
@@ -25,9 +25,9 @@ impl Controller for Idle {
 }
 
 /// What answers the sensors of N lanes.
-pub(super) enum Brain<'a, S: LaneScalar<N>, const N: usize> {
+pub(super) enum Controllers<'a, S: LaneScalar<N>, const N: usize> {
     /// Fixed-point controllers of one word length, each with its own settings.
-    Lanes(Box<Block<S::Whole>>),
+    Lanes(Box<Block<S::Integer>>),
     Each(Vec<Box<dyn Controller + 'a>>),
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Block<I> {
     state: State<I>,
 }
 
-impl<'a, S: LaneScalar<N>, const N: usize> Brain<'a, S, N> {
+impl<'a, S: LaneScalar<N>, const N: usize> Controllers<'a, S, N> {
     /// One controller a lane. Lanes beyond the last fixed-point controller run its like, and nothing is read of them.
     pub(super) fn of(controllers: Vec<Box<dyn Controller + 'a>>) -> Self {
         assert_eq!(controllers.len(), N, "a controller in every lane");
@@ -51,41 +51,41 @@ impl<'a, S: LaneScalar<N>, const N: usize> Brain<'a, S, N> {
             _ => None,
         };
         match numbers {
-            Some(numbers) => Brain::Lanes(Box::new(Block { numbers, state: State::at_rest() })),
-            None => Brain::Each(controllers),
+            Some(numbers) => Controllers::Lanes(Box::new(Block { numbers, state: State::at_rest() })),
+            None => Controllers::Each(controllers),
         }
     }
 
-    pub(super) fn tick(&mut self, request: S::Whole, reading: &Reading<S::Whole>) -> Order<S::Whole> {
+    pub(super) fn tick(&mut self, request: S::Integer, reading: &Reading<S::Integer>) -> Order<S::Integer> {
         match self {
-            Brain::Lanes(block) => {
+            Controllers::Lanes(block) => {
                 let Block { numbers, state } = &mut **block;
                 widest(Answer::<S, N> { numbers, state, request, reading })
             }
-            Brain::Each(controllers) => one_by_one(controllers, request, reading),
+            Controllers::Each(controllers) => one_by_one(controllers, request, reading),
         }
     }
 }
 
 /// One tick of all controllers, with the widest vectors: compiled once for all that has lanes.
 struct Answer<'n, S: LaneScalar<N>, const N: usize> {
-    numbers: &'n Numbers<S::Whole>,
-    state: &'n mut State<S::Whole>,
-    request: S::Whole,
-    reading: &'n Reading<S::Whole>,
+    numbers: &'n Numbers<S::Integer>,
+    state: &'n mut State<S::Integer>,
+    request: S::Integer,
+    reading: &'n Reading<S::Integer>,
 }
 
 impl<S: LaneScalar<N>, const N: usize> Work for Answer<'_, S, N> {
     type Number = S;
-    type Output = Order<S::Whole>;
+    type Output = Order<S::Integer>;
     #[inline(always)]
-    fn run(self) -> Order<S::Whole> {
+    fn run(self) -> Order<S::Integer> {
         let current = self.state.tick_of(self.numbers, self.request, self.reading);
         Order { reference: self.state.meant(self.numbers), current }
     }
 }
 
-fn one_by_one<I: LaneWhole<N>, const N: usize>(
+fn one_by_one<I: LaneInteger<N>, const N: usize>(
     controllers: &mut [Box<dyn Controller + '_>],
     request: I,
     reading: &Reading<I>,

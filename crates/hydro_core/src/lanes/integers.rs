@@ -3,23 +3,23 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 use super::LaneMask;
-use crate::whole::{LaneWhole, Whole};
+use crate::integer::{Integer, LaneInteger};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(64))]
-pub struct Wholes<const N: usize>(pub [i64; N]);
+pub struct Integers<const N: usize>(pub [i64; N]);
 
 #[inline(always)]
-fn zip<const N: usize>(a: Wholes<N>, b: Wholes<N>, f: impl Fn(i64, i64) -> i64) -> Wholes<N> {
+fn zip<const N: usize>(a: Integers<N>, b: Integers<N>, f: impl Fn(i64, i64) -> i64) -> Integers<N> {
     let mut out = [0; N];
     for i in 0..N {
         out[i] = f(a.0[i], b.0[i]);
     }
-    Wholes(out)
+    Integers(out)
 }
 
 #[inline(always)]
-fn mask<const N: usize>(a: Wholes<N>, b: Wholes<N>, f: impl Fn(i64, i64) -> bool) -> LaneMask<N> {
+fn mask<const N: usize>(a: Integers<N>, b: Integers<N>, f: impl Fn(i64, i64) -> bool) -> LaneMask<N> {
     let mut out = [0; N];
     for i in 0..N {
         out[i] = if f(a.0[i], b.0[i]) { u64::MAX } else { 0 };
@@ -29,7 +29,7 @@ fn mask<const N: usize>(a: Wholes<N>, b: Wholes<N>, f: impl Fn(i64, i64) -> bool
 
 macro_rules! binary {
     ($($trait:ident $method:ident $op:tt),*) => {$(
-        impl<const N: usize> $trait for Wholes<N> {
+        impl<const N: usize> $trait for Integers<N> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -40,7 +40,7 @@ macro_rules! binary {
 }
 binary!(Add add +, Sub sub -, Mul mul *);
 
-impl<const N: usize> Neg for Wholes<N> {
+impl<const N: usize> Neg for Integers<N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -48,12 +48,12 @@ impl<const N: usize> Neg for Wholes<N> {
     }
 }
 
-impl<const N: usize> Whole for Wholes<N> {
+impl<const N: usize> Integer for Integers<N> {
     type Mask = LaneMask<N>;
 
     #[inline(always)]
     fn constant(value: i64) -> Self {
-        Wholes([value; N])
+        Integers([value; N])
     }
     #[inline(always)]
     fn lt(self, other: Self) -> LaneMask<N> {
@@ -69,7 +69,7 @@ impl<const N: usize> Whole for Wholes<N> {
         for i in 0..N {
             out[i] = (mask.0[i] as i64 & yes.0[i]) | (!mask.0[i] as i64 & no.0[i]);
         }
-        Wholes(out)
+        Integers(out)
     }
     #[inline(always)]
     fn and(self, other: Self) -> Self {
@@ -101,14 +101,14 @@ impl<const N: usize> Whole for Wholes<N> {
         for i in 0..N {
             out[i] = part(&table[place.0[i] as usize]).0[i];
         }
-        Wholes(out)
+        Integers(out)
     }
 }
 
-impl<const N: usize> LaneWhole<N> for Wholes<N> {
+impl<const N: usize> LaneInteger<N> for Integers<N> {
     #[inline(always)]
     fn from_lanes(lanes: [i64; N]) -> Self {
-        Wholes(lanes)
+        Integers(lanes)
     }
     #[inline(always)]
     fn lanes(self) -> [i64; N] {

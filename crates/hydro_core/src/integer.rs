@@ -1,6 +1,6 @@
 //! What fixed point may do with an integer: one number, or one in each lane.
 //!
-//! As in [`crate::scalar`] there is no ordering: a comparison gives a [`Mask`], a choice is [`Whole::select`]. Numbers have
+//! As in [`crate::scalar`] there is no ordering: a comparison gives a [`Mask`], a choice is [`Integer::select`]. Numbers have
 //! 64 bits; the caller keeps every result within them.
 
 use std::fmt::Debug;
@@ -9,7 +9,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 use crate::scalar::Mask;
 
 /// An integer as the controller sees it: `i64`, or one `i64` in each lane.
-pub trait Whole:
+pub trait Integer:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     type Mask: Mask;
@@ -27,9 +27,9 @@ pub trait Whole:
     fn shl(self, bits: u32) -> Self;
     /// x·2^−bits without its fraction, of x from zero on, bits below 64; zeros move in.
     fn shr(self, bits: u32) -> Self;
-    /// As [`Whole::shl`], each lane by its own number of bits.
+    /// As [`Integer::shl`], each lane by its own number of bits.
     fn shl_by(self, bits: Self) -> Self;
-    /// As [`Whole::shr`], each lane by its own number of bits.
+    /// As [`Integer::shr`], each lane by its own number of bits.
     fn shr_by(self, bits: Self) -> Self;
     /// In each lane the entry of the table at the lane's place.
     ///
@@ -39,7 +39,7 @@ pub trait Whole:
     fn lookup(table: &[Self], place: Self) -> Self {
         Self::lookup_in(table, |&entry| entry, place)
     }
-    /// As [`Whole::lookup`] among entries of which `part` is looked at.
+    /// As [`Integer::lookup`] among entries of which `part` is looked at.
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self;
 
     #[inline(always)]
@@ -64,12 +64,12 @@ pub trait Whole:
 }
 
 /// N integers, whichever type holds them.
-pub trait LaneWhole<const N: usize>: Whole {
+pub trait LaneInteger<const N: usize>: Integer {
     fn from_lanes(lanes: [i64; N]) -> Self;
     fn lanes(self) -> [i64; N];
 }
 
-impl Whole for i64 {
+impl Integer for i64 {
     type Mask = bool;
 
     #[inline(always)]
@@ -123,7 +123,7 @@ impl Whole for i64 {
     }
 }
 
-impl LaneWhole<1> for i64 {
+impl LaneInteger<1> for i64 {
     #[inline(always)]
     fn from_lanes([value]: [i64; 1]) -> i64 {
         value
