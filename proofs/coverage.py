@@ -74,14 +74,14 @@ def record(truck, plan, seed):
     """The recordings of a campaign like `plan`, and the oil temperature that each truly had."""
     from forklift.app.demo import measured
     from forklift.plant.forklift.commands import Command
-    from forklift.plant.forklift.simulate import mean_temperature, simulate
+    from forklift.plant.forklift.simulate import first_temperature, simulate
     from forklift.recordings.recording import Recording
 
     random = np.random.default_rng([seed, 1])
     recordings, temperatures, starts = [], [], []
     for stream, like in enumerate(plan):
         off = TEMPERATURE_STEP_K * (random.random() - 0.5)
-        temperature = round(mean_temperature(like)) + off
+        temperature = round(first_temperature(like)) + off
         simulation = simulate(
             truck,
             Command(like.time_s, *like.command.T),
@@ -115,7 +115,7 @@ def one(number):
     from forklift.fitting.search import search
     from forklift.plant.forklift.model import Forklift
     from forklift.plant.forklift.sensors import sensors
-    from forklift.plant.forklift.simulate import mean_temperature
+    from forklift.plant.forklift.simulate import first_temperature
     from forklift.plant.forklift.truck import Truck
     from forklift.plant.forklift.unknowns import unknowns
     from forklift.plant.parameter import SCALES
@@ -142,7 +142,7 @@ def one(number):
         for unknown in moved
     ]
     for seen, temperature, start in zip(problem.samples, temperatures, starts, strict=True):
-        own = np.array([seen.recording.load_kg, temperature - mean_temperature(seen.recording), 0.0, *start])
+        own = np.array([seen.recording.load_kg, temperature - first_temperature(seen.recording), 0.0, *start])
         x += list((own - seen.centre)[seen.free] / seen.width[seen.free])
     x = np.array(x)
     together = {name for group in known.groups for name in group.names}

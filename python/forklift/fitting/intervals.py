@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from forklift.base.arrays import Floats
+from forklift.base.threads import on_one_thread
 from forklift.fitting.residuals import ljung_box
 
 if TYPE_CHECKING:
@@ -95,6 +96,7 @@ class Knowledge:
         return np.asarray(self.covariance / np.outer(deviation, deviation))
 
 
+@on_one_thread
 def knowledge(problem: Problem, x: Floats) -> Knowledge:
     """What is known at the optimum x of `problem`."""
     wide = widening(problem, x)
@@ -114,6 +116,7 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     return Knowledge(covariance, estimates, groups, unidentifiable, wide)
 
 
+@on_one_thread
 def covariance_at_noise(problem: Problem, x: Floats, sensors: Mapping[str, Sensor]) -> Floats:
     """Covariance of θ as it would be if what is left over were the sensors' noise and nothing else.
 
