@@ -17,6 +17,7 @@ __all__ = [
     "Case",
     "Controller",
     "Ensemble",
+    "Responses",
     "Truck",
     "__version__",
     "channel_table",
@@ -142,6 +143,7 @@ class Responses:
     def at(self, port: str) -> _Floats:
         """Derivatives (n, outputs, hats) along the hats at one of the ports."""
 
+@final
 class Truck:
     """A truck's parameters, checked against the tables; its effects are those whose parameters are given."""
 
