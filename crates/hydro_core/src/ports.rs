@@ -150,5 +150,5 @@ ports! {
     friction: Factor, "1", 0.5, "Whole friction force, (3.5).";
     inertia: Sum, "kg", 100.0, "Inertia at the cylinder, (3.27) and (3.33).";
     force: Sum, "N", 2e3, "Upward force on the cylinder, (3.27) and (3.33).";
-    dry_friction: Sum, "N", 300.0, "Dry friction beside (3.5), of any load, against a motion of some centimetres a second.";
+    dry_friction: Sum, "N", 300.0, "Additional dry friction, beside (3.5) and of any load, full from some centimetres a second on.";
 }
