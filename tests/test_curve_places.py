@@ -1,9 +1,13 @@
-"""At how many places free curves are screened."""
+"""At which places free curves are screened."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
+from forklift.diagnosis import curves
 from forklift.diagnosis.criteria import CURVE_NEAR, CURVES_AT, MOST_PLACES
 from forklift.diagnosis.curves import credible
 
@@ -18,3 +22,36 @@ def test_every_place_that_is_nearly_as_credible_as_the_first_is_asked(near, scre
     evidences += [100.0 * (CURVE_NEAR - 0.01)] * 12
     inputs = [SimpleNamespace(evidence=one) for one in evidences]
     assert list(credible(inputs)) == inputs[:screened]
+
+
+def test_where_an_accepted_name_acts_a_curve_is_screened_however_credible_the_place_is(monkeypatch):
+    """A curve there mends the name's law."""
+    names = ["own", *(f"place {k}" for k in range(CURVES_AT + 2))]
+    machine = SimpleNamespace(
+        places=[SimpleNamespace(name=name, part="main", equation=name) for name in names],
+        acted_on=lambda hypothesis: {"own"},
+        curves=lambda place, variable, lower, upper: (place.name,),
+    )
+    problem = SimpleNamespace(samples=(), moments=lambda x, part: [{"speed": np.array([0.0, 1.0])}])
+    at = SimpleNamespace(problem=problem, x=np.zeros(1))
+    refit = cast(Any, Named(at, at, ("leakage",)))
+    inputs = [SimpleNamespace(port=name, evidence=100.0 - 90.0 * (k > 0)) for k, name in enumerate(names[1:])]
+    inputs.append(SimpleNamespace(port="own", evidence=1.0))
+    screened: list[str] = []
+
+    def screen(problem: Any, x: Any, hypotheses: Any, pairs: int) -> Any:
+        screened.extend(hypotheses)
+        return SimpleNamespace(ranked=[])
+
+    monkeypatch.setattr(curves, "screen", screen)
+    curves.FreeCurves(cast(Any, machine), {refit: cast(Any, inputs)})(refit)
+    assert screened == ["own", *names[1:CURVES_AT]]
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """A fit with a name."""
+
+    early: Any
+    told_from: Any
+    hypotheses: tuple[str, ...]

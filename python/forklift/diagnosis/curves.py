@@ -53,7 +53,7 @@ class FreeCurves:
 
     def _offered(self, refit: Refit) -> list[Screened]:
         inputs = self._inputs(refit)
-        places = self._first(refit, credible(inputs))
+        places = self._first(refit, inputs)[: len(credible(inputs))]
         offered = self._curves(refit.told_from, places)
         if not refit.hypotheses:
             near = [one.port for one in credible(inputs) if one.evidence >= CURVE_NEAR * inputs[0].evidence]
