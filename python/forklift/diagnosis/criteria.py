@@ -137,8 +137,8 @@ MEMORY = 2.0
 """Correlation time of an unknown input's prior, in distances of its hats: what acts for less than half of a
 period of the lift's ringing is not told from its neighbour."""
 CURVES_AT, MOST_PLACES, MOST_CURVES = 4, 8, 3
-"""At how many of the most credible places curves are screened at least and at most, and how many curves are
-tried."""
+"""At how many of the most credible places curves are screened at least, and at most, which bounds the work;
+and how many curves are tried."""
 FAINT_CURVES = 6
 """How many curves are screened over all recordings where next to nothing is left over: those that promise
 most over the recordings that were fitted."""

@@ -367,11 +367,10 @@ class Refitter:
             return refit
         over_all = self.everywhere(refit)
         problem = refit.found.problem
+        places = {one.recording.file: k for k, one in enumerate(over_all.problem.samples)}
         x = refit.found.x.copy()
         for k, sample in enumerate(problem.samples):
-            files = [one.recording.file for one in over_all.problem.samples]
-            place = over_all.problem.columns(files.index(sample.recording.file))
-            x[problem.columns(k)] = over_all.x[place]
+            x[problem.columns(k)] = over_all.x[over_all.problem.columns(places[sample.recording.file])]
         found = ended(problem, x, refit.found.evaluations + over_all.evaluations)
         led = self._judged(refit.hypotheses, found, refit.costs, early=refit.early, finished=True)
         return replace(led, cold=refit.cold) if led.complete else refit
