@@ -5,9 +5,14 @@
 The campaign ``tests/campaigns/null`` conceals nothing. It is diagnosed as the CSV files it is, and then as
 MDF4 in each of the ways of ``tests/clocked.py``. A row each: the clocks, the skew that was put in, the
 verdict, the causes with the intervals of their parameters and what they are not separable from, and the
-processor time as a multiple of the CSV's. A row holds if the verdict is no mismatch, or the one cause is
-the skew that was put in and its interval holds that. Ends with status 0 if all rows hold; the times are
-told and judge nothing.
+processor time as a multiple of the CSV's.
+
+To name a skew costs what it costs to name any fault, whatever the files. So the last two rows hold the same
+skew: what every sensor read one sample late, as CSV files and as MDF4 with other time stamps. The time of
+the second is told as a multiple of the first's.
+
+A row holds if the verdict is no mismatch, or the one cause is the skew that was put in and its interval
+holds that. Ends with status 0 if all rows hold; the times are told and judge nothing.
 """
 
 from __future__ import annotations
@@ -15,8 +20,11 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
+
+import numpy as np
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests"))
@@ -25,7 +33,12 @@ import clocked  # noqa: E402
 from forklift import Campaign, Truck, diagnose  # noqa: E402
 
 CSV = "the CSV files themselves"
+SAMPLE_S = 0.02
+"""Period of the campaign's samples."""
+ONE_LATE, ONE_LATE_CSV = "one sample late", "one sample late, as CSV files"
 SKEWS = {
+    ONE_LATE: (("free.valve_delay", "clock_shift", "sensor_lag"), SAMPLE_S),
+    ONE_LATE_CSV: (("free.valve_delay", "clock_shift", "sensor_lag"), SAMPLE_S),
     "7 ms of phase": (("clock_shift",), clocked.PHASE_S),
     "3 ms late": (("pressure_free_pa.clock_shift", "pressure_free_pa.sensor_lag"), clocked.LATE_S),
     "0.3 % fast": (("clock_drift",), clocked.FAST - 1.0),
@@ -65,6 +78,18 @@ def row(how: str, campaign: Campaign, csv_s: float | None) -> tuple[str, float, 
     return "| " + " | ".join(cells) + " |", seconds, holds
 
 
+def one_sample_late(campaign: Campaign) -> Campaign:
+    """The campaign with what every sensor read one row later, on the clock of the commands."""
+    late = []
+    for recording in campaign:
+        channels = {
+            name: values if name.startswith("current") else np.concatenate([values[:1], values[:-1]])
+            for name, values in recording.channels.items()
+        }
+        late.append(replace(recording, channels=channels))
+    return Campaign("late", campaign.sample_rate_hz, late)
+
+
 def main() -> int:
     """Diagnose the campaign in every way asked for, or in all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -75,10 +100,15 @@ def main() -> int:
     first, csv_s, every = row(CSV, null, None)
     lines = [*HEAD, first]
     print("\n".join(lines), flush=True)
-    for how in given.clocks or list(clocked.CLOCKS):
-        with tempfile.TemporaryDirectory() as folder:
-            campaign = Campaign.read(clocked.write(null, Path(folder) / "campaign", clocked.CLOCKS[how]))
-            line, _, holds = row(how, campaign, csv_s)
+    ways = {**clocked.CLOCKS, ONE_LATE: clocked.moved(lambda time: time + SAMPLE_S)}
+    asked = given.clocks or [*clocked.CLOCKS, ONE_LATE_CSV, ONE_LATE]
+    for how in asked:
+        if how == ONE_LATE_CSV:
+            line, csv_s, holds = row(how, one_sample_late(null), None)
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                campaign = Campaign.read(clocked.write(null, Path(folder) / "campaign", ways[how]))
+                line, _, holds = row(how, campaign, csv_s)
         lines.append(line)
         every = every and holds
         print(line, flush=True)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
+
+import pytest
 
 from forklift.diagnosis.causes import causes
 from forklift.diagnosis.hypothesis import Hypothesis
@@ -80,3 +82,16 @@ def test_a_curve_that_mends_a_law_is_part_of_its_cause_and_none_of_its_own():
     curve = Hypothesis("unknown", "unknown", "curve", "", "friction", "c", lambda problem: problem, over="x")
     (cause,) = causes(selected(refit(name, curve, left=100.0, complete=True), refit(name, left=120.0)))
     assert (cause.hypothesis, cause.curve, cause.form) == (name, curve, "uncertain")
+
+
+@pytest.mark.parametrize(
+    ("where", "at", "mended"),
+    [("", "free", True), ("free", "free", True), ("main", "free", False), ("free", "", False)],
+)
+def test_a_law_of_the_whole_machine_is_mended_by_a_curve_at_any_of_its_parts(where, at, mended):
+    name = replace(hypothesis("back_pressure"), where=where)
+    curve = replace(hypothesis("curve"), id="unknown", kind="unknown", where=at, over="x")
+    first, *others = causes(selected(refit(name, curve, left=100.0, complete=True), refit(name, left=120.0)))
+    assert first.hypothesis == name
+    assert (first.curve == curve, first.form) == ((True, "uncertain") if mended else (False, "complete"))
+    assert len(others) == (not mended)

@@ -94,17 +94,14 @@ def told(found: Sequence[Cause]) -> tuple[Cause, ...]:
 
 
 def _curve(named: Hypothesis, selection: Selection) -> Hypothesis | None:
-    """The curve of the final model that mends the law of a name: put to its test, or at the same place."""
+    """The curve of the final model that mends the law of a name: put to its test, or at the same place. What
+    acts on the whole machine acts on each part of it."""
     tested = selection.curve.hypotheses if selection.curve else ()
-    place = named.where, named.equation
-    return next(
-        (
-            one
-            for one in selection.final.hypotheses
-            if one in tested or (one.over and (one.where, one.equation) == place)
-        ),
-        None,
-    )
+
+    def at_its_place(one: Hypothesis) -> bool:
+        return bool(one.over) and one.equation == named.equation and named.where in (one.where, "")
+
+    return next((one for one in selection.final.hypotheses if one in tested or at_its_place(one)), None)
 
 
 def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
