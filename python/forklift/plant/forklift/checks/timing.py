@@ -45,6 +45,8 @@ ALIKE, BETTER = 0.6, 0.3
 of sound recordings it never does by more than 0.15."""
 VARIES = 0.2
 """A window is judged if its command varies at least this share of what it does over the recording."""
+CROSSINGS = 2
+"""How often a window's command must cross its own middle: one edge is like any other edge, a pulse is not."""
 AGREE_S = 0.1
 """Within which neighbouring windows agree on a shift."""
 
@@ -206,12 +208,19 @@ def _windows(recording: Recording, truck: Truck, stops: Mapping[Lift, float]) ->
             if speed is not None
             and np.isfinite(speed[around]).all()
             and command[window].std() > VARIES * command.std()
+            and _crossings(command[window]) >= CROSSINGS
         ]
         if told:
             shifts = (np.arange(len(told[0])) + begin - first) / rate
             times = float(recording.time_s[first]), float(recording.time_s[first + width - 1])
             found.append(_late(times, shifts, np.mean(told, axis=0)))
     return found
+
+
+def _crossings(command: Floats) -> int:
+    """How often it crosses the middle between its least and its greatest value."""
+    above = command > 0.5 * (command.min() + command.max())
+    return int(np.count_nonzero(above[1:] != above[:-1]))
 
 
 def _late(times: tuple[float, float], shifts: Floats, told: Floats) -> _Late | None:

@@ -1,0 +1,47 @@
+"""A command that the lift answers at another time is told by a pattern: one edge is like any other edge."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from campaigns import CAMPAIGNS
+from forklift import Campaign, Truck
+from forklift.plant.forklift.checks.timing import shifted
+from forklift.recordings.recording import Recording
+
+COUNT_M = 1.96e-3
+STOPS = {"free": -1.0, "main": -1.0}
+KNOTS = (0.0, 1.0, 1.8, 4.0, 4.3, 6.2, 7.0, 10.5)
+
+
+def slow(amplitude_a: float) -> Recording:
+    """A driver's ramp, a step down to where the valve barely opens, and a lift that moves a few counts."""
+    null = Campaign.read(CAMPAIGNS / "null")
+    recording = next(one for one in null if one.lift == "free")
+    time = np.arange(0.0, 10.5, 0.02)
+    current = np.interp(time, KNOTS, amplitude_a * np.array([0.0, 0.0, 1.0, 1.0, 0.75, 0.75, 0.0, 0.0]))
+    speed = np.interp(time - 0.1, KNOTS, [0.0, 0.0, 0.02, 0.02, 0.002, 0.002, 0.0, 0.0])
+    position = COUNT_M * np.floor((1.0 - 0.02 * np.cumsum(speed)) / COUNT_M)
+    channels = {name: np.full(len(time), values[0]) for name, values in recording.channels.items()}
+    channels |= {"current_free_a": current, "position_free_m": position}
+    return replace(recording, time_s=time, channels=channels)
+
+
+@pytest.mark.parametrize("amplitude_a", [0.5, 0.55, 0.6, 0.65, 0.7])
+def test_a_single_step_of_a_slow_lift_is_no_shift(amplitude_a):
+    assert not list(shifted(slow(amplitude_a), Truck.read("thesis"), STOPS))
+
+
+@pytest.mark.parametrize("samples", [40, 50, 60])
+def test_a_pattern_answered_at_another_time_is_one(samples):
+    truck = Truck.read("thesis")
+    found = []
+    for recording in Campaign.read(CAMPAIGNS / "null"):
+        commands = {name: np.roll(recording[name], samples) for name in ("current_free_a", "current_main_a")}
+        late = replace(recording, channels={**recording.channels, **commands})
+        assert not list(shifted(recording, truck, STOPS))
+        found += [[one.code for one in shifted(late, truck, STOPS)]]
+    assert found.count(["command-shifted"]) >= 0.9 * len(found)
