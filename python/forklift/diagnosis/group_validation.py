@@ -8,19 +8,21 @@ groups only, and is no physics.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from forklift.base.threads import one_thread
-from forklift.diagnosis.refit import FINE, Refit, Refitter
+from forklift.diagnosis.refit import FINE, SETTLING, Refit, Refitter
 from forklift.fitting.interface import Problem
-from forklift.fitting.search import Found
+from forklift.fitting.search import Found, Stage
 
 OWN_NOISE = FINE[:1]
 """From where the selection ended, with the stage that led there: what a model misses clearly, no further step
 removes, and a stage without an end for that goes on through all its evaluations."""
+WITHOUT = tuple(replace(stage, evaluations=SETTLING[0].evaluations) for stage in OWN_NOISE)
+"""Of the machine without any hypothesis, whose misfit is only what the others are compared with."""
 FEWEST = 2
 """Groups without which nothing can be left out."""
 FAR = 4.0
@@ -75,8 +77,8 @@ def group_folds(refitter: Refitter, baseline: Refit, final: Refit) -> tuple[Grou
 
 
 def _one(refitter: Refitter, baseline: Refit, final: Refit, group: str) -> GroupFold:
-    before, _ = _without(refitter, baseline, group)
-    after, fitted = _without(refitter, final, group)
+    before, _ = _without(refitter, baseline, group, WITHOUT)
+    after, fitted = _without(refitter, final, group, OWN_NOISE)
     named = {hypothesis.amplitude for hypothesis in final.hypotheses}
     amplitudes = tuple(
         (unknown.name, float(unknown.values(float(at))[0]))
@@ -86,10 +88,10 @@ def _one(refitter: Refitter, baseline: Refit, final: Refit, group: str) -> Group
     return GroupFold(group, before, after, _alone(refitter, final, group), amplitudes)
 
 
-def _without(refitter: Refitter, refit: Refit, group: str) -> tuple[float, Found]:
+def _without(refitter: Refitter, refit: Refit, group: str, stages: tuple[Stage, ...]) -> tuple[float, Found]:
     """What is left over of the group with all parameters fitted to the others, and that fit."""
     rest = _over(refit.found.problem, refitter, group, inside=False)
-    found = refitter.search(rest, rest.at(refit.found.x), OWN_NOISE)
+    found = refitter.search(rest, rest.at(refit.found.x), stages)
     here = _over(found.problem, refitter, group, inside=True)
     return _mean_square(here, here.at(found.x), refitter), found
 
