@@ -74,7 +74,7 @@ def test_a_truck_tells_the_shape_it_has():
     np.testing.assert_allclose(values, np.linspace(400.0, 1200.0, 101))
     assert shape.unit == "N"
     assert shape.sentence == (
-        "On the main lift something adds to the force 400 N where the velocity of the cylinder is -400 mm/s "
+        "On the main lift something adds 400 N to the force where the velocity of the cylinder is −400 mm/s, "
         "and 1.2 kN where it is 0 m/s, with a lag of 100 ms."
     )
     assert shape.formula.startswith("force(velocity) = f [N], f = 200 B0 + 400 B1 + ")
@@ -85,7 +85,7 @@ def test_what_has_no_name_is_told_in_quantities_that_a_reader_knows():
     at = np.linspace(0.0, 1.5, 60)
     truck = Truck.read("thesis").with_values(curve.through(at, 1.0 + 0.2 * at / 1.5).parameters())
     told = physical(truck, [], "free_shape", "main")
-    assert all(part in told for part in ("by 1 where", " 0 m ", "1.2 where", " 1.5 m.")), told
+    assert all(part in told for part in ("by 1 where", " 0 m, ", "1.2 where", " 1.5 m.")), told
     ringing = {"mass": 240.0, "frequency": 2.36, "damping_ratio": 0.0875}
     truck = Truck.read("thesis").with_values(
         {f"free.hidden_resonance.{name}": x for name, x in ringing.items()}

@@ -98,7 +98,7 @@ def sentence(found: Outcome) -> str:
         remainder(found)
         if found.final.complete
         else "it is not the whole story: a mean square of up to "
-        f"{found.final.worst.mean_square:.3g} times the noise's is left over"
+        f"{number(found.final.worst.mean_square)} times the noise's is left over"
     )
     return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}; {left}."
 
@@ -142,9 +142,9 @@ def _gained(found: Outcome) -> str:
         before, after = told.printed if told else ("", "")
         beside = f", while {told.what} goes from {before} to {after}" if told else ""
         return (
-            f"; what is left over of the recordings {kept} falls from {found.baseline.worst.mean_square:.3g} "
-            f"to {found.final.worst.mean_square:.3g} times the sensors' noise (mean square, worst signal)"
-            f"{beside}"
+            f"; what is left over of the recordings {kept} falls from "
+            f"{number(found.baseline.worst.mean_square)} to {number(found.final.worst.mean_square)} times "
+            f"the sensors' noise (mean square, worst signal){beside}"
         )
     before, after = told.printed
     return f"; {told.what} on recordings {kept} {told.better} from {before} to {after}"

@@ -227,22 +227,22 @@ def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 def _unknown(found: Diagnosis) -> str:
     """The place as the recordings tell it, without knowing any cause."""
     words, best = found.machine.words, found.inputs[0]
-    near = [one for one in found.inputs[1:] if best.evidence - one.evidence < AS_CREDIBLE]
-    doubt = (
-        f" ({' or '.join(words.place(one.port).name for one in near[:LIKE])} would explain as much)"
-        if near
-        else ""
-    )
+    near = [
+        f"“{words.place(one.port).name}”"
+        for one in found.inputs[1:]
+        if best.evidence - one.evidence < AS_CREDIBLE
+    ]
+    doubt = f" (one at {' or '.join(near[:LIKE])} would explain as much)" if near else ""
     telling = next((one for one in found.dependences if one.explained >= TOLD_REGION), None)
     told = (
-        f"{100 * telling.explained:.0f} % of it is a function of "
-        f"{words.variable(telling.variable, found.machine.part_of(best.port)).name}"
+        f"{100 * telling.explained:.0f} % of that input is a function of "
+        f"“{words.variable(telling.variable, found.machine.part_of(best.port)).name}”"
         if telling
-        else "no variable tells most of it"
+        else "No variable tells most of that input"
     )
     return (
-        f"Found without any hypothesis: an unknown input at {words.place(best.port).name}{doubt} would "
-        f"explain what the fitted {words.noun} does not, and {told}."
+        f"Found without any hypothesis: what the fitted {words.noun} does not explain, an unknown input at "
+        f"“{words.place(best.port).name}” would{doubt}. {told}."
     )
 
 
@@ -254,7 +254,7 @@ def _most(found: Diagnosis, channel: str, headline: bool) -> str:
         return told
     derived = channel == "fork_height_m" or channel.startswith("position")
     return told + (
-        f" The headline's {of} is derived from such a position."
+        f" The {of} in the headline is derived from such a position."
         if derived
         else f" The headline tells the {of}, for which the model is made."
     )
@@ -508,6 +508,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         answer = "Nothing more is needed for this cause." if found.causes else "Nothing more is needed."
         if found.causes and all(cause.hypothesis.kind in ENTERED for cause in found.causes):
             answer = "First check the sensor, or what was entered."
+            use = f"The fitted {found.machine.words.noun}{use.removeprefix('The model with it')}"
         return Fact(question, answer, [prose(found.next_why), *left, *([use] if found.causes else [])])
     if alike:
         why = f"It would tell the cause from this: {_some(alike)}."

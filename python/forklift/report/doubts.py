@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose
@@ -16,8 +16,11 @@ from forklift.report.words import NOISE, another_law
 if TYPE_CHECKING:
     from forklift.diagnosis.group_validation import GroupFold
     from forklift.diagnosis.result import Diagnosis
+    from forklift.plant.findings import Caution
     from forklift.plant.subject import Words
 
+MANY = 4
+"""Recordings from which on a caution that they share is spelt out for the first only."""
 FEW = 4
 """Stretches below which a credibility says little."""
 UNTOLD: Mapping[Untold, str] = {
@@ -90,6 +93,8 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
             yield f"{name}: complete. With it {remainder(found)}."
+        elif found.final.complete and cause.hypothesis.kind == "unknown":
+            yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
         elif found.final.complete and found.selection.curve:
             yield f"{name}: uncertain. {another_law(found.selection.curve, bool(cause.curve))}"
         else:
@@ -185,8 +190,22 @@ def _recordings(found: Diagnosis) -> Iterator[str]:
     yield f"Judged on {judged(found)}." + (
         " That is few: a credibility from so few says little." if few else ""
     )
-    for one in found.findings.cautions:
-        yield prose(one.sentence)
+    yield from _cautions(found.findings.cautions)
+
+
+def _cautions(cautions: Sequence[Caution]) -> Iterator[str]:
+    """A caution that many recordings share is spelt out once; a file keeps its small letter."""
+    alike: dict[str, list[Caution]] = {}
+    for one in cautions:
+        alike.setdefault(one.code if "file" in one.facts else one.sentence, []).append(one)
+    for those in alike.values():
+        spelt = those if len(those) < MANY else those[:1]
+        for one in spelt:
+            named = one.sentence.startswith(str(one.facts.get("file", "\n")))
+            yield one.sentence[0] + prose(one.sentence)[1:] if named else prose(one.sentence)
+        if len(spelt) < len(those):
+            more = ", ".join(dict.fromkeys(str(one.facts["file"]) for one in those[1:]))
+            yield f"The same, with other numbers, in: {more}."
 
 
 def _regimes(told: Mapping[str, Any]) -> list[str]:
@@ -199,7 +218,11 @@ def _regimes(told: Mapping[str, Any]) -> list[str]:
             for one in bad
         ]
     if not tested:
-        return ["No two parts of these recordings each tell it alone, so that this was not tested."]
+        return [
+            "No two parts of these recordings each tell it alone, so that this was not tested."
+            if told["causes"]
+            else "No cause was named, so that there is no size to compare."
+        ]
     splits = ", ".join(dict.fromkeys(one["split"] for one in tested))
     return [f"Estimated from two disjoint parts of the recordings, its size agrees, split by: {splits}."]
 

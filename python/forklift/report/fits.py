@@ -22,6 +22,8 @@ FITS = (
     "100 % is perfect; 0 % is no better than the measured signal's mean. NMSE and NRMSE are (3.39) and "
     "(3.40) of Fri & Fahlén (2017)."
 )
+NEARLY = 0.1
+"""A condition is printed as it was found, if within this."""
 MANY = 14
 """A table with more rows is folded."""
 
@@ -41,6 +43,11 @@ def operating_points(
     own = {one.recording.file: at for one, at in zip(after.predictions, points, strict=True)}
     entered = machine.operating_points([machine.conditions(one.recording, {}) for one in after.predictions])
     given = {one.recording.file: at for one, at in zip(after.predictions, entered, strict=True)}
+    shared = any(
+        abs(at[name] - one.conditions[name]) > NEARLY
+        for one, at in zip(after.predictions, points, strict=True)
+        for name in at.keys() & one.conditions.keys()
+    )
     rows = change(before or after, after).filter(
         pl.col("driven") & pl.col("channel").str.starts_with(machine.headline)
     )
@@ -85,6 +92,11 @@ def operating_points(
             [*[True] * (len(names) + 2 + changed), False],
             note=f"{FITS} Error: root mean square."
             + (
+                " A condition that several recordings nearly share is printed as their mean."
+                if shared
+                else ""
+            )
+            + (
                 f" The sensor's noise: {number(fine.scale * noise.noise)} {fine.unit}".rstrip() + "."
                 if noise
                 else ""
@@ -97,6 +109,9 @@ def _conditions(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[boo
     """A column of a condition as entered and as found: whether these differ as printed, and its cells."""
     largest = max((abs(one) for pair in pairs for one in pair if one is not None), default=0.0)
     digits = 0 if largest >= 100.0 else 1 if largest >= 10.0 else 3
+    units = [10**digits * one for pair in pairs for one in pair if one is not None and np.isfinite(one)]
+    while digits and all(round(one) % 10 == 0 for one in units):  # no digit that is zero everywhere
+        digits, units = digits - 1, [one / 10 for one in units]
     said = [["—" if one is None else f"{one:.{digits}f}" for one in pair] for pair in pairs]
     both = any(given != found for given, found in said)
     return both, [" / ".join(pair) if both else pair[1] for pair in said]
@@ -104,7 +119,10 @@ def _conditions(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[boo
 
 def _gain(row: Mapping[str, Any]) -> str:
     pair = row["nrmse_percent_before"], row["nrmse_percent_after"]
-    return "—" if None in pair else f"{pair[1] - pair[0]:+.1f}"
+    if None in pair:
+        return "—"
+    gain = f"{pair[1] - pair[0]:+.1f}"
+    return gain if float(gain) else "0.0"
 
 
 def _error(value: float | None, scale: float) -> str:

@@ -21,8 +21,10 @@ STILL = 0.1
 """Mean square below which a signal stands still, so that it has no noise either."""
 AT_REST = 0.5
 """Mean square below which an encoder's cell has no number: it is at rest."""
-FEW_TICKS, TICKS = (1.0, 2.0, 3.0, 5.0, 10.0), (1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4, 1e5)
-FEW_MOST = 20.0
+FEW_TICKS, TICKS = (1.0, 2.0, 3.0, 5.0, 10.0), (1.0, 3.0, 10.0, 30.0, 100.0)
+MANY_TICKS = (1.0, *(10.0**power for power in range(1, 10)))
+FEW_MOST, MOST = 20.0, 1e3
+"""The greatest mean square that the first ticks are for, and the second."""
 COLUMN_PX, ROW_PX, LETTER_PX = 46, 20, 6.6
 HEAD_PX, FOOT_PX = 76, 46
 DARK = 0.54
@@ -53,7 +55,7 @@ def heat(
     data += [_digits(k, known, files, columns, top) for k, (_, known) in numbered]
     return Figure(
         "Where the difference lies" + (", before and after" if len(cells) > 1 else ""),
-        _note(machine.phase_note),
+        _note(machine.phase_note, greatest),
         [Panel("", data, _layout(list(cells), columns, files, role, machine.words))],
         height=len(cells) * (HEAD_PX + rows) + FOOT_PX,
         least_px=_labels_px(files) + COLUMN_PX * len(columns),
@@ -92,7 +94,8 @@ def _trace(
 ) -> dict[str, Any]:
     known = [[cells.get((file, *column)) for column in columns] for file in files]
     squares = [[None if cell is None else cell[0] for cell in row] for row in known]
-    ticks = [tick for tick in (FEW_TICKS if top < FEW_MOST else TICKS) if tick <= top]
+    marks = FEW_TICKS if top < FEW_MOST else TICKS if top < MOST else MANY_TICKS
+    ticks = [tick for tick in marks if tick <= top]
     axes = {"xaxis": f"x{place + 1}", "yaxis": f"y{place + 1}"} if place else {}
     return {
         "type": "heatmap",
@@ -121,7 +124,7 @@ def _trace(
             "orientation": "h", "thickness": 10, "len": 0.4, "x": 1, "xanchor": "right", "y": 0,
             "yref": "container", "yanchor": "bottom", "ypad": 4, "outlinewidth": 0,
             "tickvals": [_strength(tick, top) for tick in ticks],
-            "ticktext": ["1 (noise)", *(f"{tick:g}" for tick in ticks[1:])],
+            "ticktext": ["1 (noise)", *(brief(tick, False).replace(".0", "") for tick in ticks[1:])],
         },
     }  # fmt: skip
 
@@ -253,13 +256,15 @@ def _strength(mean_square: float, top: float) -> float:
 
 
 def brief(mean_square: float, encoder: bool) -> str:
-    """As a cell has room for it."""
+    """As a cell has room for it: from a thousand on in thousands, k, or millions, M."""
     if encoder and mean_square < AT_REST:
         return "·"
-    return f"{mean_square:.1f}" if mean_square < 9.95 else f"{mean_square:.0f}"
+    scale, letter = next((one for one in ((1.0, ""), (1e3, "k")) if mean_square < 999.5 * one[0]), (1e6, "M"))
+    shown = mean_square / scale
+    return f"{shown:.1f}{letter}" if shown < 9.95 else f"{shown:.0f}{letter}"
 
 
-def _note(phases: str) -> str:
+def _note(phases: str, greatest: float) -> str:
     """What the numbers are."""
     return (
         "Each cell is the mean square left over there, in units of the noise power of that sensor: 1 "
@@ -270,4 +275,5 @@ def _note(phases: str) -> str:
         "A dot: an encoder at rest, which "
         f"reads the same count all the time and leaves next to nothing. {phases} Empty: the signal stands "
         "still, or the phase does not occur. Colours are logarithmic."
+        + (" k: thousands; M: millions." if greatest >= 999.5 else "")
     )

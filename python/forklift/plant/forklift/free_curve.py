@@ -162,14 +162,16 @@ class FreeCurve:
         variable, unit = variables()[self.variable], variables()[self.variable]["unit"]
         name, meaning = self.port.replace("_", " "), variable["meaning"].partition(",")[0]
         if self._factor:
-            law, (least, most) = f"multiplies the {name} by", (f"{values[k]:.3g}" for k in (low, high))
+            before, after = f"multiplies the {name} by", ""
+            least, most = (f"{values[k]:.3g}" for k in (low, high))
         else:
-            law, (least, most) = f"adds to the {name}", (amount(values[k], self.unit) for k in (low, high))
+            before, after = "adds", f" to the {name}"
+            least, most = (_amount(values[k], self.unit) for k in (low, high))
         late = f", with a lag of {amount(self.lag_s, 's')}" if self.lag_s > 0.0 else ""
         first, last = ((least, low), (most, high)) if low < high else ((most, high), (least, low))
         return (
-            f"On the {self.lift} lift something {law} {first[0]} where the {meaning} is "
-            f"{amount(at[first[1]], unit)} and {last[0]} where it is {amount(at[last[1]], unit)}{late}."
+            f"On the {self.lift} lift something {before} {first[0]}{after} where the {meaning} is "
+            f"{_amount(at[first[1]], unit)}, and {last[0]} where it is {_amount(at[last[1]], unit)}{late}."
         )
 
     @property
@@ -180,6 +182,11 @@ class FreeCurve:
         """(n, coefficients) the B-splines over the range."""
         width = max(self.upper - self.lower, variables()[self.variable]["finest"])
         return splines((variable - self.lower) / width, len(self.coefficients))
+
+
+def _amount(value: float, unit: str) -> str:
+    """With a minus that is one."""
+    return amount(value, unit).replace("-", "−")
 
 
 def splines(y: Floats, count: int = COEFFICIENTS) -> Floats:

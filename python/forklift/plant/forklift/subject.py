@@ -277,10 +277,12 @@ class ForkliftSubject(Forklift):
             "--load", f"{shown.load_kg:g}", "--temperature", f"{degc:.0f}",
             "--command", "prms", "--out", "lowering.csv", "--plot", "lowering.html",
         ]  # fmt: skip
+        added = any(one.kind not in ("sensor", "parameter") for one in causes)
+        what = "and what was missing added" if added else "and nothing added"
         return Use(
-            "truck.toml, beside this page, is the truck as it was found: its parameters fitted, and what was "
-            "missing added. In this folder, this simulates a lowering with it, here at an operating point of "
-            "these recordings; choose another load, temperature and command as you need them.",
+            f"{FILE}, beside this page, is the truck as it was found: its parameters fitted, {what}. Run in "
+            "this folder, this command simulates a lowering with it, at the load and oil temperature entered "
+            "or recorded for one of these recordings. Choose others as you need them.",
             "Simulate with the truck that was found",
             shlex.join(command),
         )

@@ -41,9 +41,10 @@ def geometry(recording: Recording) -> Iterator[Finding]:
     if abs(log(max(gain, 1e-9))) > log(GAIN_DOUBTFUL) and abs(ends[0] - ends[1]) > OFFSET_DOUBTFUL_M:
         hard = not 1 / GAIN <= gain <= GAIN
         channel = _smaller(recording, gain) if hard else "fork_height_m"
+        wrong = channel if hard else "one of them"
         told = (
             f"fork_height_m moves by {amount(ends[0], 'm')} and 2 position_main_m + position_free_m by "
-            f"{amount(ends[1], 'm')}, which should be equal; correct the scale of {channel} in [channels]"
+            f"{amount(ends[1], 'm')}, which should be equal; correct the scale of {wrong} in [channels]"
         )
         facts = {"channel": channel, "value": gain, "lower": 1 / GAIN, "upper": GAIN}
     elif abs(offset) > OFFSET_DOUBTFUL_M:
