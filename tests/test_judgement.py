@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from forklift import ForkliftError
 from forklift.fitting.problem import Linearised
 from forklift.fitting.residuals import ChannelResidual, settled
 from forklift.recordings.noise import Sensor
@@ -66,6 +67,27 @@ def test_steps_that_would_go_to_and_fro_end_where_the_recording_is_explained():
     problem = Bent(np.array([0.0, 1.35, -1.35]), 1.0)
     found = settled(problem, np.zeros(0), far=0.3, moves=4)
     assert found == pytest.approx(problem.truth, abs=0.02)
+
+
+class Swinging(Bent):
+    """Recordings of a machine that swings up by itself: its slopes lead to where nothing can be simulated."""
+
+    def residuals(self, x):
+        if np.any(np.abs(x) > 20.0):
+            raise ForkliftError("argument-invalid", "no such load can be simulated")
+        return super().residuals(x)
+
+    def linearise(self, x):
+        return [
+            Linearised({"signal": np.array([1e60])}, {"signal": np.array([[self.steep]])}, {}, {}) for _ in x
+        ]
+
+
+@pytest.mark.parametrize("slope", [1.0, 1e7, 1e9, 1e160, 1e200])
+def test_a_recording_stays_where_no_step_leads_anywhere(slope):
+    problem = Swinging(np.array([0.5, -0.5]), slope)
+    found = settled(problem, np.zeros(0), far=0.3, moves=4)
+    assert slope < 1e8 or (found == 0.0).all()
 
 
 @given(st.lists(st.floats(-4.0, 4.0), min_size=1, max_size=4), st.floats(0.1, 1.5))

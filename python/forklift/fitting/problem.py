@@ -370,8 +370,9 @@ class LeastSquares:
         normal, gradient, square = np.zeros((columns, columns)), np.zeros(columns), 0.0
         for channel, residual in at.residual.items():
             jacobian = at.jacobian[channel]
-            normal += jacobian.T @ jacobian
-            gradient += jacobian.T @ residual
+            with np.errstate(over="ignore", invalid="ignore"):  # where a machine swings up by itself
+                normal += jacobian.T @ jacobian
+                gradient += jacobian.T @ residual
             square += float(residual @ residual)
         return Products(at, normal, gradient, square)
 

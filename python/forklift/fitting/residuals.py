@@ -19,8 +19,10 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from forklift.base.arrays import Floats
+from forklift.base.errors import ForkliftError
 from forklift.fitting.criteria import AT_NOISE as AT_NOISE
 from forklift.fitting.criteria import BY_CHANCE, FAR, ROUNDING, STRAIN, WHITE
+from forklift.fitting.levenberg_marquardt import LOST
 
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem, Sample
@@ -224,9 +226,13 @@ def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:
     better half-way.
 
     Far from a recording its robust residuals bend, and a straight step goes too far: where it ends as far off
-    on the other side, steps would go to and fro.
+    on the other side, steps would go to and fro. Where the machine swings up by itself its slopes lead to
+    loads and temperatures that nothing can be simulated at: then it stays at x.
     """
-    before, squares = _squares(problem, x), _squares(problem, there)
+    try:
+        before, squares = _squares(problem, x), _squares(problem, there)
+    except ForkliftError:  # no way there
+        return x
     for _ in range(HALVINGS):
         half = 0.5 * (x + there)
         halved = _squares(problem, half)
@@ -251,13 +257,17 @@ def _squares(problem: Problem, x: Floats) -> Floats:
 
 
 def _step(sample: Sample, at: Linearised, covariance: Floats, own: Floats) -> Floats:
-    """From θ and the recording's own unknowns to where they explain it best."""
+    """From θ and the recording's own unknowns to where they explain it best; none where the slopes have grown
+    beyond what a step can be worked out from."""
     prior = block_diag(covariance, np.eye(len(sample.free)))
     jacobian = np.vstack([at.jacobian[name] for name in at.residual])
     residual = np.concatenate([at.residual[name] for name in at.residual])
     here = np.concatenate([np.zeros(len(covariance)), own])
     # −(C⁻¹ + JᵀJ)⁻¹ (Jᵀr + C⁻¹x) without inverting C, which may be nearly singular
-    normal = jacobian.T @ jacobian
+    with np.errstate(over="ignore", invalid="ignore"):
+        normal = jacobian.T @ jacobian
+    if not np.diag(normal).max(initial=0.0) < LOST:
+        return np.zeros(len(prior))
     return -np.linalg.solve(np.eye(len(prior)) + prior @ normal, prior @ (jacobian.T @ residual) + here)
 
 
