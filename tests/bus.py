@@ -53,6 +53,10 @@ role = "estimate"
 """
 
 
+SENSORS_LATE_S = 0.002
+"""After the command."""
+
+
 def frames(time: np.ndarray, columns: Mapping[str, np.ndarray], start: float = 1.7e9) -> list[Any]:
     """The frames of a run: commands and sensors 2 ms apart, the temperature every fifth time."""
     can = pytest.importorskip("can", reason="python-can (the extra can) is not installed")
@@ -75,7 +79,7 @@ def frames(time: np.ndarray, columns: Mapping[str, np.ndarray], start: float = 1
     for k, t in enumerate(time):
         row = {name: float(values[k]) for name, values in columns.items()}
         add(t, "ValveCommand", {name: row[name] for name in ("ValveCurrFL", "ValveCurrML")})
-        add(t + 0.002, "LiftSensors", {name: row[name] for name in ("pA_FL", "xFL")})
+        add(t + SENSORS_LATE_S, "LiftSensors", {name: row[name] for name in ("pA_FL", "xFL")})
         if k % 5 == 0:
             add(t + 0.003, "Diagnostics", {"Page": 0, "TOil": row["TOil"]})
         elif k % 5 == 1:

@@ -1,4 +1,4 @@
-"""From a stranger's log to a comparison in three commands: CAN with a DBC, MDF4 in other units, MAT 7.3."""
+"""From a stranger's log to a diagnosis in three commands: CAN with a DBC, MDF4 in other units, MAT 7.3."""
 
 from __future__ import annotations
 
@@ -208,3 +208,20 @@ def test_compare_and_convert_tell_first_what_is_wrong(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("Check [lifts-swapped]: ")
     assert run("compare", folder, "--json") == 0
     assert json.loads(capsys.readouterr().out)["findings"][0]["code"] == "lifts-swapped"
+
+
+def test_a_stranger_s_log_is_diagnosed_in_three_commands(logs, tmp_path):
+    dbc = ["--dbc", tmp_path / "truck.dbc"] if logs[0].suffix == ".blf" else []
+    mapping, campaign, out = tmp_path / "channels.toml", tmp_path / "campaign", tmp_path / "found"
+    assert run("info", logs[0], *dbc, "--write", mapping) == 0
+    assert run("convert", *logs, "--channels", mapping, "--out", campaign) == 0
+    assert run("diagnose", campaign, "--out", out) == 0
+    assert (out / "report.html").is_file()
+    found = json.loads((out / "diagnosis.json").read_text())
+    if not dbc:
+        assert (found["verdict"], found["causes"]) == ("no-mismatch", [])
+        return
+    # On the bus the sensors' frames are stamped after they were sampled; just that is named.
+    assert [one["id"] for one in found["causes"]] == ["clock_shift"]
+    (shift,) = found["causes"][0]["parameters"]
+    assert shift["lower"] <= bus.SENSORS_LATE_S <= shift["upper"]
