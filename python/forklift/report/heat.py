@@ -124,7 +124,7 @@ def _trace(
             "orientation": "h", "thickness": 10, "len": 0.4, "x": 1, "xanchor": "right", "y": 0,
             "yref": "container", "yanchor": "bottom", "ypad": 4, "outlinewidth": 0,
             "tickvals": [_strength(tick, top) for tick in ticks],
-            "ticktext": ["1 (noise)", *(brief(tick, False).replace(".0", "") for tick in ticks[1:])],
+            "ticktext": ["1 (noise)", *(brief(tick, False).removesuffix(".0") for tick in ticks[1:])],
         },
     }  # fmt: skip
 
@@ -256,12 +256,14 @@ def _strength(mean_square: float, top: float) -> float:
 
 
 def brief(mean_square: float, encoder: bool) -> str:
-    """As a cell has room for it: from a thousand on in thousands, k, or millions, M."""
+    """As a cell has room for it, in three letters: from a thousand on in thousands, k, or millions, M."""
     if encoder and mean_square < AT_REST:
         return "·"
-    scale, letter = next((one for one in ((1.0, ""), (1e3, "k")) if mean_square < 999.5 * one[0]), (1e6, "M"))
-    shown = mean_square / scale
-    return f"{shown:.1f}{letter}" if shown < 9.95 else f"{shown:.0f}{letter}"
+    if mean_square < 999.5:
+        return f"{mean_square:.1f}" if mean_square < 9.95 else f"{mean_square:.0f}"
+    if mean_square < 99.5e3:
+        return f"{mean_square / 1e3:.0f}k"
+    return f".{mean_square / 1e5:.0f}M" if mean_square < 0.95e6 else f"{mean_square / 1e6:.0f}M"
 
 
 def _note(phases: str, greatest: float) -> str:
