@@ -122,9 +122,9 @@ def _trace(
         "showscale": place == 0,
         "colorbar": {
             "orientation": "h", "thickness": 10, "len": 0.4, "x": 1, "xanchor": "right", "y": 0,
-            "yref": "container", "yanchor": "bottom", "ypad": 4, "outlinewidth": 0,
+            "yref": "container", "yanchor": "bottom", "ypad": 4, "outlinewidth": 0, "tickangle": 0,
             "tickvals": [_strength(tick, top) for tick in ticks],
-            "ticktext": ["1 (noise)", *(brief(tick, False).removesuffix(".0") for tick in ticks[1:])],
+            "ticktext": [brief(tick, False).removesuffix(".0") for tick in ticks],
         },
     }  # fmt: skip
 
@@ -256,14 +256,13 @@ def _strength(mean_square: float, top: float) -> float:
 
 
 def brief(mean_square: float, encoder: bool) -> str:
-    """As a cell has room for it, in three letters: from a thousand on in thousands, k, or millions, M."""
+    """As a cell has room for it, in three letters: from a thousand on one digit and the power of ten."""
     if encoder and mean_square < AT_REST:
         return "·"
     if mean_square < 999.5:
         return f"{mean_square:.1f}" if mean_square < 9.95 else f"{mean_square:.0f}"
-    if mean_square < 99.5e3:
-        return f"{mean_square / 1e3:.0f}k"
-    return f".{mean_square / 1e5:.0f}M" if mean_square < 0.95e6 else f"{mean_square / 1e6:.0f}M"
+    digit, _, power = f"{mean_square:.0e}".partition("e")
+    return f"{digit}e{int(power)}"
 
 
 def _note(phases: str, greatest: float) -> str:
@@ -277,5 +276,5 @@ def _note(phases: str, greatest: float) -> str:
         "A dot: an encoder at rest, which "
         f"reads the same count all the time and leaves next to nothing. {phases} Empty: the signal stands "
         "still, or the phase does not occur. Colours are logarithmic."
-        + (" k: thousands; M: millions." if greatest >= 999.5 else "")
+        + (" 2e5 is 200 000." if greatest >= 999.5 else "")
     )
