@@ -1,4 +1,4 @@
-"""From a stranger's log to a diagnosis in three commands: CAN with a DBC, MDF4 in other units, MAT 7.3."""
+"""From a stranger's log to a diagnosis in four commands: CAN with a DBC, MDF4 in other units, MAT 7.3."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def run(*arguments):
     return 0
 
 
-def test_a_stranger_s_log_is_compared_in_three_commands(logs, tmp_path, capsys):
+def test_a_stranger_s_log_is_compared_and_diagnosed_in_four_commands(logs, tmp_path, capsys):
     dbc = ["--dbc", tmp_path / "truck.dbc"] if logs[0].suffix == ".blf" else []
     mapping, out = tmp_path / "channels.toml", tmp_path / "campaign"
     assert run("info", logs[0], *dbc, "--write", mapping) == 0
@@ -113,6 +113,16 @@ def test_a_stranger_s_log_is_compared_in_three_commands(logs, tmp_path, capsys):
     assert run("compare", out, "--json") == 0
     fits = json.loads(capsys.readouterr().out)["fits"]
     assert {one["channel"] for one in fits} >= {"velocity_free_m_s", "pressure_free_pa"}
+    assert run("diagnose", out, "--out", tmp_path / "found") == 0
+    assert (tmp_path / "found" / "report.html").is_file()
+    found = json.loads((tmp_path / "found" / "diagnosis.json").read_text())
+    if not dbc:
+        assert (found["verdict"], found["causes"]) == ("no-mismatch", [])
+        return
+    # On the bus the sensors' frames are stamped after they were sampled; just that is named.
+    assert [one["id"] for one in found["causes"]] == ["clock_shift"]
+    (shift,) = found["causes"][0]["parameters"]
+    assert shift["lower"] <= bus.SENSORS_LATE_S <= shift["upper"]
 
 
 def test_a_campaign_is_extended_with_the_mapping_it_was_made_with(logs, tmp_path, capsys):
@@ -208,20 +218,3 @@ def test_compare_and_convert_tell_first_what_is_wrong(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("Check [lifts-swapped]: ")
     assert run("compare", folder, "--json") == 0
     assert json.loads(capsys.readouterr().out)["findings"][0]["code"] == "lifts-swapped"
-
-
-def test_a_stranger_s_log_is_diagnosed_in_three_commands(logs, tmp_path):
-    dbc = ["--dbc", tmp_path / "truck.dbc"] if logs[0].suffix == ".blf" else []
-    mapping, campaign, out = tmp_path / "channels.toml", tmp_path / "campaign", tmp_path / "found"
-    assert run("info", logs[0], *dbc, "--write", mapping) == 0
-    assert run("convert", *logs, "--channels", mapping, "--out", campaign) == 0
-    assert run("diagnose", campaign, "--out", out) == 0
-    assert (out / "report.html").is_file()
-    found = json.loads((out / "diagnosis.json").read_text())
-    if not dbc:
-        assert (found["verdict"], found["causes"]) == ("no-mismatch", [])
-        return
-    # On the bus the sensors' frames are stamped after they were sampled; just that is named.
-    assert [one["id"] for one in found["causes"]] == ["clock_shift"]
-    (shift,) = found["causes"][0]["parameters"]
-    assert shift["lower"] <= bus.SENSORS_LATE_S <= shift["upper"]
