@@ -79,8 +79,8 @@ def propose(
     if not selection.final.complete or any(cause.hypothesis.kind == "unknown" for cause in found):
         return Proposed(
             None,
-            "no hypothesis that was tried explains what is left over, or what was found has no name. So there "
-            "is nothing that a further recording could tell it from",
+            "no hypothesis that was tried explains what is left over, or what was found has no name. So "
+            "there is nothing that a further recording could tell it from",
         )
     return Proposed(
         None,
