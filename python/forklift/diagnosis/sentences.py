@@ -86,7 +86,7 @@ def sentence(found: Outcome) -> str:
         assert found.location
         place = found.machine.words.equation(found.location.equation)
         return (
-            f"Something is missing that no hypothesis explains: it acts on {place}{_of(found)}; "
+            f"Something is missing that no hypothesis explains: it acts on {place}{_part(found)}; "
             f"{found.location.region}."
         )
     causes = " and ".join(
@@ -180,10 +180,10 @@ def _mean(column: pl.Series) -> float:
     return float("nan") if mean is None else float(mean)  # type: ignore[arg-type]
 
 
-def _of(found: Outcome) -> str:
+def _part(found: Outcome) -> str:
     assert found.location
-    part = found.machine.words.part(found.location.part)
-    return f" of {part}" if part else ""
+    part = found.machine.words.part(found.location.part).removeprefix("the ")
+    return f" ({part})" if part else ""
 
 
 def region(words: Words, seen: Sequence[Dependence], part: str) -> str:
@@ -218,7 +218,7 @@ def _lines(found: Outcome) -> Iterator[str]:
     words = found.machine.words
     if found.location:
         yield (
-            f"Where: {words.equation(found.location.equation)}{_of(found)}, seen most in "
+            f"Where: {words.equation(found.location.equation)}{_part(found)}, seen most in "
             f"{found.location.signal}. Of an unknown input there, {found.location.region}."
         )
         for one in found.inputs[:4]:
