@@ -117,11 +117,24 @@ def test_dragging_zooms_and_a_double_click_shows_all_again(opened, name):
     )
     near = place.evaluate(RANGE)
     assert near[1] - near[0] < 0.4 * (before[1] - before[0])
-    page.mouse.dblclick(box["x"] + 0.5 * box["width"], y)
-    page.wait_for_function(
+    double_clicked_until(
+        page,
+        (box["x"] + 0.5 * box["width"], y),
         f"before => Math.abs(({RANGE})(document.querySelector('.explorer .plot'))[0] - before) < 0.1",
-        arg=before[0],
+        before[0],
     )
+
+
+def double_clicked_until(page, at, shows, given):
+    """A double click whose halves a busy machine delivers further apart than a plot allows is two clicks: then
+    it is made again, as anyone would."""
+    for _ in range(5):
+        page.mouse.dblclick(*at)
+        try:
+            return page.wait_for_function(shows, arg=given, timeout=4000)
+        except api.TimeoutError:
+            continue
+    raise AssertionError("five double clicks did not show it")
 
 
 def test_the_keyboard_alone_zooms_and_changes_recording_and_signal(opened):
