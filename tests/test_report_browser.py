@@ -126,8 +126,8 @@ def test_dragging_zooms_and_a_double_click_shows_all_again(opened, name):
 
 
 def double_clicked_until(page, at, shows, given):
-    """A double click whose halves a busy machine delivers further apart than a plot allows is two clicks: then
-    it is made again, as anyone would."""
+    """A double click whose halves a busy machine delivers further apart than a plot allows is two clicks:
+    then it is made again, as anyone would."""
     for _ in range(5):
         page.mouse.dblclick(*at)
         try:
