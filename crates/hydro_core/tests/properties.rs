@@ -18,6 +18,7 @@ use hydro_core::parts::compensator::Compensator;
 use hydro_core::parts::force_balance::ForceBalance;
 use hydro_core::parts::lugre::LuGre;
 use hydro_core::parts::orifice::Orifice;
+use hydro_core::parts::stiff_valve::StiffValveStep;
 use hydro_core::parts::valve::{Valve, ValveState};
 use hydro_core::parts::viscosity::viscosity;
 use hydro_core::parts::{cylinder, volume};
@@ -117,9 +118,27 @@ impl Submodel for ProportionalValve {
     }
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Vec<S> {
         let valve = Valve::new(x[0], x[1], x[2], x[3], x[4]);
-        let rates = valve.rates(ValveState { i: x[5], rate: x[6], bristle: x[7] }, x[8]);
-        let next = valve.over(S::constant(1e-3)).advance(ValveState { i: x[5], rate: x[6], bristle: x[7] }, x[8]);
-        vec![rates.i, rates.rate, rates.bristle, valve.fastest_rate(), next.i, next.rate, next.bristle]
+        let from = ValveState { i: x[5], rate: x[6], bristle: x[7] };
+        let rates = valve.rates(from, x[8]);
+        let next = valve.over(S::constant(1e-3)).advance(from, x[8]);
+        let (fastest, swing) = (valve.fastest_rate(), valve.swing_rate());
+        vec![rates.i, rates.rate, rates.bristle, fastest, swing, next.i, next.rate, next.bristle]
+    }
+}
+
+/// Its nonlinearly implicit step, the bristle bent by a share of its most.
+struct StiffValve;
+impl Submodel for StiffValve {
+    fn arguments(&self) -> Vec<BoxedStrategy<f64>> {
+        let parameters = named(["valve.omega", "valve.D", "valve.f_hs", "valve.sigma_0", "valve.sigma_1"]);
+        let current = inside(-0.1, 2.0, Scale::Linear);
+        [parameters, vec![current.clone(), signed(1e-3, 50.0), signed(1e-3, 1.0), current]].concat()
+    }
+    fn evaluate<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        let valve = Valve::new(x[0], x[1], x[2], x[3], x[4]);
+        let from = ValveState { i: x[5], rate: x[6], bristle: x[7] * x[2] / x[3] };
+        let next = StiffValveStep::new(valve, S::constant(1e-3)).advance(from, x[8]);
+        vec![next.i, next.rate, next.bristle]
     }
 }
 
@@ -447,6 +466,7 @@ submodels! {
     orifice_flow: Flow, 500;
     area_table: Table, 300;
     proportional_valve: ProportionalValve, 500;
+    stiff_valve: StiffValve, 500;
     pressure_compensator: PressureCompensator, 500;
     lugre_friction: Friction, 500;
     pressure_rates: Pressures, 500;

@@ -17,7 +17,7 @@ use crate::run::ticks::{Clock, Stopped, Ticks, Warmer};
 use crate::run::{Interrupt, Lifts};
 use crate::scalar::Mask;
 use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
-use crate::solver::fixed::valve_steps;
+use crate::solver::fixed::ValveSteps;
 use crate::solver::vectors::{widest, Work};
 
 /// Makes a controller from its numbers.
@@ -136,15 +136,15 @@ impl Trial {
             .enumerate()
             .map(|(k, &stream)| self.makeup.member(&columns[k * per..(k + 1) * per], stream, self.ticks, self.tick_s))
             .collect();
-        // Lanes of a block share the number of parts that a valve's step is cut into, so each block holds members of
-        // one number: that of a member is its own.
+        // Lanes of a block share how their valves are stepped, so each block holds members that are stepped alike:
+        // how a member is, is its own.
         let h = self.tick_s / self.substeps as f64;
-        let parts = |member: &Option<Drawn>| member.as_ref().map(|m| valve_steps(self.makeup.fastest_rate(m), h));
-        let parts: Vec<Option<usize>> = drawn.iter().map(parts).collect();
-        let mut order: Vec<usize> = (0..drawn.len()).filter(|&k| parts[k].is_some()).collect();
-        order.sort_by_key(|&k| (parts[k], k));
+        let steps = |member: &Option<Drawn>| member.as_ref().map(|m| ValveSteps::of(self.makeup.valve_rates(m), h));
+        let steps: Vec<Option<ValveSteps>> = drawn.iter().map(steps).collect();
+        let mut order: Vec<usize> = (0..drawn.len()).filter(|&k| steps[k].is_some()).collect();
+        order.sort_by_key(|&k| (steps[k], k));
         let blocks: Vec<&[usize]> =
-            order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|alike| alike.chunks(width.lanes())).collect();
+            order.chunk_by(|&a, &b| steps[a] == steps[b]).flat_map(|alike| alike.chunks(width.lanes())).collect();
         let found: Vec<Result<Vec<Outcome>, Error>> = blocks
             .par_iter()
             .map(|places| {

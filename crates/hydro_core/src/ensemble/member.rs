@@ -10,6 +10,7 @@ use crate::random::Random;
 use crate::run::sensing::Sensors;
 use crate::run::Lifts;
 use crate::sensors::{ENCODER_COUNT, PRESSURE_NOISE, TEMPERATURE_NOISE};
+use crate::solver::fixed::ValveRates;
 use crate::truck::{Limits, Truck};
 
 /// One thing that varies.
@@ -148,15 +149,15 @@ impl Makeup {
         Some(Drawn { values, conditions, controller, request, stream })
     }
 
-    /// The valves' fastest rate [1/s], which settles into how many parts their steps are cut.
-    pub fn fastest_rate(&self, drawn: &Drawn) -> f64 {
-        let of = |lift: LiftName| {
+    /// The valves' rates, which settle how they are stepped.
+    pub fn valve_rates(&self, drawn: &Drawn) -> ValveRates {
+        let with = |rates: ValveRates, lift: LiftName| {
             let p = self.limits.parameters(lift, &drawn.values);
-            Valve::new(p.omega, p.damping, p.f_hs, p.valve_sigma_0, p.valve_sigma_1).fastest_rate()
+            rates.with(&Valve::new(p.omega, p.damping, p.f_hs, p.valve_sigma_0, p.valve_sigma_1))
         };
         match self.lifts {
-            Lifts::One(lift) => of(lift),
-            Lifts::Both => of(LiftName::Free).max(of(LiftName::Main)),
+            Lifts::One(lift) => with(ValveRates::default(), lift),
+            Lifts::Both => LiftName::BOTH.into_iter().fold(ValveRates::default(), with),
         }
     }
 }

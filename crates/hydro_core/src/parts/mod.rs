@@ -8,6 +8,7 @@ pub mod end_stop;
 pub mod force_balance;
 pub mod lugre;
 pub mod orifice;
+pub mod stiff_valve;
 pub mod valve;
 pub mod viscosity;
 pub mod volume;

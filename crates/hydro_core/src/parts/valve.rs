@@ -7,12 +7,13 @@ use crate::scalar::{Mask, Scalar};
 /// (Fri & Fahlén 2017, (3.11)–(3.13); 2D/ω as in Figure A.4).
 #[derive(Debug, Clone, Copy)]
 pub struct Valve<S> {
-    omega_squared: S,
-    two_d_over_omega: S,
-    sigma_0: S,
-    sigma_1: S,
+    pub(super) omega_squared: S,
+    pub(super) two_d_over_omega: S,
+    pub(super) sigma_0: S,
+    pub(super) sigma_1: S,
     sigma_0_over_f_hs: S,
     fastest_rate: S,
+    swing_rate: S,
 }
 
 /// The valve's effective current, its rate and the hysteresis bristle.
@@ -28,14 +29,15 @@ pub struct ValveState<S> {
 
 impl<S: Scalar> Valve<S> {
     pub fn new(omega: S, damping: S, f_hs: S, sigma_0: S, sigma_1: S) -> Self {
+        let swing_rate = omega * (S::one() + sigma_0).sqrt();
         Valve {
             omega_squared: omega * omega,
             two_d_over_omega: S::constant(2.0) * damping / omega,
             sigma_0,
             sigma_1,
             sigma_0_over_f_hs: sigma_0 / f_hs,
-            fastest_rate: omega
-                * (S::constant(2.0) * damping + omega * (sigma_1 + sigma_1) + (S::one() + sigma_0).sqrt()),
+            fastest_rate: omega * (S::constant(2.0) * damping + omega * (sigma_1 + sigma_1)) + swing_rate,
+            swing_rate,
         }
     }
 
@@ -66,10 +68,53 @@ impl<S: Scalar> Valve<S> {
         self.fastest_rate
     }
 
+    /// The part of it that no damping makes: ω√(1 + σ0) [1/s].
+    pub fn swing_rate(&self) -> S {
+        self.swing_rate
+    }
+
+    /// The same valve without derivatives.
+    pub(super) fn real(&self) -> Valve<S::Real> {
+        Valve {
+            omega_squared: self.omega_squared.real(),
+            two_d_over_omega: self.two_d_over_omega.real(),
+            sigma_0: self.sigma_0.real(),
+            sigma_1: self.sigma_1.real(),
+            sigma_0_over_f_hs: self.sigma_0_over_f_hs.real(),
+            fastest_rate: self.fastest_rate.real(),
+            swing_rate: self.swing_rate.real(),
+        }
+    }
+
+    /// How far a bristle bends that has yielded to a motion of the sign `way`.
+    #[inline(always)]
+    pub(super) fn yielded(&self, way: S) -> S {
+        way / self.sigma_0_over_f_hs
+    }
+
+    /// dz/di of a bristle bent by `bristle` where the current goes the way of the sign `way`.
+    #[inline(always)]
+    pub(super) fn bends(&self, bristle: S, way: S) -> S {
+        S::one() - way * self.sigma_0_over_f_hs * bristle
+    }
+
+    /// [`Self::bend`], and its slope in `travel`, where that goes the way of the sign `way`.
+    #[inline(always)]
+    pub(super) fn bend_and_slope(&self, bristle: S, travel: S, way: S) -> (S, S) {
+        let (one, half) = (S::one(), S::constant(1.0 / 2.0));
+        let (third, fourth) = (S::constant(1.0 / 6.0), S::constant(1.0 / 24.0));
+        let s = self.sigma_0_over_f_hs * travel.abs();
+        let mean = (one + s * half) + (s * s) * (third + s * fourth);
+        let inverse = one / (one + s * mean);
+        let to_third = (one + s) + (s * s) * (half + s * third);
+        let bend = mean * (travel - bristle * s) * inverse;
+        (bend, self.bends(bristle, way) * to_third * (inverse * inverse))
+    }
+
     /// How much the bristle bends while the current moves by `travel` [A] without turning:
     /// dz/di = ±1 − σ0·z/f_hs in closed form, with 1/(1 + s + s²/2 + s³/6 + s⁴/24) for e^(−s).
     #[inline(always)]
-    fn bend(&self, bristle: S, travel: S) -> S {
+    pub(super) fn bend(&self, bristle: S, travel: S) -> S {
         let (second, third, fourth) = (S::constant(1.0 / 2.0), S::constant(1.0 / 6.0), S::constant(1.0 / 24.0));
         let s = self.sigma_0_over_f_hs * travel.abs();
         let mean = (S::one() + s * second) + (s * s) * (third + s * fourth);
@@ -178,7 +223,7 @@ impl<S: Scalar> ValveStep<S> {
     fn first(&self, x: ValveState<S>, u: S, way: S) -> FirstStage<S> {
         let start = (self.h * x.rate, self.elastic * (u - x.i) - self.bristle_elastic * x.bristle);
         // The bristle bends by 1 − way·σ0·z/f_hs of the travel.
-        let share = S::one() - way * self.valve.sigma_0_over_f_hs * x.bristle;
+        let share = self.valve.bends(x.bristle, way);
         let diagonal = S::constant(ros3::INVERSE_GAMMA);
         let other = diagonal + (self.damping + self.bristle_damping * share);
         let stiffness = self.elastic + self.bristle_elastic * share;

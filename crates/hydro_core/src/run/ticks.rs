@@ -5,7 +5,7 @@ use super::{Inputs, Interrupt};
 use crate::error::Error;
 use crate::mast::{Mast, Physics};
 use crate::scalar::{Mask, Scalar};
-use crate::solver::fixed::{valve_steps, Fixed};
+use crate::solver::fixed::{Fixed, ValveRates, ValveSteps};
 use crate::solver::statistics::Statistics;
 use crate::solver::vectors::Work;
 
@@ -187,7 +187,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Ticks<'_, S, X, L> {
     #[inline(always)]
     fn through(self, mut between: impl Between<S, X, L>) -> Result<Statistics, Stopped> {
         let grid = Grid::new(self.clock.time, self.substeps);
-        let fastest = self.mast.lifts.iter().fold(S::zero(), |rate, lift| rate.max(lift.valve.fastest_rate()));
+        let rates = self.mast.lifts.iter().fold(ValveRates::default(), |rates, lift| rates.with(&lift.valve));
         let oil_at = |k: usize| self.warmer.at(&self.clock, k);
         let delays = self.mast.physics.delays();
         // The rates at the start are those under the first inputs.
@@ -197,7 +197,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Ticks<'_, S, X, L> {
         }
         let mut mast = self.mast;
         mast.set_inputs(self.drive.command(at), oil_at(at));
-        let mut fixed = Fixed::new(mast, self.start, grid.h, valve_steps(fastest.largest(), grid.h));
+        let mut fixed = Fixed::new(mast, self.start, grid.h, ValveSteps::of(rates, grid.h));
         let (mut before, mut after) = (self.start.to_vec(), self.start.to_vec());
         let mut row = after.clone();
         let (mut next, mut j) = (0, 0usize);

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
 use crate::outputs::{Readings, OUTPUTS};
-use crate::solver::fixed::valve_steps;
+use crate::solver::fixed::{ValveRates, ValveSteps};
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
 
@@ -48,7 +48,7 @@ pub fn simulate_variants(
     interrupt: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<Vec<f64>>, Error> {
     let (limits, size) = (course.truck.limits(), course.truck.values().len());
-    let mut parts = Vec::with_capacity(variants.len());
+    let mut steps = Vec::with_capacity(variants.len());
     for (k, variant) in variants.iter().enumerate() {
         course.check(variant)?;
         if variant.values.len() != size || !limits.hold(&variant.values) {
@@ -58,14 +58,14 @@ pub fn simulate_variants(
                 requirement: "a variant within the bounds of the truck's parameters".into(),
             });
         }
-        parts.push(course.valve_parts(variant)?);
+        steps.push(course.valve_steps(variant)?);
     }
-    // Lanes share the number of parts that a valve's step is cut into; that of a variant is its own.
+    // Lanes share how their valves are stepped; that of a variant is its own.
     let mut order: Vec<usize> = (0..variants.len()).collect();
-    order.sort_by_key(|&k| (parts[k], k));
+    order.sort_by_key(|&k| (steps[k], k));
     let width = Width::widest();
     let groups: Vec<&[usize]> =
-        order.chunk_by(|&a, &b| parts[a] == parts[b]).flat_map(|one| one.chunks(width.lanes())).collect();
+        order.chunk_by(|&a, &b| steps[a] == steps[b]).flat_map(|one| one.chunks(width.lanes())).collect();
     let run = |places: &&[usize]| {
         let variants = places.iter().map(|&k| &variants[k]).collect();
         with_registers(width, Group { course, variants, interrupt })
@@ -88,17 +88,17 @@ impl Course<'_> {
         check(&inputs, self.wanted, Solver::Fixed { substeps: self.substeps })
     }
 
-    fn valve_parts(&self, variant: &Variant) -> Result<usize, Error> {
-        let fastest = match self.lifts {
-            Lifts::Both => self.fastest_rate(LiftName::BOTH, variant)?,
-            Lifts::One(lift) => self.fastest_rate([lift], variant)?,
+    fn valve_steps(&self, variant: &Variant) -> Result<ValveSteps, Error> {
+        let rates = match self.lifts {
+            Lifts::Both => self.valve_rates(LiftName::BOTH, variant)?,
+            Lifts::One(lift) => self.valve_rates([lift], variant)?,
         };
-        Ok(valve_steps(fastest, substep_s(self.time, self.substeps)))
+        Ok(ValveSteps::of(rates, substep_s(self.time, self.substeps)))
     }
 
-    fn fastest_rate<const L: usize>(&self, which: [LiftName; L], variant: &Variant) -> Result<f64, Error> {
+    fn valve_rates<const L: usize>(&self, which: [LiftName; L], variant: &Variant) -> Result<ValveRates, Error> {
         let (lifts, _) = self.truck.build(which, variant.load_kg, |k, _| variant.values[k])?;
-        Ok(lifts.iter().fold(0.0, |rate, lift| rate.max(lift.valve.fastest_rate())))
+        Ok(lifts.iter().fold(ValveRates::default(), |rates, lift| rates.with(&lift.valve)))
     }
 }
 

@@ -6,8 +6,9 @@
 //! 1. Velocity and friction bristle are predicted (Adams–Bashforth 3), the position follows
 //!    (Adams–Moulton 4). Ports are read there, at the extrapolated cylinder pressure.
 //! 2. The valve depends on its command alone and runs ahead, one linearly implicit step a substep
-//!    unless its fastest rate asks for more ([`valve_steps`]); its bristle is in closed form, and a
-//!    step in which the current turns is cut there.
+//!    unless its fastest rate asks for more ([`ValveSteps`]); its bristle is in closed form, and a
+//!    step in which the current turns is cut there. Where damping would ask for many, few nonlinearly
+//!    implicit ones take their place.
 //! 3. Given those and the opening, the pressures and the compensator are one scalar equation in
 //!    D = p_A − p_B: p_A by Adams–Moulton 4, p_B by BDF2, the compensator's opening by BDF3, explicit
 //!    in D with its exact ends. It falls strictly with D. Newton's method takes D and p_B together
@@ -24,7 +25,8 @@
 //! compiled without the vectors of [`super::vectors`].
 
 use crate::mast::{Lift, LiftState, Mast, Physics, STATES};
-use crate::parts::valve::{Begun, ValveState, ValveStep};
+use crate::parts::stiff_valve::StiffValveStep;
+use crate::parts::valve::{Begun, Valve, ValveState, ValveStep};
 use crate::ports::Ports;
 use crate::scalar::{Mask, Scalar};
 use crate::solver::drop::DropEquation;
@@ -104,12 +106,12 @@ pub struct Fixed<S, X, const L: usize> {
     own: Vec<S>,
     own_rates: Vec<Past<S>>,
     history: [History<S>; L],
-    valve: [ValveStep<S>; L],
+    valve: [Moving<S>; L],
     /// The valves at the end of the coming substep, if its commands were known in time.
     ahead: Option<[Opened<S>; L]>,
     gains: [Gains<S>; L],
     h: f64,
-    valve_steps: usize,
+    valve_steps: ValveSteps,
     /// Which place of the history holds the newest values.
     newest: usize,
     substeps: usize,
@@ -126,19 +128,98 @@ pub fn memory(lifts: usize, states: usize) -> usize {
     lifts * LIFT_MEMORY + states * (1 + RATES)
 }
 
-/// Largest product of step and fastest rate that the valve's steps are given.
-const VALVE_REACH: f64 = 4.0;
+/// Largest product of step and fastest rate that linearly implicit steps of the valve are given.
+const LINEAR_REACH: f64 = 4.0;
+/// Largest product of step and swing's rate that nonlinearly implicit ones are given: some thirteen steps a swing.
+const IMPLICIT_REACH: f64 = 0.5;
+/// What a nonlinearly implicit step costs in linearly implicit ones: some six Newton iterations against two evaluations.
+const COST: usize = 4;
 
-/// How many steps the valve takes in a substep of `h` [s] if its fastest rate is `rate` [1/s]. An
-/// ensemble takes the largest number over all its members, or a member's bits would depend on its
-/// neighbours.
-pub fn valve_steps(rate: f64, h: f64) -> usize {
-    ((rate * h / VALVE_REACH).ceil() as usize).max(1)
+/// The rates [1/s] that decide how a valve is stepped, the largest of several valves.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ValveRates {
+    fastest: f64,
+    swing: f64,
+}
+
+impl ValveRates {
+    /// These, or faster ones of `valve` in any lane.
+    pub fn with<S: Scalar>(self, valve: &Valve<S>) -> Self {
+        ValveRates {
+            fastest: self.fastest.max(valve.fastest_rate().largest()),
+            swing: self.swing.max(valve.swing_rate().largest()),
+        }
+    }
+}
+
+/// How many steps the valve takes in a substep, and by which method.
+///
+/// An ensemble takes side by side only members that are stepped alike, or a member's bits would depend
+/// on its neighbours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ValveSteps {
+    /// [`ValveStep`].
+    Linear(usize),
+    /// [`StiffValveStep`].
+    Implicit(usize),
+}
+
+impl ValveSteps {
+    /// In a substep of `h` [s].
+    pub fn of(rates: ValveRates, h: f64) -> Self {
+        let number = |rate: f64, reach: f64| ((rate * h / reach).ceil() as usize).max(1);
+        let linear = number(rates.fastest, LINEAR_REACH);
+        let implicit = number(rates.swing, IMPLICIT_REACH);
+        match linear > COST * implicit {
+            true => ValveSteps::Implicit(implicit),
+            false => ValveSteps::Linear(linear),
+        }
+    }
+
+    fn number(self) -> usize {
+        match self {
+            ValveSteps::Linear(number) | ValveSteps::Implicit(number) => number,
+        }
+    }
+
+    fn over<S: Scalar>(self, valve: &Valve<S>, h: f64) -> Moving<S> {
+        let part = S::constant(h / self.number() as f64);
+        match self {
+            ValveSteps::Linear(_) => Moving::Linear(valve.over(part)),
+            ValveSteps::Implicit(_) => Moving::Implicit(StiffValveStep::new(*valve, part)),
+        }
+    }
+}
+
+/// A valve's step over its part of a substep.
+#[derive(Debug, Clone, Copy)]
+enum Moving<S> {
+    Linear(ValveStep<S>),
+    Implicit(StiffValveStep<S>),
+}
+
+impl<S: Scalar> Moving<S> {
+    #[inline(always)]
+    fn advance(&self, x: ValveState<S>, u: S) -> ValveState<S> {
+        match self {
+            Moving::Linear(step) => step.advance(x, u),
+            Moving::Implicit(step) => step.advance(x, u),
+        }
+    }
+
+    /// Its first half, where it can be halved.
+    #[inline(always)]
+    fn begin(&self, x: ValveState<S>, u: S) -> Option<(ValveStep<S>, Begun<S>)> {
+        match self {
+            Moving::Linear(step) => Some((*step, step.begin(x, u))),
+            Moving::Implicit(_) => None,
+        }
+    }
 }
 
 impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
-    /// Starts in `start` with substeps of `h` [s], the valve moving in `valve_steps` parts of each.
-    pub fn new(mast: Mast<S, X, L>, start: &[S], h: f64, valve_steps: usize) -> Self {
+    /// Starts in `start` with substeps of `h` [s], the valve moving in `valve_steps` of each.
+    pub fn new(mast: Mast<S, X, L>, start: &[S], h: f64, valve_steps: ValveSteps) -> Self {
         let lifts = std::array::from_fn(|k| LiftState::from_slice(&start[k * STATES..(k + 1) * STATES]));
         let own = start[L * STATES..].to_vec();
         let zero = S::zero();
@@ -153,8 +234,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             drop: Past::always(s.p_a - s.p_b),
         });
         let own_rates = vec![Past::always(zero); own.len()];
-        let part = S::constant(h / valve_steps as f64);
-        let valve = std::array::from_fn(|k| mast.lifts[k].valve.over(part));
+        let valve = std::array::from_fn(|k| valve_steps.over(&mast.lifts[k].valve, h));
         let gains = std::array::from_fn(|k| Gains::new(&mast.lifts[k], h, &WEIGHTS[0]));
         let mut fixed = Fixed {
             mast,
@@ -286,7 +366,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let mut oil = [Oil { stiffness: S::zero(), q_a: S::zero() }; L];
         for k in 0..L {
             if let Some(after) = after {
-                begun[k] = Some(self.valve[k].begin(opened[k].state, after[k]));
+                begun[k] = self.valve[k].begin(opened[k].state, after[k]);
             }
             oil[k] = self.advance_oil(k, &mut moved[k], opened[k], &ports[k], weights);
         }
@@ -304,9 +384,10 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         if let Some(after) = after {
             let mut ahead = opened;
             for k in 0..L {
-                if let Some(begun) = &begun[k] {
-                    ahead[k] = self.ended(k, begun, after[k]);
-                }
+                ahead[k] = match &begun[k] {
+                    Some(begun) => self.ended(k, begun, after[k]),
+                    None => self.opened(k, opened[k].state, after[k]),
+                };
             }
             self.ahead = Some(ahead);
         }
@@ -359,7 +440,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     #[inline(always)]
     fn opened(&self, k: usize, from: ValveState<S>, command: S) -> Opened<S> {
         let mut state = from;
-        for _ in 0..self.valve_steps {
+        for _ in 0..self.valve_steps.number() {
             state = self.valve[k].advance(state, command);
         }
         Opened { state, area: self.mast.lifts[k].table.at(state.i) }
@@ -367,10 +448,11 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
 
     /// The same where the first step is half done.
     #[inline(always)]
-    fn ended(&self, k: usize, begun: &Begun<S>, command: S) -> Opened<S> {
-        let mut state = self.valve[k].end(begun);
-        for _ in 1..self.valve_steps {
-            state = self.valve[k].advance(state, command);
+    fn ended(&self, k: usize, begun: &(ValveStep<S>, Begun<S>), command: S) -> Opened<S> {
+        let (step, begun) = begun;
+        let mut state = step.end(begun);
+        for _ in 1..self.valve_steps.number() {
+            state = step.advance(state, command);
         }
         Opened { state, area: self.mast.lifts[k].table.at(state.i) }
     }
