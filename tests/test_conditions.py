@@ -1,4 +1,5 @@
-"""A load entered wrongly has its number: in kg, with an interval that holds the truth."""
+"""A condition entered wrongly has its number, in kg or K, with an interval that holds the truth: where the
+recordings do not tell it, one as wide as that."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from forklift import Campaign, Truck
 from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.files import files as diagnosis_files
 from forklift.diagnosis.hypothesis import with_hypotheses
+from forklift.diagnosis.numbers import numbers, of_hypothesis
 from forklift.diagnosis.refit import Refitter
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all
@@ -19,9 +21,12 @@ from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.unknowns import unknowns
+from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.subjects import subject
 
 NULL = Path(__file__).parent / "campaigns" / "null"
+STANDS_AT = 5.0
+"""What the temperature sensor reads that stands still [°C]."""
 
 
 @pytest.fixture(scope="module", params=[-90.0, 130.0], ids=["90 kg too much", "130 kg too little"])
@@ -61,6 +66,68 @@ def test_there_is_no_mean_of_conditions_that_differ_from_recording_to_recording(
     assert [one.file for one in told] == [one.recording.file for one in problem.samples]
     off = [one.value for one in told if not one.lower <= 0.0 <= one.upper]
     assert min(off) < 0.0 < max(off)
+
+
+@pytest.fixture(scope="module")
+def stuck():
+    """Four recordings of two oils, as a temperature sensor has them that stands still in the cold."""
+    campaign, truck = Campaign.read(NULL), Truck.read("thesis")
+    files = [f"free_prms1_{load}kg_{degc}c.csv" for load in (0, 1500) for degc in (20, 60)]
+    right = [next(one for one in campaign.recordings if one.file == file) for file in files]
+    truth = [float(np.nanmean(one["oil_temperature_degc"])) - STANDS_AT for one in right]
+    wrong = [
+        replace(
+            one,
+            channels={**one.channels, "oil_temperature_degc": np.full(len(one.time_s), STANDS_AT)},
+        )
+        for one in right
+    ]
+    every = sensors(wrong)
+    rate = "free.viscosity.lambda"
+    everyone = pose(Forklift(truck, ("free",)), wrong, unknowns(truck, ["free"], hold=[rate]), every)
+    (warm,) = [one for one in hypotheses(truck, ["free"], list(every), {}) if one.id == "temperature_offset"]
+    held = tuple(one for one in unknowns(truck, ["free"]) if one.name == rate)
+    refitter = Refitter(everyone, everyone, every, held=held)
+    return dict(zip(files, truth, strict=True)), warm, refitter.finish(refitter.rough((warm,)))
+
+
+def test_a_temperature_that_viscosity_makes_up_for_is_told_as_unknown(stuck):
+    """Warmer oil in all recordings is oil of a lower viscosity in all of them."""
+    truth, warm, refit = stuck
+    level, *others = offsets(refit, warm)
+    each = {one.file: one for one in others if not one.apart}
+    assert not any(one.told for one in (level, *each.values()))
+    assert level.lower <= np.mean([*truth.values()]) <= level.upper
+    assert [one.lower <= truth[file] <= one.upper for file, one in each.items()] == [True] * len(truth)
+    assert level.lower + STANDS_AT == pytest.approx(-40.0)  # no oil is colder, or warmer, than can be read
+    assert level.upper + STANDS_AT == pytest.approx(130.0)
+
+
+def test_by_how_much_the_temperatures_differ_is_told(stuck):
+    truth, warm, refit = stuck
+    mean = np.mean([*truth.values()])
+    apart = {one.file: one for one in offsets(refit, warm) if one.apart}
+    assert [one.lower <= truth[file] - mean <= one.upper for file, one in apart.items()] == [True] * len(
+        truth
+    )
+    assert [one.told and one.lower * one.upper > 0.0 for one in apart.values()] == [True] * len(truth)
+
+
+def test_what_no_recording_tells_of_the_viscosity_widens_its_interval_too(stuck):
+    _, _, refit = stuck
+    (nu_0,) = [one for one in numbers(refit) if one.name == "free.viscosity.nu_0"]
+    alone = next(one for one in refit.knowledge.estimates if one.name == nu_0.name)
+    assert nu_0.upper / nu_0.lower > 1.2 * alone.upper / alone.lower
+    assert not nu_0.identifiable
+
+
+def test_a_level_that_is_not_told_is_said_to_be_so(stuck):
+    _, warm, refit = stuck
+    rows = [one.to_dict() for one in of_hypothesis(refit, warm)]
+    clause, interval = ForkliftWords().found(warm, rows)
+    assert "differs from recording to recording" in clause
+    assert "a mean that they do not tell" in clause
+    assert "is not known" in interval
 
 
 def test_what_is_predicted_has_the_load_that_was_found(found):

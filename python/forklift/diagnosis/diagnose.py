@@ -99,6 +99,7 @@ def diagnose(
         everyone.over(fitted),
         everyone,
         every,
+        held=tuple(one for one in model.unknowns() if one.name in findings.held),
         unfinished=unfinished,
         strict=not model.reaches_noise,
         later=HALF if model.reaches_noise else LATER,

@@ -6,9 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from forklift.base.arrays import Floats
 from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.refit import Refit
-from forklift.fitting.intervals import LEVEL, ends
+from forklift.fitting.intervals import LEVEL, TOLD, ends
+from forklift.plant.misread import APART, OF
 from forklift.plant.protocol import Hypothesis
 
 
@@ -23,7 +27,7 @@ class Number:
     value, lower, upper
         In its unit; the 95 % interval, each deviation widened by the root of what is left over.
     identifiable
-        Whether the recordings narrow its prior.
+        Whether the recordings narrow its prior; of a condition's, whether they tell it.
     """
 
     name: str
@@ -41,27 +45,41 @@ class Number:
 
 def numbers(refit: Refit) -> tuple[Number, ...]:
     """All that is estimated, in the problem's order."""
+    told, left = _deviations(refit), refit.widening
     return tuple(
         Number(
             one.name,
             one.unknown.unit,
             one.unknown.start[0],
             one.value,
-            *ends(one.unknown, float(theta), refit.widening * one.deviation),
-            one.identifiable,
+            *ends(one.unknown, theta, float(np.hypot(left * noise, held))),
+            bool(np.hypot(noise, held) < TOLD),
         )
-        for one, theta in zip(refit.knowledge.estimates, refit.found.x.tolist(), strict=False)
+        for one, theta, (noise, held) in zip(
+            refit.knowledge.estimates, refit.found.x.tolist(), told, strict=False
+        )
     )
+
+
+def _deviations(refit: Refit) -> Floats:
+    """(unknowns, 2) posterior deviations by the recordings' noise and by what was held, both in the prior's;
+    what was held counts where a doubted condition makes it count."""
+    each = np.array([one.deviation for one in refit.knowledge.estimates])
+    if not refit.doubted:
+        return np.column_stack([each, np.zeros_like(each)])
+    known, n = refit.known, len(each)
+    return np.column_stack([each * known.looser[:n], np.sqrt(np.diag(known.held)[:n])])
 
 
 def of_hypothesis(refit: Refit, hypothesis: Hypothesis) -> Iterator[Number]:
     """Those that a hypothesis brings: its amplitude first; of a condition its offsets, the mean first, if
-    the recordings agree on one."""
+    the recordings agree on one or none tells it, and then each less the mean."""
     if hypothesis.amplitude is None:
         if hypothesis in refit.hypotheses:
             for one in offsets(refit, hypothesis):
-                name = f"{hypothesis.id}.{one.name}{f' in {one.file}' if one.file else ''}"
-                yield Number(name, one.unit, 0.0, one.value, one.lower, one.upper)
+                of = f"{APART if one.apart else ''}{OF + one.file if one.file else ''}"
+                name = f"{hypothesis.id}.{one.name}{of}"
+                yield Number(name, one.unit, 0.0, one.value, one.lower, one.upper, one.told)
         return
     own = {unknown.name for unknown in hypothesis.addition.free}
     yield from (one for one in numbers(refit) if one.name in own)

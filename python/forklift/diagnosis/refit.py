@@ -29,6 +29,7 @@ from forklift.diagnosis.criteria import (
     STRAIN,
     TWICE,
 )
+from forklift.diagnosis.doubted import Known, what_is_known
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import log_evidence, loo_log_score
 from forklift.diagnosis.unfinished import Unfinished
@@ -39,6 +40,7 @@ from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, ended
 from forklift.fitting.work import Work
+from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Hypothesis
 from forklift.recordings.noise import Sensor
 
@@ -90,6 +92,8 @@ class Refit:
     asked where nothing shows without them."""
     cold: bool = False
     """Whether it was searched for from the start machine too."""
+    held: tuple[Unknown, ...] = ()
+    """Parameters that no recording tells, so that it left them alone."""
     rest: Callable[[], tuple[ChannelResidual, ...]] = tuple
     """Judges it on the recordings that were fitted, which decide nothing."""
 
@@ -194,6 +198,17 @@ class Refit:
         )
 
     @property
+    def doubted(self) -> tuple[str, ...]:
+        """The conditions that its hypotheses doubt."""
+        doubts = [one.addition.widened for one in self.hypotheses if one.amplitude is None]
+        return tuple(dict.fromkeys(name for widened in doubts for name, _ in widened))
+
+    @cached_property
+    def known(self) -> Known:
+        """How well its unknowns are known, the level of what it doubts by the recordings alone."""
+        return what_is_known(self.found, self.doubted, self.held)
+
+    @property
     def freedoms(self) -> int:
         """How many numbers its hypotheses bring, in all recordings that it was fitted to."""
         conditions = sum(len(one.addition.widened) for one in self.hypotheses if one.amplitude is None)
@@ -238,6 +253,8 @@ class Refitter:
     """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
     noise can be reached: what one law of another shape leaves over invites a second that is none."""
 
+    held: tuple[Unknown, ...] = ()
+    """Parameters that no recording tells, so that no refit moves them."""
     unfinished: Unfinished = field(default_factory=Unfinished)
     """What was searched for already."""
     known: dict[Refit, Found] = field(default_factory=dict, compare=False, repr=False)
@@ -525,7 +542,9 @@ class Refitter:
         def rest() -> tuple[ChannelResidual, ...]:
             return self.residuals_of(hypotheses, found, known, _fitted) if "validate" in roles else ()
 
-        return Refit(tuple(hypotheses), found, known, told, costs, finished, early, left, rest=rest)
+        return Refit(
+            tuple(hypotheses), found, known, told, costs, finished, early, left, rest=rest, held=self.held
+        )
 
     def residuals_of(
         self, hypotheses: Sequence[Hypothesis], found: Found, known: Knowledge, which: Which

@@ -231,7 +231,9 @@ def _lines(found: Outcome) -> Iterator[str]:
         for row in [
             row for one in (cause.hypothesis, cause.curve) if one for row in of_hypothesis(found.final, one)
         ]:
-            yield (f"  {row.name} = {row.value:.5g} {row.unit} (95 %: {row.lower:.5g} to {row.upper:.5g})")
+            untold = "" if row.identifiable else ", not told by these recordings"
+            between = f"95 %: {row.lower:.5g} to {row.upper:.5g}{untold}"
+            yield f"  {row.name} = {row.value:.5g} {row.unit} ({between})"
         if cause.not_separable_from:
             yield f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}."
         if cause.alone is not None:

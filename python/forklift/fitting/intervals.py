@@ -106,7 +106,7 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     _, jacobian = problem.compressed(x)
     normal = jacobian.T @ jacobian
     shared = len(problem.unknowns)
-    covariance = _inverse(normal)[:shared, :shared]
+    covariance = inverse(normal)[:shared, :shared]
     deviation = np.sqrt(np.diag(covariance))
     alone = 1.0 / np.sqrt(np.diag(normal))[:shared]
     estimates = tuple(
@@ -126,10 +126,10 @@ def covariance_at_noise(problem: Problem, x: Floats, sensors: Mapping[str, Senso
     problem = problem.weighted({name: sensor.noise for name, sensor in sensors.items()})
     _, jacobian = problem.compressed(x)
     shared = len(problem.unknowns)
-    return np.asarray(_inverse(jacobian.T @ jacobian)[:shared, :shared])
+    return np.asarray(inverse(jacobian.T @ jacobian)[:shared, :shared])
 
 
-def _inverse(normal: Floats) -> Floats:
+def inverse(normal: Floats) -> Floats:
     """Of normal equations with a prior of about 1 in every direction; where slopes are so large that rounding
     has lost it, nothing is known of that direction but the prior."""
     try:

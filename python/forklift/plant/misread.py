@@ -11,6 +11,8 @@ Rows = Sequence[Mapping[str, Any]]
 """Parameters as `forklift.diagnosis.numbers.Number` has them: name, unit, value, lower, upper."""
 OF = " in "
 """Between what a condition's number is called and the recording that it is of."""
+APART = " less their mean"
+"""After the name of a condition's number: by how much one recording's differs from the mean of all."""
 
 
 class Found(NamedTuple):
@@ -54,11 +56,15 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
     what, entered
         The condition in words, and how its value came to be known: ``"entered"``, ``"recorded"``.
     rows
-        The mean, if the recordings agree on it, and each recording: what acts, less what was entered.
+        The mean, if the recordings agree on it, and each recording: what acts, less what was entered. Where
+        no recording tells the mean, it is marked so, and each recording is told apart from it too.
     """
-    each = [row for row in rows if OF in row["name"]]
+    apart = [row for row in rows if APART in row["name"]]
+    each = [row for row in rows if OF in row["name"] and row not in apart]
     mean = next((row for row in rows if OF not in row["name"]), None)
     off = [row for row in each if row["lower"] > 0.0 or row["upper"] < 0.0]
+    if mean and not mean.get("identifiable", True):
+        return _differing(what, entered, mean, apart) if apart else Found()
     if not each or not (mean or off):
         return Found()
     unit = printed(each[0]["unit"])
@@ -78,6 +84,21 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
         f"In {len(off)} of {len(each)} recordings it is off, each known to ±{number(0.5 * wide, 2)} "
         f"{unit} (95 % "
         f"interval); positive: it was {entered} too low.",
+    )
+
+
+def _differing(what: str, entered: str, mean: Mapping[str, Any], apart: Rows) -> Found:
+    """Recordings that differ by what they tell, about a mean that they do not tell."""
+    unit = printed(mean["unit"])
+    low, high = min(apart, key=lambda row: row["value"]), max(apart, key=lambda row: row["value"])
+    least, greatest = ([_signed(row[end]) for end in ("value", "lower", "upper")] for row in (low, high))
+    return Found(
+        f"the {what} is not what was {entered}: its error differs from recording to recording, by "
+        f"{least[0]} to {greatest[0]} {unit} about a mean that they do not tell",
+        f"95 % intervals {least[1]} to {least[2]} {unit} and {greatest[1]} to {greatest[2]} {unit}; "
+        f"positive: it was {entered} too low. How far it is off in all of them together is not known, as "
+        f"other parameters make up for it: anything from {_signed(mean['lower'])} to "
+        f"{_signed(mean['upper'])} {unit}.",
     )
 
 

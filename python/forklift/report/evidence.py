@@ -164,33 +164,40 @@ def _laws(found: Diagnosis) -> Iterator[Figure]:
 def _conditions(found: Diagnosis) -> Iterator[Table]:
     """Of a condition that was entered wrongly, what was entered and what was found."""
     for cause in found.causes:
-        own = {(row.file, row.name): (row.lower, row.upper) for row in offsets(found.final, cause.hypothesis)}
+        own = list(offsets(found.final, cause.hypothesis))
+        ends = {(row.file, row.name): (row.lower, row.upper) for row in own if row.file and not row.apart}
+        apart = {(row.file, row.name): row for row in own if row.apart}
         rows = []
         for file, role, name, given, value in entered(found, cause.hypothesis):
             what, unit, _ = found.machine.words.condition(name)
-            ends = next(
-                (end for (of, short), end in own.items() if of == file and name.startswith(short)), None
-            )
-            between = f"{given + ends[0]:.1f} to {given + ends[1]:.1f}" if ends else "—"
-            rows.append(
-                [
-                    file,
-                    HELD.get(role, role),
-                    f"{capital(what)} [{unit}]",
-                    f"{given:.1f}",
-                    f"{value:.1f}",
-                    between,
-                ]
-            )
+            short = next((short for _, short in ends if name.startswith(short)), name)
+            end, less = ends.get((file, short)), apart.get((file, short))
+            row = [file, HELD.get(role, role), f"{capital(what)} [{unit}]", f"{given:.1f}", f"{value:.1f}"]
+            row.append(f"{given + end[0]:.1f} to {given + end[1]:.1f}" if end else "—")
+            if apart:
+                row += [f"{less.value:.1f}", f"{less.lower:.1f} to {less.upper:.1f}"] if less else ["—", "—"]
+            rows.append(row)
         if rows:
+            heads = ["Recording", "Role", "Condition", "Entered or recorded", "Found", "95 % interval"]
+            heads += ["Offset less their mean", "95 % interval"] if apart else []
             yield Table(
                 "Conditions of the recordings, as entered and as found",
-                ["Recording", "Role", "Condition", "Entered or recorded", "Found", "95 % interval"],
+                heads,
                 rows,
-                [False, False, False, True, True, True],
+                [k >= 3 for k in range(len(heads))],
                 note="Recordings fitted on have an interval; of those held out the condition was fitted "
-                "alone, with all else as it was found.",
+                f"alone, with all else as it was found.{_untold(found) if apart else ''}",
             )
+
+
+def _untold(found: Diagnosis) -> str:
+    """What is told where a mean is not."""
+    held = " and ".join(one.name for one in found.final.held)
+    scale = f", as well as {held} is known, which was held as no recording tells it" if held else ""
+    return (
+        f" By how much their errors differ is told{scale}. How far all of them together are off is not, as "
+        "other parameters make up for it."
+    )
 
 
 def _added(found: Diagnosis) -> Iterator[Points]:

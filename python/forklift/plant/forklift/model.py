@@ -30,7 +30,7 @@ from forklift.plant.forklift.unnamed import answer, curves, ringing
 from forklift.plant.forklift.variables import variables
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Place, Run, Steps
-from forklift.recordings.channels import LIFTS, Lift
+from forklift.recordings.channels import LIFTS, Lift, table
 from forklift.recordings.clocks import driving
 
 if TYPE_CHECKING:
@@ -208,8 +208,7 @@ class Forklift:
             OWN,
             np.array([recording.load_kg, 0.0, 0.0, *(start[0] for start in starts)]),
             np.array([*widths, *(start[1] for start in starts)]),
-            np.where(np.array(OWN) == "load", 0.0, -np.inf),  # no load is below zero
-            np.full(len(OWN), np.inf),
+            *_ends(float(temperature[0])),
             Prepared(recording.time_s, clock, command, temperature, tick_s),
         )
 
@@ -337,6 +336,16 @@ class Forklift:
     def ordered(self, values: Mapping[str, float], unknowns: Sequence[Unknown]) -> tuple[Floats, Floats]:
         """The knots of tables stay in order."""
         return rising(self.at(values) if values else self.truck, unknowns)
+
+
+def _ends(degc: float) -> tuple[Floats, Floats]:
+    """Between which a recording's own must lie, with oil of `degc` [°C] as it was read or entered: no load is
+    below zero, and no oil colder or warmer than its channel can read."""
+    least, most = np.full(len(OWN), -np.inf), np.full(len(OWN), np.inf)
+    least[OWN.index("load")] = 0.0
+    oil, place = table()["oil_temperature_degc"], OWN.index("oil_temperature")
+    least[place], most[place] = oil.lower - degc, oil.upper - degc
+    return least, most
 
 
 def _start(
