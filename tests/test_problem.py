@@ -136,13 +136,20 @@ def test_a_recordings_own_unknowns_touch_no_other_recording():
     assert not np.array_equal(before[0]["pressure_free_pa"], after[0]["pressure_free_pa"])
 
 
-def test_no_search_asks_for_a_load_below_zero():
-    lower, upper = problem("free_prms1_0kg_20c.csv").bounds()
-    first, second, _ = problem().starts
+def test_no_search_asks_for_a_load_below_zero_or_for_oil_that_none_can_be():
+    given = problem("free_prms1_0kg_20c.csv")
+    lower, upper = given.bounds()
+    first, second, _ = given.starts
     assert lower[first] == 0.0
     assert lower[second] == -300.0
-    assert np.isneginf(np.delete(lower[first:], [0, second - first])).all()
-    assert np.isposinf(upper[first:]).all()
+    for start, sample in ((first, given.samples[0]), (second, given.samples[1])):
+        oil = sample.names.index("oil_temperature")
+        place, read = start + oil, sample.prepared.temperature[0]
+        assert read + sample.width[oil] * lower[place] == pytest.approx(-40.0)
+        assert read + sample.width[oil] * upper[place] == pytest.approx(130.0)
+    bounded = [0, 1, second - first, second - first + 1]
+    assert np.isneginf(np.delete(lower[first:], bounded)).all()
+    assert np.isposinf(np.delete(upper[first:], [1, second - first + 1])).all()
 
 
 def test_samples_that_are_missing_leave_the_variables_of_a_moment_whole():
