@@ -75,3 +75,25 @@ def test_from_where_a_name_ended_the_machine_alone_explains_all(refitter):
 def test_where_it_ends_no_better_the_first_fit_stands(refitter):
     baseline = refitter.baseline()
     assert refitter.simpler(led_to(refitter, baseline, 10.0 * baseline.early.x[0]), baseline) is None
+
+
+@pytest.fixture(scope="module")
+def noisy() -> Refitter:
+    """Most of what the machine alone leaves over is noise that no machine could follow."""
+    random = np.random.default_rng(4)
+    measured = np.sin(TRUE * TIME) + 2.0 * random.standard_normal((3, len(TIME)))
+    problem = analytic.problem(measured, [analytic.unknown("omega", 10.0)], ringing, slopes, 0.01)
+    samples = [replace(one, recording=Recording(f"{k}.csv")) for k, one in enumerate(problem.samples)]
+    problem = problem.over(samples)
+    return Refitter(problem, problem, analytic.sensors(problem))
+
+
+@pytest.mark.parametrize(("share", "stands"), [(1.0, False), (4.0, True)], ids=["all of it", "a quarter"])
+def test_the_machine_alone_is_better_there_if_it_gains_half_of_what_the_name_gained(noisy, share, stands):
+    baseline = noisy.baseline()
+    led = led_to(noisy, baseline, NEAR)
+    there = noisy.rough((), led)
+    gained = baseline.rough - there.rough
+    assert 0.0 < gained < 0.5 * baseline.rough  # half of the cost is out of reach
+    name = replace(led, costs=(there.costs[0], baseline.rough - share * gained))
+    assert (noisy.simpler(name, baseline) is None) is stands

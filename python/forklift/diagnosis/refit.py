@@ -12,15 +12,16 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import (
+    ALIKE,
     BEHIND,
     BOUND,
     CLEAR,
     ENDED,
     LEAST_FAULT,
+    LEAST_ROUGH,
     LESS,
     LIVES_UP,
     MISFIT,
-    MOST_OF,
     MOVES,
     MUCH,
     NEAR,
@@ -509,11 +510,13 @@ class Refitter:
     def simpler(self, refit: Refit, before: Refit) -> Refit | None:
         """The hypotheses of `before` alone, searched for again from where a refit with more of them ended.
 
-        None, unless that leaves far less over: the search that led to `before` had then gone astray.
+        None, unless that gains half of what the refit gained: the search that led to `before` had then gone
+        astray, and the refit is no better for what it has more. (Of the cost itself half may be out of reach:
+        most of it may be the sensors' noise.)
         """
         problem = with_hypotheses(self.start, before.hypotheses)
         x = carry(refit.early.x, refit.early.problem, problem)
-        bar = MOST_OF * before.rough
+        bar = before.rough - max(ALIKE * (before.rough - refit.rough), LEAST_ROUGH)
         found, cost = self._searched(problem, x, AGAIN, (bar,))
         if cost > bar:
             return None

@@ -158,6 +158,19 @@ def helps(refit: Refit, best: Refit, share: float) -> bool:
     return refit.identifiable and gained >= (CLEARLY if eased else max(CLEARLY, share * best.excess))
 
 
+def led_elsewhere(refits: Sequence[Refit], best: Refit, share: float) -> Refit | None:
+    """Of those that remove this share of what `best` leaves over although an amplitude is not told from none,
+    the one that leaves least: what is not there explains nothing, so its search ended in another place."""
+    found = [
+        refit
+        for refit in refits
+        if refit.finished
+        and not refit.identifiable
+        and best.squares - refit.squares >= max(CLEARLY, share * best.excess)
+    ]
+    return min(found, key=lambda refit: refit.squares, default=None)
+
+
 def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     """Whether a first name leaves nothing over of a faint mismatch, and gains as much on recordings held
     out as a hypothesis must promise where no channel shows anything.

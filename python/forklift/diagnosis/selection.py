@@ -46,6 +46,7 @@ from forklift.diagnosis.rules import (
     helps,
     labels,
     leads,
+    led_elsewhere,
     may_help,
     mended,
     replaces,
@@ -149,6 +150,8 @@ def select(
         if step is not None:
             steps.append(step)
             best = step.accepted or best
+        if best is not baseline and not best.hypotheses:
+            return Selection(best, (), best, skipped=tuple(race.skipped))
     best = needed(race, best)
     law = _law_instead(refitter, baseline, best, steps, clock, general) if best.complete else None
     if law is not None:
@@ -313,7 +316,8 @@ def _near(
             break
     refits = refits[len(beside) :]
     accepted = choice(helping(refits, best, race.refitter, beside))
-    return Step(screening, tuple(sorted(refits, key=rank)), accepted)
+    astray = None if best.hypotheses else _astray(race, best, accepted, refits, screening)
+    return astray or Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
 
 def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit] = ()) -> Step:
@@ -323,8 +327,8 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     removes nearly as much.
 
     A name may gain only because the machine alone was caught in a local minimum. So the machine alone is
-    fitted again from where the first name that helps ended; if that leaves far less over, it is accepted
-    instead.
+    fitted again from where the first name that helps ended, or one that gained as much without being there;
+    if that gains half as much, it is accepted instead.
     """
     gains = [found.gain for found in screening.singles]
     least = max(WORTH * gains[0], LITTLE * excess_screened(best, screening)) if gains else 0.0
@@ -348,14 +352,13 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     asked = bool(best.hypotheses or best.complete or best.slight)
     race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
+        before = len(refits)
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
         accepted = choice(helping(refits[len(shapes) :], best, race.refitter, shapes))
-        if accepted is not None and not asked:
-            asked = True
-            race.say("fitting the machine alone again")
-            alone = race.refitter.simpler(accepted, best)
-            if alone is not None:
-                return Step(screening, (accepted,), alone)
+        astray = None if asked else _astray(race, best, accepted, refits[before:], screening)
+        if astray is not None:
+            return astray
+        asked = asked or accepted is not None
         enough = accepted is not None and (accepted.complete or accepted.slight)
         if accepted is not None and (enough or leads(accepted, best, screening)):
             others = rivals(accepted, refits, screening)
@@ -365,6 +368,19 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     refits = refits[len(shapes) :]
     accepted = choice(helping(refits, best, race.refitter, shapes))
     return Step(screening, tuple(sorted(refits, key=rank)), accepted)
+
+
+def _astray(
+    race: Race, best: Refit, accepted: Refit | None, tried: Sequence[Refit], screening: Screening
+) -> Step | None:
+    """The machine alone, fitted again from where a name ended that gained much: one that helps, or one that
+    is not there itself. None, where that gains little: the gain was the name's."""
+    gained = accepted or led_elsewhere(tried, best, share_asked(best, race.refitter))
+    if gained is None:
+        return None
+    race.say("fitting the machine alone again")
+    alone = race.refitter.simpler(gained, best)
+    return None if alone is None else Step(screening, (gained,), alone)
 
 
 def _law_instead(
