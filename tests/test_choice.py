@@ -14,7 +14,7 @@ from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit, Refitter
-from forklift.diagnosis.rules import choice, foresees, helping, may_help, mended, replaces
+from forklift.diagnosis.rules import choice, foresees, helping, led_elsewhere, may_help, mended, replaces
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import alarming, needed
 from forklift.plant.forklift.unnamed import curves
@@ -201,6 +201,37 @@ def test_a_condition_that_recordings_confirm_is_not_dropped_for_want_of_a_need()
     assert unconfirmed.hypotheses == (gain,)
     confirmed = needed(race, cast(Refit, Asked((load, gain), loo_log_score=200.0)))
     assert load in confirmed.hypotheses
+
+
+@pytest.mark.parametrize(("score", "stays"), [(None, False), (70.0, True)])
+def test_a_second_name_that_recordings_confirm_is_not_dropped_because_those_held_out_are_few(score, stays):
+    leak, limit = (Hypothesis(id, "physics", "", "", "", id, Addition()) for id in ("leak", "limit"))
+
+    class Held:
+        later = 0.5
+        together = 1.0
+
+        def without(self, hypothesis: Hypothesis, refit: Asked) -> Asked:
+            rest = tuple(one for one in refit.hypotheses if one is not hypothesis)
+            return Asked(rest, squares=5000.0 if hypothesis is leak else refit.squares + 20.0)
+
+    best = Asked((leak, limit), loo_log_score=score)
+    found = needed(Race(cast(Refitter, Held()), Clock()), cast(Refit, best))
+    assert found.hypotheses == ((leak, limit) if stays else (leak,))
+
+
+def test_who_gains_much_without_being_there_only_ended_elsewhere():
+    best = Tried((), 9000.0, 8000.0)
+    there = Tried((LEAK,), 4000.0)
+    absent = Tried((DRY,), 5000.0, identifiable=False)
+    little = Tried((STRIBECK,), 8900.0, identifiable=False)
+    stopped = Tried((CURVE,), 1000.0, identifiable=False, finished=False)
+
+    def elsewhere(*refits: Tried) -> Refit | None:
+        return led_elsewhere([cast(Refit, one) for one in refits], cast(Refit, best), 0.1)
+
+    assert elsewhere(there, absent, little, stopped) is cast(Refit, absent)
+    assert elsewhere(there, little, stopped) is None
 
 
 @pytest.mark.parametrize(("gained", "stays"), [(20.0, False), (400.0, True)])

@@ -227,8 +227,6 @@ def _named(
             return accepted, [], []
         best = accepted
         left = _beside(best, hypotheses)
-        if best.complete:  # a condition may be far off, and each recording's own make up for it
-            left = [one for one in left if one.kind == "parameter"]
         if not left or len(best.hypotheses) >= MOST_ACCEPTED or race.refitter.work.spent:
             return best, steps, shapes
         race.say("screening the hypotheses")
@@ -237,8 +235,28 @@ def _named(
         screening = screen(at.problem, at.x, left)
         if faint:
             screening = alarming(screening, race.refitter.together)
+            if best.complete:
+                screening = _beyond_its_law(race, best, screening, general)
             if not screening.singles:
                 return best, steps, shapes
+
+
+def _beyond_its_law(race: Race, best: Refit, screening: Screening, general: General) -> Screening:
+    """Beside what explains everything: conditions, and names whose evidence is greater than that of every
+    curve that would mend the law of what it has.
+
+    A second cause may show in no channel, as a first may; but a law of another shape than the catalogue's
+    invites a second name that is none, and what a second cause does a curve follows in part. Both are linear
+    about the same place, so that the greater evidence tells. A condition is no rival of a curve: each
+    recording's own make up for one that is far off.
+    """
+    if all(one.hypotheses[0].kind == "parameter" for one in screening.singles):
+        return screening
+    at = race.refitter.everywhere(best)
+    curves = screen(at.problem, at.x, general.beside(best), 0).singles
+    law = max((one.evidence for one in curves), default=0.0)
+    left = [one for one in screening.singles if one.hypotheses[0].kind == "parameter" or one.evidence > law]
+    return replace(screening, singles=tuple(left))
 
 
 def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
@@ -488,11 +506,12 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
     what it must to be accepted after the others: two that entered at once may hide that one does not. Where
     nothing is left over without it either, it must gain what it must promise there to be asked for.
     """
-    first = best.hypotheses[:1]
+    first, last = best.hypotheses[:1], best.hypotheses[-1:]
     for hypothesis in best.hypotheses:
         named = hypothesis.kind != "unknown" and hypothesis not in kept
-        if hypothesis.amplitude is None and (best.loo_log_score or 0.0) >= CONFIRMED:
-            continue  # recordings predict each other better by it, though none needs it for itself
+        by_all = hypothesis.amplitude is None or hypothesis in last
+        if by_all and (best.loo_log_score or 0.0) >= CONFIRMED:
+            continue  # recordings predict each other better by it, though those held out may not need it
         sure = best.complete and best.deviations(hypothesis) >= BEYOND_DOUBT
         if len(best.hypotheses) > 1 and named and not sure:
             race.say(f"checking whether {hypothesis.label} is needed")

@@ -130,12 +130,24 @@ def _at(found: Outcome, one: Hypothesis) -> str:
     return found.machine.words.at(one.name, one.where)
 
 
+def in_all_alone(found: Outcome) -> bool:
+    """Whether what was found shows in no recording by itself, so that all of them together decided."""
+    return found.baseline.complete and bool(found.final.loo_log_score)
+
+
 def _gained(found: Outcome) -> str:
-    if found.final.loo_log_score:
-        return (
-            "; it shows in no recording alone, but all of them predict each other better with it, by "
-            f"{found.final.loo_log_score:.0f} in ln probability"
-        )
+    score = found.final.loo_log_score
+    if not score:
+        return _less(found)
+    it = "it" if in_all_alone(found) else "what was found last"
+    said = (
+        f"; {it} shows in no recording alone, but all of them predict each other better with it, by "
+        f"{score:.0f} in ln probability"
+    )
+    return said if in_all_alone(found) else f"{_less(found)}{said}"
+
+
+def _less(found: Outcome) -> str:
     told = gain(found)
     kept = "held out" if found.judged_on == "validate" else "it was fitted on"
     if told is None or not told.shows:

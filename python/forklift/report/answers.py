@@ -210,7 +210,7 @@ def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         for place in (found.machine.acted_on(cause.hypothesis) or (cause.hypothesis.where,))
         if place
     )
-    velocity = bool(found.causes) and sentences.gain(found) is not None and not found.final.loo_log_score
+    velocity = bool(found.causes) and sentences.gain(found) is not None and not sentences.in_all_alone(found)
     details = [_most(found, location["signal"], velocity)]
     theirs = bool(found.causes) and found.causes[0].hypothesis.kind in ENTERED
     if found.inputs and not theirs:
@@ -327,7 +327,7 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
         return f"Its law is uncertain: {_doubt(found, cause)}."
     if row["kind"] in ENTERED:
         return f"With it {sentences.remainder(found)}."
-    if found.final.loo_log_score:
+    if sentences.in_all_alone(found):
         return (
             f"{capital(sentences.remainder(found))}, as without it: these recordings tell little of its law."
         )
@@ -379,9 +379,11 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"({_worst(found, found.final.worst)}) {NOISE}."
     )
     if found.final.loo_log_score:
+        it = "It" if sentences.in_all_alone(found) else "What was found last"
         noise += (
-            " It shows in no recording alone. But each recording is predicted better by all the others with "
-            f"it, altogether by {number(found.final.loo_log_score)} in ln probability, which decides here."
+            f" {it} shows in no recording alone. But each recording is predicted better by all the others "
+            f"with it, altogether by {number(found.final.loo_log_score)} in ln probability, "
+            "which decides here."
         )
     all_errors = [f"Root mean square errors, {kept}: {', '.join(changes)}."] if changes else []
     gain = sentences.gain(found)
