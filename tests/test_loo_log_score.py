@@ -3,16 +3,21 @@ distributions."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
-from analytic import apart, unknown
+from analytic import CHANNEL, apart, unknown
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.screening import loo_log_score, screen
 from forklift.plant.protocol import Addition, Hypothesis
+from forklift.recordings.noise import Sensor
 
 SHARED, OWN = ("a", "b", "c"), ("p", "q")
 """Unknown numbers of the machine, and of each recording."""
@@ -154,3 +159,47 @@ def test_the_gain_of_a_pair_is_what_one_linear_step_of_everything_takes_off(seed
     without = [order.index("a"), order.index("b")]
     (pair,) = screen(problem, x, both).pairs
     assert pair.gain == pytest.approx(taken_off([0, 1, 2, 3]) - taken_off(without), rel=1e-6, abs=1e-6)
+
+
+def slowly(problem, rho, gap):
+    """The problem with noise of correlation ρ from one sample to the next, and one instant passed over."""
+    samples = []
+    for sample in problem.samples:
+        (seen,) = sample.observed
+        sensor = Sensor(CHANNEL, 1.0, 0.0, correlation=rho, step_s=0.02)
+        rows = np.arange(len(seen.values)) + (np.arange(len(seen.values)) >= gap)
+        recording = SimpleNamespace(time_s=0.02 * np.arange(rows[-1] + 1))
+        answers = {name: np.insert(row, gap, 0.0) for name, row in sample.prepared.items()}
+        observed = (replace(seen, sensor=sensor, rows=rows),)
+        samples.append(replace(sample, recording=recording, prepared=answers, observed=observed))
+    return problem.over(samples)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 0.9), st.integers(1, 3))
+def test_slow_noise_is_not_taken_for_many_samples(seed, rho, gap):
+    problem, x = drawn(seed, 3, 1.0, COMMON)
+    slow = slowly(problem, rho, gap)
+
+    def density(problem, x, which):
+        rho_, slope = problem.prior(x)
+        slope[len(SHARED) : len(problem.unknowns)] = 1.0
+        residual, rows, noise = [], [], []
+        for k, run in enumerate(problem.linearise(x)):
+            if k in which:
+                wide = np.zeros((len(run.residual[CHANNEL]), len(x)))
+                wide[:, problem.columns(k)] = run.jacobian[CHANNEL]
+                at = problem.samples[k].observed[0].rows
+                noise.append(rho ** np.abs(at[:, None] - at))
+                residual.append(run.residual[CHANNEL])
+                rows.append(wide)
+        A = np.concatenate(rows)
+        off = np.concatenate(residual) - A @ (rho_ / slope)
+        return multivariate_normal.logpdf(off, None, block_diag(*noise) + (A / slope**2) @ A.T)
+
+    def given_others(problem, x):
+        everyone = set(range(3))
+        whole = density(problem, x, everyone)
+        return sum(whole - density(problem, x, everyone - {left}) for left in everyone)
+
+    want = given_others(*with_effect(slow, x, COMMON)) - given_others(slow, x)
+    assert loo_log_score(slow, x, [COMMON]) == pytest.approx(want, rel=1e-6, abs=1e-6)

@@ -20,7 +20,9 @@ from forklift.base.errors import ForkliftError
 from forklift.diagnosis.criteria import UNTOLD
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.rounding import rounded
-from forklift.fitting.interface import Problem
+from forklift.diagnosis.whitening import whitened
+from forklift.fitting.interface import Problem, Sample
+from forklift.fitting.observed import Observed
 from forklift.plant.protocol import Hypothesis
 
 SOFT = 0.3
@@ -119,9 +121,9 @@ def loo_log_score(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis])
     The sum over recordings of ln p(recording | the others, hypotheses) - ln p(recording | the others), each
     the difference of two evidences of the problem linear about x (leave-one-out logarithmic score; Gneiting &
     Raftery 2007, section 7.1): every recording counts, and none speaks for itself. Without number, where a
-    hypothesis moves nothing that is measured.
+    hypothesis moves nothing that is measured. Slow noise counts as often as it is independent.
     """
-    base, columns = _linear(problem, x, hypotheses)
+    base, columns = _linear(problem, x, hypotheses, slow=True)
     return base.loo_log_score(columns) if len(columns) == len(hypotheses) else float("nan")
 
 
@@ -132,14 +134,22 @@ def log_evidence(problem: Problem, x: Floats, together: float = 1.0) -> float:
     return base.log_evidence(together)
 
 
-def _linear(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]) -> tuple[_Base, list[_Column]]:
-    """The problem linear about x, and what those hypotheses add to it that move anything."""
+def _linear(
+    problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], *, slow: bool = False
+) -> tuple[_Base, list[_Column]]:
+    """The problem linear about x, and what those hypotheses add to it that move anything; `slow`: with what
+    slow noise has in common taken off, so that the normal equations are those of its likelihood."""
     problem = _weighted(problem)
     runs = problem.linearise(x)
 
+    def independent(sample: Sample, seen: Observed, rows: Floats) -> Floats:
+        if slow and seen.sensor.correlation:
+            return whitened(seen, sample.recording.time_s, rows)
+        return rounded(seen.sensor, rows)
+
     def stack(parts: Sequence[Mapping[str, Floats]]) -> list[Floats]:
         return [
-            np.concatenate([rounded(seen.sensor, part[seen.sensor.channel]) for seen in sample.observed])
+            np.concatenate([independent(sample, seen, part[seen.sensor.channel]) for seen in sample.observed])
             for sample, part in zip(problem.samples, parts, strict=True)
         ]
 
