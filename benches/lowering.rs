@@ -13,7 +13,7 @@ use hydro_core::dual::Dual;
 use hydro_core::lanes::{with_eight, with_sixteen, LaneScalar, LaneWork, Lanes};
 use hydro_core::mast::{LiftName, Mast, Thesis, STATES};
 use hydro_core::scalar::Scalar;
-use hydro_core::solver::fixed::{valve_steps, Fixed};
+use hydro_core::solver::fixed::{Fixed, ValveRates, ValveSteps};
 use hydro_core::solver::vectors::{widest, Work};
 
 const SUBSTEPS: usize = 4;
@@ -51,7 +51,8 @@ fn lowering<S: Scalar>(value: impl Fn(usize, f64) -> S) -> Lowering<S> {
     let mut mast = Mast { lifts, physics: Thesis, command: [S::zero()], oil_temperature_degc: S::constant(40.0) };
     mast.set_inputs([S::zero()], S::constant(40.0));
     let h = TICK / SUBSTEPS as f64;
-    Lowering { fixed: Fixed::new(mast, &start, h, valve_steps(350.0, h)), command }
+    let valve_steps = ValveSteps::of(ValveRates::default().with(&mast.lifts[0].valve), h);
+    Lowering { fixed: Fixed::new(mast, &start, h, valve_steps), command }
 }
 
 struct Row<'a, 'b>(&'a mut BenchmarkGroup<'b, WallTime>);

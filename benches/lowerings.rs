@@ -15,7 +15,7 @@ use hydro_core::lanes::{with_eight, with_sixteen, LaneScalar, LaneWork, Lanes};
 use hydro_core::mast::{LiftName, LiftState, Mast, Thesis, STATES};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::scalar::Scalar;
-use hydro_core::solver::fixed::{valve_steps, Fixed};
+use hydro_core::solver::fixed::{Fixed, ValveRates, ValveSteps};
 use hydro_core::solver::vectors::{widest, Work};
 use hydro_core::truck::Truck;
 
@@ -116,8 +116,8 @@ fn fixed<S: Scalar>(
         let mut mast = Mast { lifts, physics: Thesis, command: [S::zero()], oil_temperature_degc: temperature };
         mast.set_inputs([S::zero()], temperature);
         let h = set.tick / substeps as f64;
-        let rate = lane(mast.lifts[0].valve.fastest_rate(), 0);
-        let fixed = Fixed::new(mast, &start, h, valve_steps(rate, h));
+        let valve_steps = ValveSteps::of(ValveRates::default().with(&mast.lifts[0].valve), h);
+        let fixed = Fixed::new(mast, &start, h, valve_steps);
         widest(Block { fixed, command: &command, substeps, out: &mut out });
         seconds += clock.elapsed().as_secs_f64();
         for l in 0..group.len() {

@@ -11,13 +11,14 @@ use hydro_core::lanes::{with_eight, with_sixteen, LaneScalar, LaneWork, Lanes};
 use hydro_core::mast::{Extended, LiftName, Mast, Physics, Thesis, STATES};
 use hydro_core::random::Random;
 use hydro_core::scalar::Scalar;
-use hydro_core::solver::fixed::Fixed;
+use hydro_core::solver::fixed::{Fixed, ValveSteps};
 use hydro_core::solver::vectors::{widest, Work};
 use hydro_core::truck::{Truck, Value};
 
 const TICKS: usize = 150;
 const SUBSTEPS: usize = 3;
-const VALVE_STEPS: usize = 2;
+/// Of the thesis's physics alone, and with effects.
+const VALVE_STEPS: [ValveSteps; 2] = [ValveSteps::Linear(2), ValveSteps::Implicit(2)];
 
 /// One member of an ensemble: factors on a truck's values, load, temperature, command.
 struct Member {
@@ -107,7 +108,13 @@ fn lower<R: Way, S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f6
     let (lifts, effects) = truck.build(LiftName::BOTH, load, value).unwrap();
     let temperature = number(&|lane| set[lane].temperature);
     let command = (0..TICKS).map(|k| [0, 1].map(|lift| number(&|lane| set[lane].command[lift][k]))).collect::<Vec<_>>();
-    fn go<R: Way, S: Scalar, X: Physics<S>>(mast: Mast<S, X, 2>, command: Vec<[S; 2]>, temperature: S) -> Vec<S> {
+    let valve_steps = VALVE_STEPS[usize::from(extended)];
+    fn go<R: Way, S: Scalar, X: Physics<S>>(
+        mast: Mast<S, X, 2>,
+        command: Vec<[S; 2]>,
+        temperature: S,
+        valve_steps: ValveSteps,
+    ) -> Vec<S> {
         let mut mast = mast;
         mast.set_inputs(command[0], temperature);
         let mut start = vec![S::zero(); mast.dim()];
@@ -115,19 +122,17 @@ fn lower<R: Way, S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f6
             let at = S::constant(lift.start_position());
             mast.lifts[k].at_rest(at).write(&mut start[k * STATES..(k + 1) * STATES]);
         }
-        let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, VALVE_STEPS);
+        let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, valve_steps);
         R::run(Lower { fixed, command, temperature })
     }
     let zero = S::zero();
     if extended {
         let physics = Extended::new(&effects, &lifts);
-        go::<R, _, _>(Mast { lifts, physics, command: [zero; 2], oil_temperature_degc: zero }, command, temperature)
+        let mast = Mast { lifts, physics, command: [zero; 2], oil_temperature_degc: zero };
+        go::<R, _, _>(mast, command, temperature, valve_steps)
     } else {
-        go::<R, _, _>(
-            Mast { lifts, physics: Thesis, command: [zero; 2], oil_temperature_degc: zero },
-            command,
-            temperature,
-        )
+        let mast = Mast { lifts, physics: Thesis, command: [zero; 2], oil_temperature_degc: zero };
+        go::<R, _, _>(mast, command, temperature, valve_steps)
     }
 }
 
@@ -247,7 +252,7 @@ fn duals_over_lanes_are_duals_and_their_values_are_the_plain_run() {
             let at = Dual::constant(lift.start_position());
             mast.lifts[k].at_rest(at).write(&mut start[k * STATES..(k + 1) * STATES]);
         }
-        let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, VALVE_STEPS);
+        let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, VALVE_STEPS[0]);
         Plain::run(Lower { fixed, command, temperature })
     };
     let plain = in_lanes::<Plain, 4>(false, &set);
