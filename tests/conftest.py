@@ -3,11 +3,16 @@
 import json
 
 import pytest
+from hypothesis import settings
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, fit
 from forklift.fitting.fit import Fit
 from pages import Text
+
+# How long a case takes is no test of anything on a busy machine: time goes into benches.
+settings.register_profile("timeless", deadline=None)
+settings.load_profile("timeless")
 
 
 @pytest.fixture(scope="session")

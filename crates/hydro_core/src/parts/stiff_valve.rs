@@ -72,11 +72,14 @@ impl<S: Scalar> StiffValveStep<S> {
     /// One step with the command `u` [A] held. A current may turn within it.
     #[inline(always)]
     pub fn advance(&self, x: ValveState<S>, u: S) -> ValveState<S> {
-        let rest = S::constant(1.0 - GAMMA);
+        let (zero, rest) = (S::zero(), S::constant(1.0 - GAMMA));
         let start = (self.h * x.rate, self.elastic * (u - x.i) - self.bristle_elastic * x.bristle);
-        let first = self.stage(x.bristle, start, S::zero(), S::zero());
-        let last = self.stage(x.bristle, start, rest * first.rate, rest * first.pull);
-        ValveState { i: x.i + last.travel, rate: last.rate * self.inverse_h, bristle: x.bristle + last.bend }
+        let mut stage = Stage { travel: zero, bend: zero, rate: zero, pull: zero };
+        // The first of two begins where the step does, the second where the first one's rates have led.
+        for _ in 0..2 {
+            stage = self.stage(x.bristle, start, rest * stage.rate, rest * stage.pull);
+        }
+        ValveState { i: x.i + stage.travel, rate: stage.rate * self.inverse_h, bristle: x.bristle + stage.bend }
     }
 
     /// The stage that starts after the travels `travel` and `momentum`, where both rates were `start` at first.

@@ -199,14 +199,6 @@ enum Moving<S> {
 }
 
 impl<S: Scalar> Moving<S> {
-    #[inline(always)]
-    fn advance(&self, x: ValveState<S>, u: S) -> ValveState<S> {
-        match self {
-            Moving::Linear(step) => step.advance(x, u),
-            Moving::Implicit(step) => step.advance(x, u),
-        }
-    }
-
     /// Its first half, where it can be halved.
     #[inline(always)]
     fn begin(&self, x: ValveState<S>, u: S) -> Option<(ValveStep<S>, Begun<S>)> {
@@ -354,7 +346,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         self.mast.physics.relax(&self.mast.bus(self.lifts), &ahead, h, &mut self.own);
         let (ports, _) = self.mast.physics.ports(&ahead, &self.own);
         let known = self.ahead.take();
-        let after = if X::COMMAND_AS_GIVEN && S::NUMBERS == 1 { after } else { None };
+        let ahead_of_time = X::COMMAND_AS_GIVEN && S::NUMBERS == 1 && matches!(self.valve_steps, ValveSteps::Linear(_));
+        let after = if ahead_of_time { after } else { None };
         let mut begun = [None; L];
         let mut opened = [Opened { state: self.lifts[0].valve(), area: S::zero() }; L];
         for k in 0..L {
@@ -384,10 +377,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         if let Some(after) = after {
             let mut ahead = opened;
             for k in 0..L {
-                ahead[k] = match &begun[k] {
-                    Some(begun) => self.ended(k, begun, after[k]),
-                    None => self.opened(k, opened[k].state, after[k]),
-                };
+                if let Some(begun) = &begun[k] {
+                    ahead[k] = self.ended(k, begun, after[k]);
+                }
             }
             self.ahead = Some(ahead);
         }
@@ -440,8 +432,17 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     #[inline(always)]
     fn opened(&self, k: usize, from: ValveState<S>, command: S) -> Opened<S> {
         let mut state = from;
-        for _ in 0..self.valve_steps.number() {
-            state = self.valve[k].advance(state, command);
+        match &self.valve[k] {
+            Moving::Linear(step) => {
+                for _ in 0..self.valve_steps.number() {
+                    state = step.advance(state, command);
+                }
+            }
+            Moving::Implicit(step) => {
+                for _ in 0..self.valve_steps.number() {
+                    state = step.advance(state, command);
+                }
+            }
         }
         Opened { state, area: self.mast.lifts[k].table.at(state.i) }
     }
