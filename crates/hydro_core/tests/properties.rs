@@ -137,7 +137,7 @@ impl Submodel for StiffValve {
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Vec<S> {
         let valve = Valve::new(x[0], x[1], x[2], x[3], x[4]);
         let from = ValveState { i: x[5], rate: x[6], bristle: x[7] * x[2] / x[3] };
-        let next = StiffValveStep::new(valve, S::constant(1e-3)).advance(from, x[8]);
+        let next = StiffValveStep::new(valve.over(S::constant(1e-3))).advance(from, x[8]);
         vec![next.i, next.rate, next.bristle]
     }
 }

@@ -1,6 +1,6 @@
 //! The valve over steps that are long beside what damps it.
 
-use crate::parts::valve::{Valve, ValveState};
+use crate::parts::valve::{ValveState, ValveStep};
 use crate::scalar::{Mask, Scalar};
 
 /// γ of Alexander's method.
@@ -22,17 +22,7 @@ const MOST_ITERATIONS: usize = 12;
 /// equation, so a step may be as long as the valve's swings allow.
 #[derive(Debug, Clone, Copy)]
 pub struct StiffValveStep<S> {
-    valve: Valve<S>,
-    h: S,
-    inverse_h: S,
-    /// 2Dωh.
-    damping: S,
-    /// ω²σ1·h.
-    bristle_damping: S,
-    /// ω²h².
-    elastic: S,
-    /// ω²σ0·h².
-    bristle_elastic: S,
+    step: ValveStep<S>,
     /// a = 1 + γ·2Dωh + γ²ω²h².
     by_travel: S,
     /// b = γω²σ1·h + γ²ω²σ0·h².
@@ -49,23 +39,13 @@ struct Stage<S> {
 }
 
 impl<S: Scalar> StiffValveStep<S> {
-    /// Steps of `h` [s].
-    pub fn new(valve: Valve<S>, h: S) -> Self {
-        let (one, gamma) = (S::one(), S::constant(GAMMA));
-        let stiffness = h * valve.omega_squared;
-        let (damping, bristle_damping) = (stiffness * valve.two_d_over_omega, stiffness * valve.sigma_1);
-        let elastic = h * stiffness;
-        let bristle_elastic = elastic * valve.sigma_0;
+    /// Steps as long as `step`.
+    pub fn new(step: ValveStep<S>) -> Self {
+        let gamma = S::constant(GAMMA);
         StiffValveStep {
-            valve,
-            h,
-            inverse_h: one / h,
-            damping,
-            bristle_damping,
-            elastic,
-            bristle_elastic,
-            by_travel: one + gamma * (damping + gamma * elastic),
-            by_bend: gamma * (bristle_damping + gamma * bristle_elastic),
+            step,
+            by_travel: S::one() + gamma * (step.damping + gamma * step.elastic),
+            by_bend: gamma * (step.bristle_damping + gamma * step.bristle_elastic),
         }
     }
 
@@ -73,13 +53,14 @@ impl<S: Scalar> StiffValveStep<S> {
     #[inline(always)]
     pub fn advance(&self, x: ValveState<S>, u: S) -> ValveState<S> {
         let (zero, rest) = (S::zero(), S::constant(1.0 - GAMMA));
-        let start = (self.h * x.rate, self.elastic * (u - x.i) - self.bristle_elastic * x.bristle);
+        let start = self.step.start(x, u);
         let mut stage = Stage { travel: zero, bend: zero, rate: zero, pull: zero };
         // The first of two begins where the step does, the second where the first one's rates have led.
         for _ in 0..2 {
             stage = self.stage(x.bristle, start, rest * stage.rate, rest * stage.pull);
         }
-        ValveState { i: x.i + stage.travel, rate: stage.rate * self.inverse_h, bristle: x.bristle + stage.bend }
+        let rate = stage.rate * self.step.inverse_h;
+        ValveState { i: x.i + stage.travel, rate, bristle: x.bristle + stage.bend }
     }
 
     /// The stage that starts after the travels `travel` and `momentum`, where both rates were `start` at first.
@@ -87,16 +68,14 @@ impl<S: Scalar> StiffValveStep<S> {
     fn stage(&self, bristle: S, start: (S, S), travel: S, momentum: S) -> Stage<S> {
         let gamma = S::constant(GAMMA);
         let found = self.solve(bristle, travel + gamma * (start.0 + (momentum + gamma * start.1)));
-        let bend = self.valve.bend(bristle, found);
-        let pull = start.1 - self.elastic * found - self.bristle_elastic * bend;
-        let rate = start.0 + (momentum + gamma * pull) - self.damping * found - self.bristle_damping * bend;
-        Stage { travel: found, bend, rate, pull }
+        let (rate, pull, bend) = self.step.rates(bristle, start, found, momentum);
+        Stage { travel: found, bend, rate: rate + gamma * pull, pull }
     }
 
     /// The travel t with a·t + b·bend(t) = `rest`.
     #[inline(always)]
     fn solve(&self, bristle: S, rest: S) -> S {
-        let valve = self.valve.real();
+        let valve = self.step.valve.real();
         let (a, b) = (self.by_travel.real(), self.by_bend.real());
         let (z, aim) = (bristle.real(), rest.real());
         let one = S::Real::one();
@@ -108,24 +87,24 @@ impl<S: Scalar> StiffValveStep<S> {
         // A lane that has converged stays as it is, so that its bits do not depend on its neighbours.
         let mut moves = one.lt(one).not();
         for _ in 0..MOST_ITERATIONS {
-            let (bend, slope) = valve.bend_and_slope(z, travel, way);
-            let step = (aim - a * travel - b * bend) / (a + b * slope);
+            let slope = a + b * valve.bend_slope(z, travel, way);
+            let step = (aim - a * travel - b * valve.bend(z, travel)) / slope;
             travel = S::Real::select(moves, travel + step, travel);
             moves = moves.and((S::Real::constant(CONVERGED) * travel.abs()).lt(step.abs()));
             if !moves.any() {
                 break;
             }
         }
-        let (_, slope) = valve.bend_and_slope(z, travel, way);
         let at = S::from_real(travel);
-        let residual = self.by_travel * at + self.by_bend * self.valve.bend(bristle, at) - rest;
-        S::implicit(travel, residual, a + b * slope)
+        let residual = self.by_travel * at + self.by_bend * self.step.valve.bend(bristle, at) - rest;
+        S::implicit(travel, residual, a + b * valve.bend_slope(z, travel, way))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parts::valve::Valve;
 
     const REST: ValveState<f64> = ValveState { i: 0.0, rate: 0.0, bristle: 0.0 };
     const H: f64 = 0.005;
@@ -149,33 +128,26 @@ mod tests {
         [0.4, 0.9, 0.85, 0.2, 0.23, 0.5, 0.0, 0.7][(t / 0.04 + 1e-9) as usize % 8]
     }
 
-    /// The current every 5 ms for 0.32 s, by `steps` of this method in each.
-    fn stiff(valve: &Valve<f64>, steps: usize) -> Vec<f64> {
-        let step = StiffValveStep::new(*valve, H / steps as f64);
+    /// The current every 5 ms for 0.32 s, by `steps` in each.
+    fn currents(steps: usize, advance: impl Fn(ValveState<f64>, f64) -> ValveState<f64>) -> Vec<f64> {
         let mut x = REST;
-        (0..64)
-            .map(|k| {
-                for _ in 0..steps {
-                    x = step.advance(x, command(k as f64 * H));
-                }
-                x.i
-            })
-            .collect()
+        let mut every = |k: usize| {
+            x = (0..steps).fold(x, |x, _| advance(x, command(k as f64 * H)));
+            x.i
+        };
+        (0..64).map(&mut every).collect()
     }
 
-    /// The same by the linearly implicit method, in steps that its stability allows and shorter ones.
+    fn stiff(valve: &Valve<f64>, steps: usize) -> Vec<f64> {
+        let step = StiffValveStep::new(valve.over(H / steps as f64));
+        currents(steps, |x, u| step.advance(x, u))
+    }
+
+    /// By the linearly implicit method, in steps that its stability allows and shorter ones.
     fn witness(valve: &Valve<f64>) -> Vec<f64> {
         let steps = ((valve.fastest_rate() * H / 2.0).ceil() as usize).max(400);
         let step = valve.over(H / steps as f64);
-        let mut x = REST;
-        (0..64)
-            .map(|k| {
-                for _ in 0..steps {
-                    x = step.advance(x, command(k as f64 * H));
-                }
-                x.i
-            })
-            .collect()
+        currents(steps, |x, u| step.advance(x, u))
     }
 
     fn root_mean_square(a: &[f64], b: &[f64]) -> f64 {
@@ -198,7 +170,7 @@ mod tests {
         for of in &STIFF[..4] {
             let valve = valve(*of);
             let at = |steps: usize| {
-                let step = StiffValveStep::new(valve, 0.015 / steps as f64);
+                let step = StiffValveStep::new(valve.over(0.015 / steps as f64));
                 (0..steps).fold(REST, |x, _| step.advance(x, 1.0)).i
             };
             let exact = at(1 << 15);
@@ -217,7 +189,7 @@ mod tests {
             for u in [0.3, 1.5] {
                 let mut x = REST;
                 for _ in 0..200 {
-                    x = StiffValveStep::new(valve, 10.0).advance(x, u);
+                    x = StiffValveStep::new(valve.over(10.0)).advance(x, u);
                 }
                 let rest = valve.settled(u, x.bristle * of.3 / of.2);
                 assert!((x.i - rest.i).abs() < 1e-9 && x.bristle * of.3 <= of.2 * 1.000_001, "{of:?}: {x:?}");

@@ -7,10 +7,10 @@ use crate::scalar::{Mask, Scalar};
 /// (Fri & Fahlén 2017, (3.11)–(3.13); 2D/ω as in Figure A.4).
 #[derive(Debug, Clone, Copy)]
 pub struct Valve<S> {
-    pub(super) omega_squared: S,
-    pub(super) two_d_over_omega: S,
-    pub(super) sigma_0: S,
-    pub(super) sigma_1: S,
+    omega_squared: S,
+    two_d_over_omega: S,
+    sigma_0: S,
+    sigma_1: S,
     sigma_0_over_f_hs: S,
     fastest_rate: S,
     swing_rate: S,
@@ -98,27 +98,29 @@ impl<S: Scalar> Valve<S> {
         S::one() - way * self.sigma_0_over_f_hs * bristle
     }
 
-    /// [`Self::bend`], and its slope in `travel`, where that goes the way of the sign `way`.
+    /// (e^s − 1)/s to the fourth order of e^s, so that 1/(1 + s·mean) stands for e^(−s).
     #[inline(always)]
-    pub(super) fn bend_and_slope(&self, bristle: S, travel: S, way: S) -> (S, S) {
-        let (one, half) = (S::one(), S::constant(1.0 / 2.0));
-        let (third, fourth) = (S::constant(1.0 / 6.0), S::constant(1.0 / 24.0));
-        let s = self.sigma_0_over_f_hs * travel.abs();
-        let mean = (one + s * half) + (s * s) * (third + s * fourth);
-        let inverse = one / (one + s * mean);
-        let to_third = (one + s) + (s * s) * (half + s * third);
-        let bend = mean * (travel - bristle * s) * inverse;
-        (bend, self.bends(bristle, way) * to_third * (inverse * inverse))
+    fn mean(s: S) -> S {
+        let (second, third, fourth) = (S::constant(1.0 / 2.0), S::constant(1.0 / 6.0), S::constant(1.0 / 24.0));
+        (S::one() + s * second) + (s * s) * (third + s * fourth)
     }
 
     /// How much the bristle bends while the current moves by `travel` [A] without turning:
     /// dz/di = ±1 − σ0·z/f_hs in closed form, with 1/(1 + s + s²/2 + s³/6 + s⁴/24) for e^(−s).
     #[inline(always)]
     pub(super) fn bend(&self, bristle: S, travel: S) -> S {
-        let (second, third, fourth) = (S::constant(1.0 / 2.0), S::constant(1.0 / 6.0), S::constant(1.0 / 24.0));
         let s = self.sigma_0_over_f_hs * travel.abs();
-        let mean = (S::one() + s * second) + (s * s) * (third + s * fourth);
+        let mean = Self::mean(s);
         mean * (travel - bristle * s) / (S::one() + s * mean)
+    }
+
+    /// Its slope in `travel`, where that goes the way of the sign `way`.
+    #[inline(always)]
+    pub(super) fn bend_slope(&self, bristle: S, travel: S, way: S) -> S {
+        let s = self.sigma_0_over_f_hs * travel.abs();
+        let whole = S::one() + s * Self::mean(s);
+        let square = s * s;
+        self.bends(bristle, way) * (whole - square * square * S::constant(1.0 / 24.0)) / (whole * whole)
     }
 
     /// The valve over steps of `h` [s].
@@ -141,17 +143,17 @@ impl<S: Scalar> Valve<S> {
 /// A valve with what depends on the length of a step worked out. All coefficients are without unit.
 #[derive(Debug, Clone, Copy)]
 pub struct ValveStep<S> {
-    valve: Valve<S>,
-    h: S,
-    inverse_h: S,
+    pub(super) valve: Valve<S>,
+    pub(super) h: S,
+    pub(super) inverse_h: S,
     /// 2Dωh.
-    damping: S,
+    pub(super) damping: S,
     /// ω²σ1·h.
-    bristle_damping: S,
+    pub(super) bristle_damping: S,
     /// ω²h².
-    elastic: S,
+    pub(super) elastic: S,
     /// ω²σ0·h².
-    bristle_elastic: S,
+    pub(super) bristle_elastic: S,
 }
 
 /// Travels per step [A] below which the valve counts as at rest: it turns there without notice.
@@ -201,10 +203,16 @@ impl<S: Scalar> ValveStep<S> {
         }
     }
 
+    /// h·di/dt and h²·dp/dt in the state `x`.
+    #[inline(always)]
+    pub(super) fn start(&self, x: ValveState<S>, u: S) -> (S, S) {
+        (self.h * x.rate, self.elastic * (u - x.i) - self.bristle_elastic * x.bristle)
+    }
+
     /// h·di/dt, h²·dp/dt and how much the bristle has bent, where the current has moved by `travel`
     /// and h·p by `momentum` since both rates were `start`.
     #[inline(always)]
-    fn rates(&self, bristle: S, start: (S, S), travel: S, momentum: S) -> (S, S, S) {
+    pub(super) fn rates(&self, bristle: S, start: (S, S), travel: S, momentum: S) -> (S, S, S) {
         let bend = self.valve.bend(bristle, travel);
         let rate = start.0 + momentum - self.damping * travel - self.bristle_damping * bend;
         (rate, start.1 - self.elastic * travel - self.bristle_elastic * bend, bend)
@@ -221,7 +229,7 @@ impl<S: Scalar> ValveStep<S> {
     /// Its matrix and first stage.
     #[inline(always)]
     fn first(&self, x: ValveState<S>, u: S, way: S) -> FirstStage<S> {
-        let start = (self.h * x.rate, self.elastic * (u - x.i) - self.bristle_elastic * x.bristle);
+        let start = self.start(x, u);
         // The bristle bends by 1 − way·σ0·z/f_hs of the travel.
         let share = self.valve.bends(x.bristle, way);
         let diagonal = S::constant(ros3::INVERSE_GAMMA);

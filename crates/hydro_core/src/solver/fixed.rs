@@ -106,7 +106,8 @@ pub struct Fixed<S, X, const L: usize> {
     own: Vec<S>,
     own_rates: Vec<Past<S>>,
     history: [History<S>; L],
-    valve: [Moving<S>; L],
+    valve: [ValveStep<S>; L],
+    stiff_valve: [StiffValveStep<S>; L],
     /// The valves at the end of the coming substep, if its commands were known in time.
     ahead: Option<[Opened<S>; L]>,
     gains: [Gains<S>; L],
@@ -181,32 +182,6 @@ impl ValveSteps {
             ValveSteps::Linear(number) | ValveSteps::Implicit(number) => number,
         }
     }
-
-    fn over<S: Scalar>(self, valve: &Valve<S>, h: f64) -> Moving<S> {
-        let part = S::constant(h / self.number() as f64);
-        match self {
-            ValveSteps::Linear(_) => Moving::Linear(valve.over(part)),
-            ValveSteps::Implicit(_) => Moving::Implicit(StiffValveStep::new(*valve, part)),
-        }
-    }
-}
-
-/// A valve's step over its part of a substep.
-#[derive(Debug, Clone, Copy)]
-enum Moving<S> {
-    Linear(ValveStep<S>),
-    Implicit(StiffValveStep<S>),
-}
-
-impl<S: Scalar> Moving<S> {
-    /// Its first half, where it can be halved.
-    #[inline(always)]
-    fn begin(&self, x: ValveState<S>, u: S) -> Option<(ValveStep<S>, Begun<S>)> {
-        match self {
-            Moving::Linear(step) => Some((*step, step.begin(x, u))),
-            Moving::Implicit(_) => None,
-        }
-    }
 }
 
 impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
@@ -226,7 +201,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             drop: Past::always(s.p_a - s.p_b),
         });
         let own_rates = vec![Past::always(zero); own.len()];
-        let valve = std::array::from_fn(|k| valve_steps.over(&mast.lifts[k].valve, h));
+        let part = S::constant(h / valve_steps.number() as f64);
+        let valve: [ValveStep<S>; L] = std::array::from_fn(|k| mast.lifts[k].valve.over(part));
+        let stiff_valve = valve.map(StiffValveStep::new);
         let gains = std::array::from_fn(|k| Gains::new(&mast.lifts[k], h, &WEIGHTS[0]));
         let mut fixed = Fixed {
             mast,
@@ -237,6 +214,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             own_rates,
             history,
             valve,
+            stiff_valve,
             ahead: None,
             gains,
             h,
@@ -359,7 +337,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let mut oil = [Oil { stiffness: S::zero(), q_a: S::zero() }; L];
         for k in 0..L {
             if let Some(after) = after {
-                begun[k] = self.valve[k].begin(opened[k].state, after[k]);
+                begun[k] = Some(self.valve[k].begin(opened[k].state, after[k]));
             }
             oil[k] = self.advance_oil(k, &mut moved[k], opened[k], &ports[k], weights);
         }
@@ -432,28 +410,27 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     #[inline(always)]
     fn opened(&self, k: usize, from: ValveState<S>, command: S) -> Opened<S> {
         let mut state = from;
-        match &self.valve[k] {
-            Moving::Linear(step) => {
-                for _ in 0..self.valve_steps.number() {
-                    state = step.advance(state, command);
+        match self.valve_steps {
+            ValveSteps::Linear(number) => {
+                for _ in 0..number {
+                    state = self.valve[k].advance(state, command);
                 }
             }
-            Moving::Implicit(step) => {
-                for _ in 0..self.valve_steps.number() {
-                    state = step.advance(state, command);
+            ValveSteps::Implicit(number) => {
+                for _ in 0..number {
+                    state = self.stiff_valve[k].advance(state, command);
                 }
             }
         }
         Opened { state, area: self.mast.lifts[k].table.at(state.i) }
     }
 
-    /// The same where the first step is half done.
+    /// The same where the first linearly implicit step is half done.
     #[inline(always)]
-    fn ended(&self, k: usize, begun: &(ValveStep<S>, Begun<S>), command: S) -> Opened<S> {
-        let (step, begun) = begun;
-        let mut state = step.end(begun);
+    fn ended(&self, k: usize, begun: &Begun<S>, command: S) -> Opened<S> {
+        let mut state = self.valve[k].end(begun);
         for _ in 1..self.valve_steps.number() {
-            state = step.advance(state, command);
+            state = self.valve[k].advance(state, command);
         }
         Opened { state, area: self.mast.lifts[k].table.at(state.i) }
     }
