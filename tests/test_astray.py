@@ -42,14 +42,18 @@ def slopes(parameters: np.ndarray) -> np.ndarray:
     return (TIME * np.cos(parameters[0] * TIME))[:, None]
 
 
-@pytest.fixture(scope="module")
-def refitter() -> Refitter:
+def measured_with(noise: float) -> Refitter:
     random = np.random.default_rng(4)
-    measured = np.sin(TRUE * TIME) + 0.01 * random.standard_normal((3, len(TIME)))
+    measured = np.sin(TRUE * TIME) + noise * random.standard_normal((3, len(TIME)))
     problem = analytic.problem(measured, [analytic.unknown("omega", 10.0)], ringing, slopes, 0.01)
     samples = [replace(one, recording=Recording(f"{k}.csv")) for k, one in enumerate(problem.samples)]
     problem = problem.over(samples)
     return Refitter(problem, problem, analytic.sensors(problem))
+
+
+@pytest.fixture(scope="module")
+def refitter() -> Refitter:
+    return measured_with(0.01)
 
 
 def led_to(refitter: Refitter, baseline: Refit, omega: float) -> Refit:
@@ -80,12 +84,7 @@ def test_where_it_ends_no_better_the_first_fit_stands(refitter):
 @pytest.fixture(scope="module")
 def noisy() -> Refitter:
     """Most of what the machine alone leaves over is noise that no machine could follow."""
-    random = np.random.default_rng(4)
-    measured = np.sin(TRUE * TIME) + 2.0 * random.standard_normal((3, len(TIME)))
-    problem = analytic.problem(measured, [analytic.unknown("omega", 10.0)], ringing, slopes, 0.01)
-    samples = [replace(one, recording=Recording(f"{k}.csv")) for k, one in enumerate(problem.samples)]
-    problem = problem.over(samples)
-    return Refitter(problem, problem, analytic.sensors(problem))
+    return measured_with(2.0)
 
 
 @pytest.mark.parametrize(("share", "stands"), [(1.0, False), (4.0, True)], ids=["all of it", "a quarter"])

@@ -136,15 +136,19 @@ def in_all_alone(found: Outcome) -> bool:
 
 
 def _gained(found: Outcome) -> str:
-    score = found.final.loo_log_score
-    if not score:
+    if not found.final.loo_log_score:
         return _less(found)
-    it = "it" if in_all_alone(found) else "what was found last"
-    said = (
-        f"; {it} shows in no recording alone, but all of them predict each other better with it, by "
-        f"{score:.0f} in ln probability"
-    )
+    said = f"; {by_all(found)} in ln probability"
     return said if in_all_alone(found) else f"{_less(found)}{said}"
+
+
+def by_all(found: Outcome) -> str:
+    """That all recordings together decided, and by how much."""
+    it = "it" if in_all_alone(found) else "what was found last"
+    return (
+        f"{it} shows in no recording alone, but all of them predict each other better with it, by "
+        f"{found.final.loo_log_score or 0.0:.0f}"
+    )
 
 
 def _less(found: Outcome) -> str:

@@ -379,12 +379,7 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"({_worst(found, found.final.worst)}) {NOISE}."
     )
     if found.final.loo_log_score:
-        it = "It" if sentences.in_all_alone(found) else "What was found last"
-        noise += (
-            f" {it} shows in no recording alone. But each recording is predicted better by all the others "
-            f"with it, altogether by {number(found.final.loo_log_score)} in ln probability, "
-            "which decides here."
-        )
+        noise += f" {capital(sentences.by_all(found))} in ln probability, which decides here."
     all_errors = [f"Root mean square errors, {kept}: {', '.join(changes)}."] if changes else []
     gain = sentences.gain(found)
     if gain is None or not gain.shows:
