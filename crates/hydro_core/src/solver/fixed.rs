@@ -133,7 +133,8 @@ pub fn memory(lifts: usize, states: usize) -> usize {
 const LINEAR_REACH: f64 = 4.0;
 /// Largest product of step and swing's rate that nonlinearly implicit ones are given: some thirteen steps a swing.
 const IMPLICIT_REACH: f64 = 0.5;
-/// What a nonlinearly implicit step costs in linearly implicit ones: some six Newton iterations against two evaluations.
+/// What a nonlinearly implicit step costs in linearly implicit ones, counted in evaluations of the bristle: about eight
+/// (in two stages, some three iterations and the end of each) against two.
 const COST: usize = 4;
 
 /// The rates [1/s] that decide how a valve is stepped, the largest of several valves.
