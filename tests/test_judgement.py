@@ -1,6 +1,6 @@
 """A recording held out is judged where its own unknowns explain it best, however its residuals bend."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from forklift.recordings.noise import Sensor
 class Alone:
     """A recording with one unknown of its own."""
 
+    truth: float
     free: np.ndarray
 
 
@@ -33,7 +34,10 @@ class Bent:
 
     @property
     def samples(self):
-        return [Alone(np.zeros(1, int)) for _ in self.truth]
+        return [Alone(truth, np.zeros(1, int)) for truth in self.truth]
+
+    def over(self, samples):
+        return replace(self, truth=np.array([one.truth for one in samples]))
 
     @property
     def starts(self):

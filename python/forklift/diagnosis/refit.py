@@ -543,16 +543,24 @@ class Refitter:
         left = _left_at(found.problem.sigma, told, self.sensors) if self.strict else None
 
         def rest() -> tuple[ChannelResidual, ...]:
-            return self.residuals_of(hypotheses, found, known, _fitted) if "validate" in roles else ()
+            if "validate" not in roles:
+                return ()
+            return self.residuals_of(hypotheses, found, known, _fitted, at=None if self.strict else found.x)
 
         return Refit(
             tuple(hypotheses), found, known, told, costs, finished, early, left, rest=rest, held=self.held
         )
 
     def residuals_of(
-        self, hypotheses: Sequence[Hypothesis], found: Found, known: Knowledge, which: Which
+        self,
+        hypotheses: Sequence[Hypothesis],
+        found: Found,
+        known: Knowledge,
+        which: Which,
+        at: Floats | None = None,
     ) -> tuple[ChannelResidual, ...]:
-        """Recordings, judged by a search's end and what is known there of the parameters."""
+        """Recordings, judged by a search's end and what is known there of the parameters; `at`: where what is
+        their own was found."""
         everyone = with_hypotheses(self.everyone, hypotheses).weighted(
             found.problem.sigma, found.problem.substeps
         )
@@ -563,7 +571,7 @@ class Refitter:
                 granted = covariance_at_noise(found.problem, found.x, self.sensors)
                 return tuple(judge(asked, theta, granted, self.sensors, far=NEAR, moves=MOVES))
             seek, moves = sought, AFTER_SEEKING
-            return tuple(judge(asked, theta, known.covariance, self.sensors, moves=moves, seek=seek))
+            return tuple(judge(asked, theta, known.covariance, self.sensors, moves=moves, seek=seek, at=at))
 
 
 def _held(recording: Recording) -> bool:

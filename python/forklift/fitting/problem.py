@@ -35,8 +35,8 @@ from forklift.plant.sensor_faults import SensorUnknown
 
 T = TypeVar("T")
 
-KEPT = 2
-"""Places whose runs are kept: of the recordings that are fitted, and of those held out."""
+KEPT = 3
+"""Places whose runs are kept: of the recordings that are fitted, of those held out, and of some of these."""
 
 STEP = 1e-4
 """Of difference quotients, in standard deviations of a prior."""
@@ -50,15 +50,16 @@ class Last:
         default_factory=lambda: deque(maxlen=KEPT)
     )
 
-    def runs(
-        self, of: tuple[object, ...], substeps: int, x: Floats, run: Callable[[], list[Run]]
-    ) -> list[Run]:
-        """Those at x of the same machine, unknowns and recordings, or else what `run` gives."""
+    def known(self, of: tuple[object, ...], substeps: int, x: Floats) -> list[Run] | None:
+        """Those at x of the same machine, unknowns and recordings, if they are kept."""
         for known, steps, place, found in self.places:
             same = steps == substeps and all(a is b for a, b in zip(known, of, strict=True))
             if same and np.array_equal(place, x):
                 return found
-        runs = run()
+        return None
+
+    def keep(self, of: tuple[object, ...], substeps: int, x: Floats, runs: list[Run]) -> list[Run]:
+        """The same runs, kept."""
         self.places.append((of, substeps, x.copy(), runs))
         return runs
 
@@ -121,10 +122,13 @@ class LeastSquares:
 
         `read`: as the sensors read it; else what is the machine's own.
         """
-        if not (derivatives and read):
-            return self._run(x, derivatives=derivatives, read=read)
+        if not read:
+            return self._run(x, derivatives=derivatives, read=False)
         of = (self.machine, self.unknowns, self.samples, self.fixed)
-        return self.last.runs(of, self.substeps, x, lambda: self._run(x, derivatives=True, read=True))
+        known = self.last.known(of, self.substeps, x)
+        if known is not None or not derivatives:
+            return known or self._run(x, derivatives=False, read=True)
+        return self.last.keep(of, self.substeps, x, self._run(x, derivatives=True, read=True))
 
     def visited(self) -> list[tuple[int, Floats]]:
         """Substeps and unknown vector of each run with slopes that is still kept."""

@@ -8,7 +8,7 @@ is white.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import hypot, sqrt
 from typing import TYPE_CHECKING, Any
@@ -133,19 +133,21 @@ def judge(
     far: float = FAR,
     moves: int = MOST_MOVES,
     seek: Seek | None = None,
+    at: Floats | None = None,
 ) -> list[ChannelResidual]:
     """Every channel of every recording of `problem`, at the shared unknowns θ known to `covariance`.
 
     The channels pull with the problem's weights, so that one the model cannot follow does not bend the
     others; what is left is then told in units of the sensors' noise. A recording's own unknowns that move by
-    more than `far` are linearised anew, at most in `moves` places; `seek` is asked first where they may be.
+    more than `far` are linearised anew, at most in `moves` places; `seek` is asked first where they may be,
+    unless that is known: `at`.
     """
-    x, runs, steps = _settled(problem, theta, covariance, far, moves, seek)
+    x, runs, steps = _settled(problem, theta, covariance, far, moves, seek, at)
     judged = []
-    for k, (sample, at, step) in enumerate(zip(problem.samples, runs, steps, strict=True)):
-        step = _within(sample, at, step, problem.nuisance(x, k), sensors)
+    for k, (sample, run, step) in enumerate(zip(problem.samples, runs, steps, strict=True)):
+        step = _within(sample, run, step, problem.nuisance(x, k), sensors)
         own = problem.nuisance(x, k) + step[len(theta) :]
-        judged += _paid(_judge(sample, at, step, sensors), at, own)
+        judged += _paid(_judge(sample, run, step, sensors), run, own)
     return judged
 
 
@@ -180,31 +182,59 @@ def _settled(
     problem: Problem,
     theta: Floats,
     covariance: Floats,
-    far: float,
+    far_off: float,
     moves: int,
     seek: Seek | None = None,
+    at: Floats | None = None,
 ) -> tuple[Floats, list[Linearised], list[Floats]]:
-    """Where the recordings were last linearised, how, and the steps from there."""
-    x = problem.at(theta)
-    if seek is not None and _far(problem, _stepped(problem, x, covariance)[1], far):
-        x = seek(problem, x)
-    return _moved(problem, x, covariance, far, moves)
+    """Where each recording was last linearised, how, and the step from there.
 
-
-def _moved(
-    problem: Problem, x: Floats, covariance: Floats, far: float, moves: int
-) -> tuple[Floats, list[Linearised], list[Floats]]:
-    """From x, linearised anew as long as anything moves far."""
-    shared = len(problem.unknowns)
+    Only recordings whose own unknowns move far are sought and linearised anew; the others stay as they are.
+    """
+    x = problem.at(theta) if at is None else at.copy()
+    if seek is not None and at is None:
+        far = _far(problem, _own_steps(problem, x), far_off)
+        if far:
+            part, here = _part(problem, x, far)
+            _put(problem, x, far, part, seek(part, here))
     runs, steps = _stepped(problem, x, covariance)
     for _ in range(moves):
-        if not _far(problem, steps, far):
+        far = _far(problem, steps, far_off)
+        if not far:
             break
-        own = np.concatenate([step[shared:] for step in steps])
-        there = np.clip(x + np.concatenate([np.zeros(shared), own]), *problem.bounds())
-        x = _towards(problem, x, there)
-        runs, steps = _stepped(problem, x, covariance)
+        part, here = _part(problem, x, far)
+        own = np.concatenate([np.zeros(len(problem.unknowns)), *(_own(problem, steps[k]) for k in far)])
+        there = _towards(part, here, np.clip(here + own, *part.bounds()))
+        _put(problem, x, far, part, there)
+        for k, run, step in zip(far, *_stepped(part, there, covariance), strict=True):
+            runs[k], steps[k] = run, step
     return x, runs, steps
+
+
+def _part(problem: Problem, x: Floats, which: Sequence[int]) -> tuple[Problem, Floats]:
+    """The problem over these recordings alone, and the same place in it."""
+    own = [problem.nuisance(x, k) for k in which]
+    part = problem.over([problem.samples[k] for k in which])
+    return part, np.concatenate([x[: len(problem.unknowns)], *own])
+
+
+def _put(problem: Problem, x: Floats, which: Sequence[int], part: Problem, at: Floats) -> None:
+    """What these recordings have of their own, written back into x."""
+    for j, k in enumerate(which):
+        x[problem.starts[k] : problem.starts[k + 1]] = part.nuisance(at, j)
+
+
+def _own_steps(problem: Problem, x: Floats) -> list[Floats]:
+    """The steps at x if what recordings share is held, so that it is not differentiated along."""
+    held, at = problem.with_fixed(x, (), conditions=True)
+    n, shared = len(held.unknowns), np.zeros(len(problem.unknowns))
+    _, steps = _stepped(held, at, np.zeros((n, n)))
+    return [np.concatenate([shared, step[n:]]) for step in steps]
+
+
+def _own(problem: Problem, step: Floats) -> Floats:
+    """The share of a step that is the recording's own."""
+    return step[len(problem.unknowns) :]
 
 
 def _stepped(problem: Problem, x: Floats, covariance: Floats) -> tuple[list[Linearised], list[Floats]]:
@@ -216,9 +246,9 @@ def _stepped(problem: Problem, x: Floats, covariance: Floats) -> tuple[list[Line
     ]
 
 
-def _far(problem: Problem, steps: list[Floats], far: float) -> bool:
-    """Whether any of what recordings have of their own moves far."""
-    return any(np.any(np.abs(step[len(problem.unknowns) :]) > far) for step in steps)
+def _far(problem: Problem, steps: list[Floats], far: float) -> list[int]:
+    """Of which recordings anything of their own moves far."""
+    return [k for k, step in enumerate(steps) if np.any(np.abs(_own(problem, step)) > far)]
 
 
 def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:

@@ -24,7 +24,6 @@ from forklift.fitting import levenberg_marquardt as geodesic
 from forklift.fitting import likelihood
 from forklift.fitting.criteria import HOPED
 from forklift.fitting.interface import Problem
-from forklift.fitting.linearised import Linearised
 
 if TYPE_CHECKING:
     from forklift.recordings.noise import Sensor
@@ -149,15 +148,16 @@ def temper(problem: Problem, x: Floats, sensors: Mapping[str, Sensor], stage: St
     """The standard deviation each channel is weighted by in this stage."""
     if stage.temper > 1.0:
         return {name: stage.temper * sensor.noise for name, sensor in sensors.items()}
-    current = problem.weighted({name: sensor.noise for name, sensor in sensors.items()})
-    at = current.linearise(x)
-    return {name: _own_noise(name, sensor, current, at, stage.sharpest) for name, sensor in sensors.items()}
+    said = problem.said(x)
+    return {name: _own_noise(name, sensor, problem, said, stage.sharpest) for name, sensor in sensors.items()}
 
 
-def _own_noise(name: str, sensor: Sensor, problem: Problem, at: list[Linearised], sharpest: float) -> float:
+def _own_noise(
+    name: str, sensor: Sensor, problem: Problem, every: Sequence[Mapping[str, Floats]], sharpest: float
+) -> float:
     """The larger of a sensor's noise and of what its residuals show over all recordings."""
     pairs = [
-        (seen.values, at[k].model[name])
+        (seen.values, every[k][name])
         for k, sample in enumerate(problem.samples)
         for seen in sample.observed
         if seen.sensor.channel == name

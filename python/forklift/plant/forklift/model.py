@@ -63,6 +63,10 @@ tank lags by more than a recording lasts."""
 START_WIDTH_M = 3e-4
 """Standard deviation of a cylinder's position at the start where no encoder tells it better."""
 
+SLOPES_AT = 4
+"""Substeps of a tick with which slopes are good to a few per cent at worst, and to a thousandth as a rule
+(`tests/test_slopes.py`): a step of a search, or the width of an interval, asks for no more. Values do."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
@@ -116,6 +120,23 @@ def _differentiated(
         for k, run in zip(some, found, strict=True):
             runs[k] = Run(*run)
     return runs
+
+
+def _with_slopes(
+    core: _core.Truck,
+    cases: Sequence[Case],
+    conditions: Sequence[Floats],
+    substeps: int,
+    dither_a: float,
+    along: Sequence[str],
+) -> list[Run]:
+    """Values with so many substeps, slopes with as many as they need."""
+    fewer = max(SLOPES_AT, substeps // 2)
+    if not along or fewer >= substeps:
+        return _differentiated(core, cases, conditions, substeps, dither_a, along)
+    values = _differentiated(core, cases, conditions, substeps, dither_a, ())
+    slopes = _differentiated(core, cases, conditions, fewer, dither_a, along)
+    return [Run(run.outputs, other.slopes) for run, other in zip(values, slopes, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -239,12 +260,13 @@ class Forklift:
     ) -> list[Run]:
         """Every recording at once, on all cores; see `forklift.plant.protocol.Machine`.
 
-        Slopes are exact; along the dither a difference quotient, as it is part of the command.
+        Slopes are exact, of substeps twice as long where there are more than `SLOPES_AT`; along the dither a
+        difference quotient, as it is part of the command.
         """
         core, dither_a = self.at(values).core, values.get(DITHER, 0.0)
         wanted = [*along, *(OWN[place] for place in own)]
         exact = [name for name in wanted if name != DITHER]
-        runs = _differentiated(core, cases, conditions, substeps, dither_a, exact)
+        runs = _with_slopes(core, cases, conditions, substeps, dither_a, exact)
         if DITHER not in wanted or steps is None:
             return runs
         place = wanted.index(DITHER)
