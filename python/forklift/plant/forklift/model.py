@@ -64,7 +64,7 @@ START_WIDTH_M = 3e-4
 """Standard deviation of a cylinder's position at the start where no encoder tells it better."""
 
 SLOPES_AT = 4
-"""Substeps of a tick with which slopes are good to a few per cent at worst, and to a thousandth as a rule
+"""Substeps of a tick with which slopes are good to half a per cent as a rule, and to five nearly always
 (`tests/test_slopes.py`): a step of a search, or the width of an interval, asks for no more. Values do."""
 
 
