@@ -26,8 +26,8 @@ from forklift.fitting.observed import Observed
 from forklift.plant.protocol import Hypothesis
 
 PROBED = 4
-"""Most substeps of a tick with which a hypothesis is differentiated: a slope asks for no more. Its weights are
-those of the values with all of them: an encoder's edge must pull where the residual has it, or curves that
+"""Most substeps of a tick with which a hypothesis is differentiated: a slope asks for no more. It is weighed
+as the values with all substeps are: an encoder's edge must pull where the residual has it, or curves that
 move next to nothing promise much."""
 SOFT = 0.3
 """Softness of an encoder's edges, in counts."""
