@@ -204,7 +204,8 @@ def _settled(
             break
         part, here = _part(problem, x, far)
         own = np.concatenate([np.zeros(len(problem.unknowns)), *(_own(problem, steps[k]) for k in far)])
-        there = _towards(part, here, np.clip(here + own, *part.bounds()))
+        before = _squares(part, here, [runs[k].residual for k in far])
+        there = _towards(part, here, np.clip(here + own, *part.bounds()), before)
         _put(problem, x, far, part, there)
         for k, run, step in zip(far, *_stepped(part, there, covariance), strict=True):
             runs[k], steps[k] = run, step
@@ -251,21 +252,21 @@ def _far(problem: Problem, steps: list[Floats], far: float) -> list[int]:
     return [k for k, step in enumerate(steps) if np.any(np.abs(_own(problem, step)) > far)]
 
 
-def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:
+def _towards(problem: Problem, x: Floats, there: Floats, before: Floats) -> Floats:
     """There, each recording's own unknowns half as far as often as it is explained worse there than at x, or
-    better half-way.
+    better half-way. `before` is what each leaves over at x.
 
     Far from a recording its robust residuals bend, and a straight step goes too far: where it ends as far off
     on the other side, steps would go to and fro. Where the machine swings up by itself its slopes lead to
     loads and temperatures that nothing can be simulated at: then it stays at x.
     """
     try:
-        before, squares = _squares(problem, x), _squares(problem, there)
+        squares = _squares(problem, there, problem.residuals(there))
     except ForkliftError:  # no way there
         return x
     for _ in range(HALVINGS):
         half = 0.5 * (x + there)
-        halved = _squares(problem, half)
+        halved = _squares(problem, half, problem.residuals(half))
         nearer = (squares > before) | (halved < squares)
         if not nearer.any():
             break
@@ -276,12 +277,12 @@ def _towards(problem: Problem, x: Floats, there: Floats) -> Floats:
     return there
 
 
-def _squares(problem: Problem, x: Floats) -> Floats:
+def _squares(problem: Problem, x: Floats, residuals: Sequence[Mapping[str, Floats]]) -> Floats:
     """(recordings,) what each leaves over, with what its own unknowns cost."""
     return np.array(
         [
             sum(float(rho @ rho) for rho in run.values()) + float(np.sum(problem.nuisance(x, k) ** 2))
-            for k, run in enumerate(problem.residuals(x))
+            for k, run in enumerate(residuals)
         ]
     )
 
