@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from forklift import Campaign, Truck
 from forklift.fitting.posing import pose
+from forklift.fitting.problem import Last
 from forklift.plant.forklift.model import SLOPES_AT, Forklift
 from forklift.plant.forklift.unknowns import unknowns
 
@@ -22,7 +24,12 @@ def run():
     model = Forklift(truck, lifts=("free",))
     problem = pose(model, Campaign.read(NULL).recordings[:3], unknowns(truck, ("free",)), {})
     x = np.zeros(problem.starts[-1])
-    return lambda substeps, slopes: problem.weighted({}, substeps).run(x, derivatives=slopes)
+
+    def run(substeps, slopes):
+        """With nothing kept of the run before."""
+        return replace(problem, substeps=substeps, last=Last()).run(x, derivatives=slopes)
+
+    return run
 
 
 @pytest.mark.parametrize("substeps", [SLOPES_AT, USUAL, FINEST])

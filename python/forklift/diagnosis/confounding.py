@@ -23,7 +23,7 @@ from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import STANDS
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.screening import PROBED, groups
+from forklift.diagnosis.screening import groups
 from forklift.fitting.interface import Problem
 from forklift.plant.protocol import Hypothesis
 
@@ -130,8 +130,7 @@ def _said(problem: Problem, x: Floats) -> Floats:
 def _slopes(problem: Problem, x: Floats) -> Floats:
     """(samples, unknowns) of the same."""
     rows = []
-    coarse = problem.weighted(problem.sigma, min(problem.substeps, PROBED))
-    for k, run in enumerate(coarse.linearise(x)):
+    for k, run in enumerate(problem.linearise(x)):
         for name, slope in run.slope.items():
             wide = np.zeros((len(slope), len(x)))
             wide[:, problem.columns(k)] = slope / problem.sigma[name]

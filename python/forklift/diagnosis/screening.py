@@ -25,17 +25,11 @@ from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.observed import Observed
 from forklift.plant.protocol import Hypothesis
 
-PROBED = 4
-"""Most substeps of a tick with which a hypothesis is differentiated: a slope asks for no more. It is weighed
-as the values with all substeps are: an encoder's edge must pull where the residual has it, or curves that
-move next to nothing promise much."""
 SOFT = 0.3
 """Softness of an encoder's edges, in counts."""
 TOGETHER = 16
 """Amplitudes that share a run: as many as the core carries at once."""
 
-Weights = Sequence[Mapping[str, Floats]]
-"""Of each recording, by channel, how its residual answers what the model says."""
 Stack = Callable[[Sequence[Mapping[str, Floats]]], list[Floats]]
 """All channels of each recording in one column."""
 
@@ -159,14 +153,7 @@ def _linear(
             for sample, part in zip(problem.samples, parts, strict=True)
         ]
 
-    weights = [
-        {
-            seen.sensor.channel: problem.misfit(seen, run.model[seen.sensor.channel])[1]
-            for seen in sample.observed
-        }
-        for sample, run in zip(problem.samples, runs, strict=True)
-    ]
-    columns = {column.hypothesis: column for column in _probed(problem, x, hypotheses, weights, stack)}
+    columns = {column.hypothesis: column for column in _probed(problem, x, hypotheses, stack)}
     base = _Base(problem, x, stack([run.residual for run in runs]), stack([run.jacobian for run in runs]))
     return base, [columns[hypothesis] for hypothesis in hypotheses if hypothesis in columns]
 
@@ -177,9 +164,7 @@ def _weighted(problem: Problem) -> Problem:
     return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})
 
 
-def _probed(
-    problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], weights: Weights, stack: Stack
-) -> Iterator[_Column]:
+def _probed(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stack: Stack) -> Iterator[_Column]:
     """How the residuals answer each hypothesis, at its quiet value, with all else held at x; only of those
     that move anything.
 
@@ -187,14 +172,14 @@ def _probed(
     """
     for group in groups(problem, hypotheses):
         try:
-            columns = _probe(problem, x, group, weights, stack)
+            columns = _probe(problem, x, group, stack)
         except ForkliftError:
             columns = None
         if columns is not None:
             yield from columns
         elif len(group) > 1:
             for hypothesis in group:
-                yield from _probed(problem, x, [hypothesis], weights, stack)
+                yield from _probed(problem, x, [hypothesis], stack)
 
 
 def groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
@@ -223,20 +208,13 @@ def groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypo
     return [[hypotheses[k] for k in group] for group in groups]
 
 
-def _probe(
-    problem: Problem, x: Floats, group: Sequence[Hypothesis], weights: Weights, stack: Stack
-) -> list[_Column] | None:
+def _probe(problem: Problem, x: Floats, group: Sequence[Hypothesis], stack: Stack) -> list[_Column] | None:
     """All hypotheses of a group from one run; None if it has no answer."""
-    refit: Problem = with_hypotheses(problem, group).weighted(problem.sigma, min(problem.substeps, PROBED))
+    refit: Problem = with_hypotheses(problem, group)
     amplitudes = [name for hypothesis in group for name in hypothesis.amplitudes]
     conditions = any(not hypothesis.amplitudes for hypothesis in group)
     held, at = refit.with_fixed(carry(x, problem, refit), amplitudes, conditions=conditions)
-    jacobians = stack(
-        [
-            {name: slope * weight[name][:, None] for name, slope in run.slope.items()}
-            for run, weight in zip(held.linearise(at), weights, strict=True)
-        ]
-    )
+    jacobians = stack([run.jacobian for run in held.linearise(at)])
     if not all(np.isfinite(jacobian).all() for jacobian in jacobians):
         return None
     names = [unknown.name for unknown in held.unknowns]

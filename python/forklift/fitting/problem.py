@@ -126,9 +126,10 @@ class LeastSquares:
             return self._run(x, derivatives=derivatives, read=False)
         of = (self.machine, self.unknowns, self.samples, self.fixed)
         known = self.last.known(of, self.substeps, x)
-        if known is not None or not derivatives:
-            return known or self._run(x, derivatives=False, read=True)
-        return self.last.keep(of, self.substeps, x, self._run(x, derivatives=True, read=True))
+        if known is not None:
+            return known
+        runs = self._run(x, derivatives=derivatives, read=True)
+        return self.last.keep(of, self.substeps, x, runs) if derivatives else runs
 
     def visited(self) -> list[tuple[int, Floats]]:
         """Substeps and unknown vector of each run with slopes that is still kept."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -120,23 +121,6 @@ def _differentiated(
         for k, run in zip(some, found, strict=True):
             runs[k] = Run(*run)
     return runs
-
-
-def _with_slopes(
-    core: _core.Truck,
-    cases: Sequence[Case],
-    conditions: Sequence[Floats],
-    substeps: int,
-    dither_a: float,
-    along: Sequence[str],
-) -> list[Run]:
-    """Values with so many substeps, slopes with as many as they need."""
-    fewer = max(SLOPES_AT, substeps // 2)
-    if not along or fewer >= substeps:
-        return _differentiated(core, cases, conditions, substeps, dither_a, along)
-    values = _differentiated(core, cases, conditions, substeps, dither_a, ())
-    slopes = _differentiated(core, cases, conditions, fewer, dither_a, along)
-    return [Run(run.outputs, other.slopes) for run, other in zip(values, slopes, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -266,15 +250,20 @@ class Forklift:
         core, dither_a = self.at(values).core, values.get(DITHER, 0.0)
         wanted = [*along, *(OWN[place] for place in own)]
         exact = [name for name in wanted if name != DITHER]
-        runs = _with_slopes(core, cases, conditions, substeps, dither_a, exact)
+        run = partial(_differentiated, core, cases, conditions)
+        coarser = min(substeps, max(SLOPES_AT, substeps // 2)) if exact else substeps
+        runs = run(coarser, dither_a, exact)
+        if coarser < substeps:
+            fine = run(substeps, dither_a, ())
+            runs = [Run(one.outputs, other.slopes) for one, other in zip(fine, runs, strict=True)]
         if DITHER not in wanted or steps is None:
             return runs
         place = wanted.index(DITHER)
         step = float(steps.along[place])
-        further = _differentiated(core, cases, conditions, substeps, dither_a + step, ())
+        further = run(substeps, dither_a + step, ())
         return [
-            Run(run.outputs, np.insert(run.slopes, place, (more.outputs - run.outputs) / step, axis=2))
-            for run, more in zip(runs, further, strict=True)
+            Run(one.outputs, np.insert(one.slopes, place, (more.outputs - one.outputs) / step, axis=2))
+            for one, more in zip(runs, further, strict=True)
         ]
 
     def respond(
