@@ -6,86 +6,73 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, Vectors};
+use crate::slopes::Slopes;
 
 /// The derivatives stand first, and begin where a cache line does: eight of them are one load of the widest
 /// vectors, which would else cross into the next line each time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
-pub struct Dual<S, const P: usize> {
+pub struct Dual<S, const P: usize, E = [S; P]> {
     /// Its derivatives.
-    pub eps: [S; P],
+    pub eps: E,
     /// The value.
     pub re: S,
 }
 
-impl<S: Scalar, const P: usize> Dual<S, P> {
+impl<S: Scalar, const P: usize, E: Slopes<S, P>> Dual<S, P, E> {
     /// A variable: derivative one along `direction`.
     pub fn variable(re: S, direction: usize) -> Self {
-        let mut eps = [S::zero(); P];
-        eps[direction] = S::one();
-        Dual { re, eps }
+        Dual::seeded(re, direction, S::one())
+    }
+
+    /// A variable whose derivative along `direction` is `seed`, by which all that follow from it are larger.
+    pub fn seeded(re: S, direction: usize, seed: S) -> Self {
+        Dual { re, eps: E::along(direction, seed) }
     }
 
     /// f(a) with f′(a) = `slope`.
     #[inline(always)]
     fn chain(self, value: S, slope: S) -> Self {
-        let mut eps = self.eps;
-        for k in 0..P {
-            eps[k] = eps[k] * slope;
-        }
-        Dual { re: value, eps }
-    }
-
-    #[inline(always)]
-    fn zip(self, other: Self, re: S, f: impl Fn(S, S) -> S) -> Self {
-        let mut eps = self.eps;
-        for k in 0..P {
-            eps[k] = f(eps[k], other.eps[k]);
-        }
-        Dual { re, eps }
+        Dual { re: value, eps: self.eps.times(slope) }
     }
 }
 
-impl<S: Scalar, const P: usize> Add for Dual<S, P> {
+impl<S: Scalar, const P: usize, E: Slopes<S, P>> Add for Dual<S, P, E> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.zip(other, self.re + other.re, |a, b| a + b)
+        Dual { re: self.re + other.re, eps: self.eps.plus(other.eps) }
     }
 }
 
-impl<S: Scalar, const P: usize> Sub for Dual<S, P> {
+impl<S: Scalar, const P: usize, E: Slopes<S, P>> Sub for Dual<S, P, E> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.zip(other, self.re - other.re, |a, b| a - b)
+        Dual { re: self.re - other.re, eps: self.eps.minus(other.eps) }
     }
 }
 
-impl<S: Scalar, const P: usize> Mul for Dual<S, P> {
+impl<S: Scalar, const P: usize, E: Slopes<S, P>> Mul for Dual<S, P, E> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let (x, y) = (self.re, other.re);
-        #[allow(clippy::suspicious_arithmetic_impl)] // the product rule
-        {
-            self.zip(other, x * y, |a, b| a * y + b * x)
-        }
+        // The product rule.
+        Dual { re: self.re * other.re, eps: self.eps.combined(other.re, other.eps, self.re) }
     }
 }
 
-impl<S: Scalar, const P: usize> Div for Dual<S, P> {
+impl<S: Scalar, const P: usize, E: Slopes<S, P>> Div for Dual<S, P, E> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         let quotient = self.re / other.re;
-        let inverse = S::one() / other.re;
-        self.zip(other, quotient, |a, b| (a - quotient * b) * inverse)
+        Dual { re: quotient, eps: self.eps.quotient(other.eps, quotient, S::one() / other.re) }
     }
 }
 
-impl<S: Scalar, const P: usize> Neg for Dual<S, P> {
+impl<S: Scalar, const P: usize, E: Slopes<S, P>> Neg for Dual<S, P, E> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -93,18 +80,19 @@ impl<S: Scalar, const P: usize> Neg for Dual<S, P> {
     }
 }
 
-impl<S: Scalar, const P: usize> Scalar for Dual<S, P> {
+impl<S: Scalar, const P: usize, E: Slopes<S, P>> Scalar for Dual<S, P, E> {
     type Mask = S::Mask;
     type Real = S::Real;
     const NUMBERS: usize = S::NUMBERS * (1 + P);
+    const NEEDS: Vectors = E::NEEDS;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Dual { re: S::constant(value), eps: [S::zero(); P] }
+        Dual { re: S::constant(value), eps: E::none() }
     }
     #[inline(always)]
     fn from_real(value: S::Real) -> Self {
-        Dual { re: S::from_real(value), eps: [S::zero(); P] }
+        Dual { re: S::from_real(value), eps: E::none() }
     }
     #[inline(always)]
     fn real(self) -> S::Real {
@@ -121,7 +109,11 @@ impl<S: Scalar, const P: usize> Scalar for Dual<S, P> {
     }
     #[inline(always)]
     fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
-        yes.zip(no, S::select(mask, yes.re, no.re), |a, b| S::select(mask, a, b))
+        Dual { re: S::select(mask, yes.re, no.re), eps: E::select(mask, yes.eps, no.eps) }
+    }
+    #[inline(always)]
+    fn scaled(self, factor: f64) -> Self {
+        self.chain(self.re.scaled(factor), S::constant(factor))
     }
     #[inline(always)]
     fn is_finite(self) -> S::Mask {

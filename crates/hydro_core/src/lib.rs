@@ -26,6 +26,7 @@ pub mod random;
 pub mod run;
 pub mod scalar;
 pub mod sensors;
+pub mod slopes;
 pub mod solver;
 pub mod steady;
 pub mod truck;

@@ -17,6 +17,7 @@ use crate::parts::viscosity::viscosity;
 use crate::parts::{cylinder, volume};
 use crate::ports::{Closed, Open, Ports};
 use crate::scalar::Scalar;
+use crate::solver::vectors::{widest, Work};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LiftName {
@@ -384,25 +385,12 @@ impl<S: Scalar> Physics<S> for Extended<S> {
     type Ports = Open<S>;
     const JOINED: bool = true;
     const COMMAND_AS_GIVEN: bool = false;
-    // None of these is inlined: the whole catalogue would be compiled into every call, for every kind of vectors.
+    // The catalogue is compiled once for each kind of vectors, not into every caller: each call is a piece of work.
     fn states(&self) -> usize {
         self.terms.iter().map(|(_, n)| n).sum()
     }
-    #[inline(never)]
     fn ports<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> ([Open<S>; L], S) {
-        let mut ports = MastPorts::quiet();
-        let mut rest = own;
-        for (term, n) in &self.terms {
-            let (mine, others) = rest.split_at(*n);
-            term.act(bus, mine, &mut ports);
-            rest = others;
-        }
-        if !self.inputs.is_empty() {
-            for (port, pushed) in ports.lifts.iter_mut().zip(&self.pushed) {
-                *port = port.joined(pushed);
-            }
-        }
-        (ports.lifts, ports.joint_inertia)
+        widest(Acting { physics: self, bus, own })
     }
     #[inline(always)]
     fn at_time(&mut self, t: f64) {
@@ -427,15 +415,8 @@ impl<S: Scalar> Physics<S> for Extended<S> {
     fn delays<const L: usize>(&self) -> Option<[S; L]> {
         self.delays.map(|delays| std::array::from_fn(|k| delays[k]))
     }
-    #[inline(never)]
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
-        let (mut rest, mut out) = (own, rates);
-        for (term, n) in &self.terms {
-            let (mine, others) = rest.split_at(*n);
-            let (mine_out, others_out) = out.split_at_mut(*n);
-            term.rates(bus, mine, mine_out);
-            (rest, out) = (others, others_out);
-        }
+        widest(Moving { physics: self, bus, own, rates, relaxing: true });
     }
     fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]) {
         let mut rest = own;
@@ -445,24 +426,88 @@ impl<S: Scalar> Physics<S> for Extended<S> {
             rest = others;
         }
     }
-    #[inline(never)]
     fn explicit_rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
-        let (mut rest, mut out) = (own, rates);
-        for (term, n) in &self.terms {
+        widest(Moving { physics: self, bus, own, rates, relaxing: false });
+    }
+    fn relax<const L: usize>(&self, from: &Bus<S, L>, to: &Bus<S, L>, h: S, own: &mut [S]) {
+        if self.terms.iter().any(|(term, _)| term.relaxes()) {
+            widest(Relaxing { physics: self, from, to, h, own });
+        }
+    }
+}
+
+/// What the effects write to the ports.
+struct Acting<'a, S, const L: usize> {
+    physics: &'a Extended<S>,
+    bus: &'a Bus<S, L>,
+    own: &'a [S],
+}
+
+impl<S: Scalar, const L: usize> Work for Acting<'_, S, L> {
+    type Number = S;
+    type Output = ([Open<S>; L], S);
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let mut ports = MastPorts::quiet();
+        let mut rest = self.own;
+        for (term, n) in &self.physics.terms {
+            let (mine, others) = rest.split_at(*n);
+            term.act(self.bus, mine, &mut ports);
+            rest = others;
+        }
+        if !self.physics.inputs.is_empty() {
+            for (port, pushed) in ports.lifts.iter_mut().zip(&self.physics.pushed) {
+                *port = port.joined(pushed);
+            }
+        }
+        (ports.lifts, ports.joint_inertia)
+    }
+}
+
+/// The rates of the effects' states, with those that relax or without.
+struct Moving<'a, S, const L: usize> {
+    physics: &'a Extended<S>,
+    bus: &'a Bus<S, L>,
+    own: &'a [S],
+    rates: &'a mut [S],
+    relaxing: bool,
+}
+
+impl<S: Scalar, const L: usize> Work for Moving<'_, S, L> {
+    type Number = S;
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let (mut rest, mut out) = (self.own, self.rates);
+        for (term, n) in &self.physics.terms {
             let (mine, others) = rest.split_at(*n);
             let (mine_out, others_out) = out.split_at_mut(*n);
-            if !term.relaxes() {
-                term.rates(bus, mine, mine_out);
+            if self.relaxing || !term.relaxes() {
+                term.rates(self.bus, mine, mine_out);
             }
             (rest, out) = (others, others_out);
         }
     }
-    #[inline(never)]
-    fn relax<const L: usize>(&self, from: &Bus<S, L>, to: &Bus<S, L>, h: S, own: &mut [S]) {
-        let mut rest = own;
-        for (term, n) in &self.terms {
+}
+
+/// A step of the states that relax.
+struct Relaxing<'a, S, const L: usize> {
+    physics: &'a Extended<S>,
+    from: &'a Bus<S, L>,
+    to: &'a Bus<S, L>,
+    h: S,
+    own: &'a mut [S],
+}
+
+impl<S: Scalar, const L: usize> Work for Relaxing<'_, S, L> {
+    type Number = S;
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let mut rest = self.own;
+        for (term, n) in &self.physics.terms {
             let (mine, others) = rest.split_at_mut(*n);
-            term.relax(from, to, h, mine);
+            term.relax(self.from, self.to, self.h, mine);
             rest = others;
         }
     }

@@ -55,6 +55,7 @@ macro_rules! ports {
 
         impl<S: Scalar> Open<S> {
             /// Every port at its quiet value.
+            #[inline(always)]
             pub fn quiet() -> Self {
                 Open { $($name: ports!(@quiet $join),)* }
             }

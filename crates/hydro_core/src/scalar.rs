@@ -84,6 +84,11 @@ pub trait Scalar:
     /// x^(−1/4); the argument must be positive.
     fn inverse_fourth_root(self) -> Self;
 
+    /// Times a constant.
+    #[inline(always)]
+    fn scaled(self, factor: f64) -> Self {
+        Self::constant(factor) * self
+    }
     #[inline(always)]
     fn zero() -> Self {
         Self::constant(0.0)

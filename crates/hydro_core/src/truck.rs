@@ -330,6 +330,12 @@ impl Limits {
             })
     }
 
+    /// How large the k-th value can be, to a power of two.
+    pub fn size(&self, k: usize) -> f64 {
+        let (lower, upper) = self.bounds[k];
+        lower.abs().max(upper.abs()).log2().round().exp2()
+    }
+
     /// A lift's scalars among the values.
     pub fn parameters(&self, lift: LiftName, values: &[f64]) -> LiftParameters<f64> {
         LiftParameters::from_values(&values[self.lifts[usize::from(lift == LiftName::Main)]..])

@@ -378,7 +378,7 @@ fn outputs_of(truck: &Truck, states: &[f64], dim: usize, which: &[LiftName]) -> 
 }
 
 #[test]
-fn outputs_and_their_derivatives_are_those_of_the_states_to_the_bit() {
+fn outputs_are_those_of_the_states_to_the_bit_and_their_derivatives_to_single_precision() {
     fn total(scene: &Scene, states: &dyn Fn(&[LiftName]) -> Vec<f64>) -> Vec<f64> {
         let groups: &[&[LiftName]] = if scene.truck.effects().count() > 0 {
             &[&LiftName::BOTH]
@@ -400,13 +400,21 @@ fn outputs_and_their_derivatives_are_those_of_the_states_to_the_bit() {
             _ => plain(&scene, LiftName::BOTH, Newton::AsShipped, None),
         };
         assert!(got.outputs == total(&scene, &states), "{}", scene.name);
-        for (d, (direction, _, name)) in all.iter().enumerate() {
+        for (d, (direction, size, name)) in all.iter().enumerate() {
             let states = |which: &[LiftName]| match *which {
                 [lift] => exact(&scene, [lift], Newton::AsShipped, *direction),
                 _ => exact(&scene, LiftName::BOTH, Newton::AsShipped, *direction),
             };
-            let column: Vec<f64> = got.derivatives.iter().skip(d).step_by(all.len()).copied().collect();
-            assert!(column == total(&scene, &states), "{} along {name}", scene.name);
+            let (column, exact) = (got.derivatives.iter().skip(d).step_by(all.len()), total(&scene, &states));
+            let column: Vec<f64> = column.copied().collect();
+            for j in 0..OUTPUTS.len() {
+                let (apart, of) =
+                    (apart(&column, &exact, OUTPUTS.len(), j), largest(along_time(&exact, OUTPUTS.len(), j)));
+                // A knot below the valve's least opening moves nothing, and what is left of it is rounding.
+                let nothing = 1e-12 * largest(along_time(&got.outputs, OUTPUTS.len(), j)) / size;
+                let place = format!("{}, {} along {name}", scene.name, OUTPUTS[j].name);
+                assert!(apart <= 3e-4 * of + nothing, "{place}: {apart:e} of {of:e}");
+            }
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::error::Error;
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::scalar::Scalar;
+use crate::slopes::Slopes;
 use crate::solver::vectors::widest;
 use crate::truck::{Owner, Truck};
 
@@ -69,11 +70,13 @@ pub struct Sensitivity {
     pub derivatives: Vec<f64>,
 }
 
-/// Directions carried at once: wide enough for the vectors, small enough for the cache; fewer where few are left,
-/// as of a lift that stands still, which has its start and what both lifts share.
-const WIDE: usize = 16;
-const NARROW: usize = 8;
-const FEW: usize = 4;
+/// Directions carried at once: one vector of single precision or two, of the widest kind; fewer where few are left, as
+/// of a lift that stands still, which has its start and what both lifts share.
+const WIDE: usize = 32;
+const NARROW: usize = 16;
+
+/// A number and its derivatives, each as often as its direction's size says ([`Task::sizes`]).
+type Number<E, const P: usize> = Dual<f64, P, E>;
 
 /// Simulates `case` and differentiates it along `directions`.
 ///
@@ -117,6 +120,9 @@ struct Task<'a> {
     case: &'a Case<'a>,
     substeps: usize,
     directions: &'a [Direction],
+    /// By which power of two each direction's derivatives are multiplied while they are narrow: about its parameter's
+    /// size, whatever its unit.
+    sizes: Vec<f64>,
     interrupt: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -162,7 +168,13 @@ impl<'a> Task<'a> {
         interrupt: &'a (dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
         check(&case.inputs, case.wanted, Solver::Fixed { substeps })?;
-        Ok(Task { truck, case, substeps, directions, interrupt })
+        let limits = truck.limits();
+        let size = |direction: &Direction| match direction {
+            Direction::Parameter(k) => limits.size(*k),
+            _ => 1.0,
+        };
+        let sizes = directions.iter().map(size).collect();
+        Ok(Task { truck, case, substeps, directions, sizes, interrupt })
     }
 
     /// What the runs come to together, added up in the order of the jobs.
@@ -210,32 +222,50 @@ impl<'a> Task<'a> {
     }
 
     fn of_lifts<const L: usize>(&self, which: [LiftName; L], job: &Job) -> Result<Share, Error> {
-        match job.along.len() {
-            0 => self.part::<0, L>(which, job),
-            1..=FEW => self.part::<FEW, L>(which, job),
-            n if n <= NARROW => self.part::<NARROW, L>(which, job),
-            _ => self.part::<WIDE, L>(which, job),
+        let narrow = match job.along.len() {
+            0 => return self.part::<[f32; 0], 0, L>(which, job),
+            n => n <= NARROW,
+        };
+        #[cfg(target_arch = "x86_64")]
+        {
+            use crate::slopes::registers::{Eights, Sixteens};
+            use crate::solver::vectors::{has_avx2, has_avx512};
+            match (narrow, has_avx512(), has_avx2()) {
+                (true, true, _) => return self.part::<Sixteens<1>, NARROW, L>(which, job),
+                (false, true, _) => return self.part::<Sixteens<2>, WIDE, L>(which, job),
+                (true, _, true) => return self.part::<Eights<2>, NARROW, L>(which, job),
+                (false, _, true) => return self.part::<Eights<4>, WIDE, L>(which, job),
+                _ => {}
+            }
+        }
+        match narrow {
+            true => self.part::<[f32; NARROW], NARROW, L>(which, job),
+            false => self.part::<[f32; WIDE], WIDE, L>(which, job),
         }
     }
 
-    fn part<const P: usize, const L: usize>(&self, which: [LiftName; L], job: &Job) -> Result<Share, Error> {
+    fn part<E: Slopes<f64, P>, const P: usize, const L: usize>(
+        &self,
+        which: [LiftName; L],
+        job: &Job,
+    ) -> Result<Share, Error> {
         let part = &job.along;
-        let number = |direction: Direction, value: f64| -> Dual<f64, P> {
+        let number = |direction: Direction, value: f64| -> Number<E, P> {
             match part.iter().position(|&d| self.directions[d] == direction) {
-                Some(p) => Dual::variable(value, p),
+                Some(p) => Dual::seeded(value, p, self.sizes[part[p]]),
                 None => Dual::constant(value),
             }
         };
         let load = number(Direction::Load, self.case.inputs.load_kg);
         let (lifts, effects) = self.truck.build(which, load, |k, v| number(Direction::Parameter(k), v))?;
-        let inputs: Vec<UnknownInput<Dual<f64, P>>> = part
+        let inputs: Vec<UnknownInput<Number<E, P>>> = part
             .iter()
             .enumerate()
             .filter_map(|(p, &d)| match self.directions[d] {
                 Direction::Input(input) => Some(UnknownInput {
                     place: which.iter().position(|&lift| lift == input.lift)?,
                     port: input.port,
-                    height: Dual::variable(0.0, p),
+                    height: Dual::seeded(0.0, p, self.sizes[d]),
                     centre: input.centre,
                     width: input.width,
                 }),
@@ -250,12 +280,12 @@ impl<'a> Task<'a> {
         }
     }
 
-    fn run<X: Physics<Dual<f64, P>>, const P: usize, const L: usize>(
+    fn run<E: Slopes<f64, P>, X: Physics<Number<E, P>>, const P: usize, const L: usize>(
         &self,
         which: [LiftName; L],
-        lifts: [Lift<Dual<f64, P>>; L],
+        lifts: [Lift<Number<E, P>>; L],
         physics: X,
-        number: impl Fn(Direction, f64) -> Dual<f64, P>,
+        number: impl Fn(Direction, f64) -> Number<E, P>,
         job: &Job,
     ) -> Result<Share, Error> {
         let zero = Dual::zero();
@@ -277,7 +307,7 @@ impl<'a> Task<'a> {
         let mut outputs = vec![0.0; if job.values { rows } else { 0 }];
         let mut derivatives = vec![0.0; rows * columns];
         let readings = Readings::new(&which, self.truck.effects());
-        let mut record = |row: usize, x: &[Dual<f64, P>]| {
+        let mut record = |row: usize, x: &[Number<E, P>]| {
             for j in 0..OUTPUTS.len() {
                 let at = row * OUTPUTS.len() + j;
                 for (place, factor) in readings.of(j) {
@@ -285,8 +315,8 @@ impl<'a> Task<'a> {
                     if job.values {
                         outputs[at] += factor * value.re;
                     }
-                    for (own, eps) in derivatives[at * columns..(at + 1) * columns].iter_mut().zip(&value.eps) {
-                        *own += factor * eps;
+                    for (p, own) in derivatives[at * columns..(at + 1) * columns].iter_mut().enumerate() {
+                        *own += factor * value.eps.get(p);
                     }
                 }
             }
@@ -304,6 +334,11 @@ impl<'a> Task<'a> {
             interrupt: self.interrupt,
         };
         widest(ticks).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))?;
+        for row in derivatives.chunks_exact_mut(columns.max(1)) {
+            for (derivative, &d) in row.iter_mut().zip(&job.along) {
+                *derivative /= self.sizes[d];
+            }
+        }
         Ok(Share { outputs, derivatives })
     }
 }

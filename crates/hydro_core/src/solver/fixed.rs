@@ -309,20 +309,20 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         if self.substeps == row {
             self.gains = std::array::from_fn(|k| Gains::new(&self.mast.lifts[k], self.h, weights));
         }
-        let h = S::constant(self.h);
+        let h = self.h;
         let mut moved = self.lifts;
         for k in 0..L {
             self.predict_motion(k, &mut moved[k], weights);
         }
         for (own, past) in self.own.iter_mut().zip(&self.own_rates) {
-            *own = *own + h * past.weigh(self.newest, weights.predict);
+            *own = *own + past.weigh(self.newest, weights.predict).scaled(h);
         }
         // What effects see of the substep's end; the valve itself has yet to move.
         let mut ahead = self.mast.bus(moved);
         for s in &mut ahead.lifts {
-            s.i = s.i + h * s.i_rate;
+            s.i = s.i + s.i_rate.scaled(h);
         }
-        self.mast.physics.relax(&self.mast.bus(self.lifts), &ahead, h, &mut self.own);
+        self.mast.physics.relax(&self.mast.bus(self.lifts), &ahead, S::constant(h), &mut self.own);
         let (ports, _) = self.mast.physics.ports(&ahead, &self.own);
         let known = self.ahead.take();
         let ahead_of_time = X::COMMAND_AS_GIVEN && S::NUMBERS == 1 && matches!(self.valve_steps, ValveSteps::Linear(_));
@@ -398,9 +398,9 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     /// substep would leave an effect of the pressures at first order.
     #[inline(always)]
     fn predict_motion(&self, k: usize, s: &mut LiftState<S>, weights: &Weights) {
-        let (lift, past, h) = (&self.mast.lifts[k], &self.history[k], S::constant(self.h));
-        s.z = s.z + h * past.z_rate.weigh(self.newest, weights.predict);
-        let v = s.v + h * past.v_rate.weigh(self.newest, weights.predict);
+        let (lift, past, h) = (&self.mast.lifts[k], &self.history[k], self.h);
+        s.z = s.z + past.z_rate.weigh(self.newest, weights.predict).scaled(h);
+        let v = s.v + past.v_rate.weigh(self.newest, weights.predict).scaled(h);
         let x = past.v.correct(self.newest, s.x, h, v, weights.correct);
         (s.x, s.v) = lift.stop.limit(x, v);
         s.p_a = past.p_a.onward(self.newest);
@@ -446,7 +446,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         ports: &X::Ports,
         weights: &Weights,
     ) -> Oil<S> {
-        let (lift, past, h) = (&self.mast.lifts[k], &mut self.history[k], S::constant(self.h));
+        let (lift, past, h) = (&self.mast.lifts[k], &mut self.history[k], self.h);
         let (newest, new) = (self.newest, next(self.newest));
         let gains = &self.gains[k];
         s.set_valve(opened.state);
@@ -456,12 +456,12 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let [implicit, first, second, third] = weights.pressure;
         let rest = past.p_a_rate.weigh(newest, [first, second, third]);
         let displaced = ports.cylinder_flow(-(lift.balance.area * s.v));
-        let kappa = h * S::constant(implicit) * stiffness;
+        let kappa = stiffness.scaled(h * implicit);
         let nu = ports.viscosity(lift.nu);
         let (orifice_a, orifice_b) = lift.orifices(ports);
         let a_past = past.a_comp.weigh(newest, weights.opening);
         let (least, most) = (lift.compensator.a_leak, lift.compensator.a_max);
-        let p_a_free = past.p_a.before(newest, 0) + h * rest + kappa * displaced;
+        let p_a_free = past.p_a.before(newest, 0) + rest.scaled(h) + kappa * displaced;
         let equation = DropEquation {
             orifice_a,
             orifice_b,
@@ -482,7 +482,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             open: most + (s.a_comp - most) * gains.decay,
         };
         let drop = past.drop.onward(newest).real();
-        let p_a = past.p_a.before(newest, 0) + h * past.p_a_rate.weigh(newest, weights.ahead);
+        let p_a = past.p_a.before(newest, 0) + past.p_a_rate.weigh(newest, weights.ahead).scaled(h);
         let p_b = ports.inlet_pressure(p_a).real() - drop;
         let (solved, iterations) = equation.solve(drop, p_b, self.tolerance);
         self.pair_iterations += iterations;

@@ -47,7 +47,7 @@ impl<S: Scalar> Past<S> {
     /// The weighted sum from the newest back; in pairs, so that the additions do not wait for each other.
     #[inline(always)]
     pub fn weigh<const N: usize>(&self, newest: usize, weights: [f64; N]) -> S {
-        let term = |k: usize| S::constant(weights[k]) * self.before(newest, k);
+        let term = |k: usize| self.before(newest, k).scaled(weights[k]);
         match N {
             2 => term(0) + term(1),
             _ => term(0) + (term(1) + term(2)),
@@ -63,9 +63,9 @@ impl<S: Scalar> Past<S> {
 
     /// One step of `h` from `value` with the new rate, these being the past ones.
     #[inline(always)]
-    pub fn correct(&self, newest: usize, value: S, h: S, rate: S, weights: [f64; 4]) -> S {
+    pub fn correct(&self, newest: usize, value: S, h: f64, rate: S, weights: [f64; 4]) -> S {
         let [new, first, second, third] = weights;
-        value + h * (self.weigh(newest, [first, second, third]) + S::constant(new) * rate)
+        value + (self.weigh(newest, [first, second, third]) + rate.scaled(new)).scaled(h)
     }
 }
 
