@@ -19,15 +19,20 @@ USUAL, FINEST = 8, 32
 
 
 @pytest.fixture(scope="module")
-def run():
+def problem():
     truck = Truck.read("thesis")
     model = Forklift(truck, lifts=("free",))
-    problem = pose(model, Campaign.read(NULL).recordings[:3], unknowns(truck, ("free",)), {})
+    return pose(model, Campaign.read(NULL).recordings[:3], unknowns(truck, ("free",)), {})
+
+
+@pytest.fixture(scope="module")
+def run(problem):
     x = np.zeros(problem.starts[-1])
 
     def run(substeps, slopes):
         """With nothing kept of the run before."""
-        return replace(problem, substeps=substeps, last=Last()).run(x, derivatives=slopes)
+        machine = replace(problem.machine)
+        return replace(problem, machine=machine, substeps=substeps, last=Last()).run(x, derivatives=slopes)
 
     return run
 
@@ -53,3 +58,23 @@ def test_fewer_substeps_have_slopes_of_their_own(run):
     """Up to `SLOPES_AT` nothing is spared: slopes are those of the values, exactly."""
     few, fewer = run(SLOPES_AT, True), run(SLOPES_AT // 2, True)
     assert any((one.slopes != other.slopes).any() for one, other in zip(few, fewer, strict=True))
+
+
+def test_a_run_without_slopes_is_not_run_again_for_them_but_any_other_is(problem):
+    x, machine = np.zeros(problem.starts[-1]), replace(problem.machine)
+    usual = replace(problem, machine=machine, substeps=USUAL, last=Last())
+    values = usual.run(x)
+    assert all(a.outputs is b.outputs for a, b in zip(values, usual.run(x, derivatives=True), strict=True))
+    elsewhere, otherwise = x.copy(), x.copy()
+    elsewhere[0], otherwise[-1] = 0.1, 0.1  # a parameter; how the last recording starts
+    lighter = replace(machine, truck=machine.truck.with_values({"free.gravity.g": 9.7}))
+    others = [
+        usual.run(elsewhere),
+        usual.run(otherwise),
+        replace(usual, substeps=2 * USUAL).run(x),
+        replace(usual, machine=lighter).run(x),
+    ]
+    for other in others:
+        assert not np.array_equal(other[-1].outputs, values[-1].outputs)
+    fewer = replace(usual, samples=usual.samples[1:]).run(x)
+    assert [len(one.outputs) for one in fewer] == [len(one.outputs) for one in values[1:]]

@@ -7,6 +7,8 @@ from forklift import Truck, _core, commands
 from forklift.base.errors import ForkliftError
 
 WIDTH = 0.2
+SINGLE = 1e-5
+"""Of the largest over time: what hats by themselves, whose derivatives are in single precision, may differ by."""
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +78,7 @@ def test_hats_side_by_side_answer_as_each_alone_at_every_port(case, given):
         alone = core.responses(recording, own, [port], centres, WIDTH, substeps=4)[:, :, 0, :]
         size = np.abs(alone).max(axis=(0, 2), keepdims=True)
         assert np.abs(together.at(port) - alone).max(initial=0.0, where=size == 0.0) == 0.0, port
-        assert np.all(np.abs(together.at(port) - alone) <= 1e-9 * size + 1e-30), port
+        assert np.all(np.abs(together.at(port) - alone) <= SINGLE * size + 1e-30), port
 
 
 def test_hats_side_by_side_are_read_on_any_clock(case):
@@ -90,7 +92,7 @@ def test_hats_side_by_side_are_read_on_any_clock(case):
     together = core.hat_responses(late, own, ["free.force"], centres, WIDTH, substeps=4).at("free.force")
     alone = core.responses(late, own, ["free.force"], centres, WIDTH, substeps=4)[:, :, 0, :]
     size = np.abs(alone).max(axis=(0, 2), keepdims=True)
-    assert np.all(np.abs(together - alone) <= 1e-9 * size + 1e-30)
+    assert np.all(np.abs(together - alone) <= SINGLE * size + 1e-30)
 
 
 def test_all_hats_at_all_ports_cost_one_run_along_few_directions(case):

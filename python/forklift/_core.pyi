@@ -127,10 +127,16 @@ def shape_variables() -> list[ShapeVariable]: ...
 
 @final
 class Case:
-    """The inputs of one recording and the times at which its outputs are wanted."""
+    """The inputs of one recording and the times at which its outputs are wanted; along `command`, by how
+    much each command grows."""
 
     def __new__(
-        cls, time: _Floats, command_time: _Floats, command: _Floats, oil_temperature: _Floats
+        cls,
+        time: _Floats,
+        command_time: _Floats,
+        command: _Floats,
+        oil_temperature: _Floats,
+        command_slope: _Floats | None = None,
     ) -> Case: ...
 
 @final

@@ -366,7 +366,7 @@ fn with_case<T>(scene: &Scene, use_it: impl FnOnce(&Case) -> T) -> T {
     let command: Vec<[f64; 2]> = scene.command.iter().map(|&u| LiftName::BOTH.map(|lift| of_lift(lift, u))).collect();
     let temperature = vec![TEMPERATURE; time.len()];
     let inputs = Inputs { time: &time, command: &command, oil_temperature_degc: &temperature, load_kg: LOAD };
-    use_it(&Case { inputs, wanted: &time, warmer: WARMER, warming: 0.0, start: scene.start })
+    use_it(&Case { inputs, wanted: &time, warmer: WARMER, warming: 0.0, start: scene.start, command_slope: &[] })
 }
 
 /// Outputs at each tick from states; `dim` states a row, of which the lift named first comes first.
@@ -475,4 +475,43 @@ fn the_derivative_along_a_dead_time_is_the_difference_quotient() {
         let apart = exact.iter().zip(&quotient).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
         assert!(apart <= 0.02 * size, "{}: {apart:e} of {size:e}", OUTPUTS[j].name);
     }
+}
+
+#[test]
+fn the_derivative_along_the_commands_is_the_difference_quotient() {
+    // Shaken from tick to tick while the valve is open, as by a dither.
+    let slope = |u: f64, k: usize| if u > 0.0 { [1.0, -1.0][k % 2] } else { 0.0 };
+    for scene in [regulating(), with_effects()] {
+        let shaken = |by: f64| {
+            let command = scene.command.iter().enumerate().map(|(k, &u)| u + by * slope(u, k)).collect();
+            let slopes: Vec<[f64; 2]> = scene.command.iter().enumerate().map(|(k, &u)| [slope(u, k); 2]).collect();
+            let scene = Scene { truck: scene.truck.clone(), command, ..scene };
+            with_case(&scene, |case| {
+                let case = Case { command_slope: &slopes, ..*case };
+                differentiate(&scene.truck, &case, SUBSTEPS, &[Direction::Command], &|| false).unwrap()
+            })
+        };
+        let (here, less, more) = (shaken(0.0), shaken(-1e-5), shaken(1e-5));
+        for j in 0..OUTPUTS.len() {
+            let column = |all: &[f64]| along_time(all, OUTPUTS.len(), j).collect::<Vec<_>>();
+            let quotient = column(&more.outputs)
+                .iter()
+                .zip(column(&less.outputs))
+                .map(|(a, b)| (a - b) / 2e-5)
+                .collect::<Vec<_>>();
+            let (exact, size) = (column(&here.derivatives), largest(quotient.iter().copied()));
+            let apart = largest(exact.iter().zip(&quotient).map(|(a, b)| a - b));
+            assert!(size > 0.0 && apart <= 0.02 * size, "{}: {apart:e} of {size:e}", OUTPUTS[j].name);
+        }
+    }
+}
+
+#[test]
+fn a_slope_of_the_commands_has_a_row_for_each() {
+    let scene = regulating();
+    with_case(&scene, |case| {
+        let case = Case { command_slope: &[[1.0; 2]; 3], ..*case };
+        let error = differentiate(&scene.truck, &case, SUBSTEPS, &[Direction::Command], &|| false).unwrap_err();
+        assert!(error.to_string().contains("command_slope"), "{error}");
+    });
 }

@@ -302,7 +302,7 @@ fn at_its_quiet_value_the_derivative_tells_of_every_effect() {
     let command: Vec<[f64; 2]> = (0..75).map(|k| [[0.0; 2], [0.7, 0.8], [1.3, 1.2]][(k + 35) / 40]).collect();
     let inputs = Inputs { time: &time, command: &command, oil_temperature_degc: &[60.0; 75], load_kg: 700.0 };
     let start = LiftName::BOTH.map(LiftName::start_position);
-    let case = Case { inputs, wanted: &time, warmer: 0.0, warming: 0.0, start };
+    let case = Case { inputs, wanted: &time, warmer: 0.0, warming: 0.0, start, command_slope: &[] };
     for instance in Instance::all() {
         let spec = instance.kind.spec();
         let truck = truck_with_effects(&[instance], quiet);

@@ -68,6 +68,7 @@ fn from_nothing_the_derivative_tells_of_each_time_by_itself() {
             wanted: time,
             warmer: 0.0,
             warming: 0.0,
+            command_slope: &[],
             start: LiftName::BOTH.map(LiftName::start_position),
         };
         let run = |truck: &Truck, along: &[Direction]| differentiate(truck, &case, 4, along, &|| false).unwrap();

@@ -115,8 +115,14 @@ fn velocities(outputs: &[f64], width: usize) -> impl Iterator<Item = &[f64]> {
 fn from_nothing_the_derivative_tells_of_each_coefficient_by_itself_and_of_the_lag() {
     let (time, command) = (times(), commands());
     let inputs = Inputs { time: &time, command: &command, oil_temperature_degc: &[40.0; ROWS], load_kg: 700.0 };
-    let case =
-        Case { inputs, wanted: &time, warmer: 0.0, warming: 0.0, start: LiftName::BOTH.map(LiftName::start_position) };
+    let case = Case {
+        inputs,
+        wanted: &time,
+        warmer: 0.0,
+        warming: 0.0,
+        start: LiftName::BOTH.map(LiftName::start_position),
+        command_slope: &[],
+    };
     let force = PORTS.iter().position(|port| port.name == "force").unwrap();
     let with = |shape, lag| truck(LiftName::Main, force, 1, shape, [-0.2, 0.0], lag);
     let differentiate = |truck: &Truck, along: &[&str]| {
@@ -165,8 +171,14 @@ fn what_depends_on_the_other_lift_is_run_with_it() {
     let main = Lifts::One(LiftName::Main);
     simulate(&truck, main, &inputs, &time, Solver::Fixed { substeps: 4 }, None, &|| false).unwrap();
     let run = simulate(&truck, Lifts::Both, &inputs, &time, Solver::Fixed { substeps: 4 }, None, &|| false).unwrap();
-    let case =
-        Case { inputs, wanted: &time, warmer: 0.0, warming: 0.0, start: LiftName::BOTH.map(LiftName::start_position) };
+    let case = Case {
+        inputs,
+        wanted: &time,
+        warmer: 0.0,
+        warming: 0.0,
+        start: LiftName::BOTH.map(LiftName::start_position),
+        command_slope: &[],
+    };
     let joint = differentiate(&truck, &case, 4, &[], &|| false).unwrap();
     for (row, outputs) in run.states.chunks_exact(run.state_names.len()).zip(joint.outputs.chunks_exact(OUTPUTS.len()))
     {

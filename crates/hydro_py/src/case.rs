@@ -26,23 +26,28 @@ pub struct PyCase {
     command_time: Vec<f64>,
     command: Vec<[f64; 2]>,
     oil_temperature: Vec<f64>,
+    command_slope: Vec<[f64; 2]>,
 }
 
 #[pymethods]
 impl PyCase {
     #[new]
+    #[pyo3(signature = (time, command_time, command, oil_temperature, command_slope=None))]
     fn new<'py>(
         py: Python<'py>,
         time: PyReadonlyArray1<'py, f64>,
         command_time: PyReadonlyArray1<'py, f64>,
         command: PyReadonlyArray2<'py, f64>,
         oil_temperature: PyReadonlyArray1<'py, f64>,
+        command_slope: Option<PyReadonlyArray2<'py, f64>>,
     ) -> PyResult<Self> {
+        let slope = command_slope.map(|slope| command_rows(&slope)).transpose();
         Ok(PyCase {
             time: time.as_array().to_vec(),
             command_time: command_time.as_array().to_vec(),
             command: command_rows(&command).map_err(|e| raise(py, &e))?,
             oil_temperature: oil_temperature.as_array().to_vec(),
+            command_slope: slope.map_err(|e| raise(py, &e))?.unwrap_or_default(),
         })
     }
 }
@@ -60,11 +65,12 @@ impl PyCase {
             oil_temperature_degc: &self.oil_temperature,
             load_kg,
         };
-        Ok(Case { inputs, wanted: &self.time, warmer, warming, start: [free, main] })
+        let start = [free, main];
+        Ok(Case { inputs, wanted: &self.time, warmer, warming, start, command_slope: &self.command_slope })
     }
 }
 
-/// `load`, `oil_temperature`, `oil_warming`, `free.start`, `main.start`, or a parameter's name.
+/// `load`, `oil_temperature`, `oil_warming`, `free.start`, `main.start`, `command`, or a parameter's name.
 fn direction(name: &str, names: &[String]) -> Result<Direction, Error> {
     match name {
         "load" => Ok(Direction::Load),
@@ -72,10 +78,12 @@ fn direction(name: &str, names: &[String]) -> Result<Direction, Error> {
         "oil_warming" => Ok(Direction::OilWarming),
         "free.start" => Ok(Direction::Start(LiftName::Free)),
         "main.start" => Ok(Direction::Start(LiftName::Main)),
+        "command" => Ok(Direction::Command),
         _ => names.iter().position(|known| known == name).map(Direction::Parameter).ok_or_else(|| Error::Argument {
             name: "directions".into(),
             value: name.into(),
-            requirement: "parameters of the truck, load, oil_temperature, oil_warming, free.start or main.start".into(),
+            requirement:
+                "parameters of the truck, load, oil_temperature, oil_warming, free.start, main.start or command".into(),
         }),
     }
 }

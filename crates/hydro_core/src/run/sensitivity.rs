@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::drive::Replay;
+use super::drive::{Drive, Replay};
 use super::ticks::{Ticks, Warmer};
 use super::{check, commanded_names, commands_of, Inputs, Lifts, Solver};
 use crate::dual::Dual;
@@ -32,6 +32,8 @@ pub enum Direction {
     OilWarming,
     /// The cylinder position [m] at which a lift starts.
     Start(LiftName),
+    /// A multiple of the case's `command_slope`, added to the commands.
+    Command,
     /// An unknown input.
     Input(Input),
 }
@@ -59,6 +61,8 @@ pub struct Case<'a> {
     pub warming: f64,
     /// Cylinder positions at the start, free and main [m].
     pub start: [f64; 2],
+    /// What [`Direction::Command`] adds to each command, per one; empty: nothing.
+    pub command_slope: &'a [[f64; 2]],
 }
 
 /// Outputs and derivatives, row by row.
@@ -168,6 +172,14 @@ impl<'a> Task<'a> {
         interrupt: &'a (dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
         check(&case.inputs, case.wanted, Solver::Fixed { substeps })?;
+        let (got, ticks) = (case.command_slope.len(), case.inputs.command.len());
+        if got != 0 && got != ticks {
+            return Err(Error::Shape {
+                name: "command_slope".into(),
+                got: got.to_string(),
+                expected: ticks.to_string(),
+            });
+        }
         let limits = truck.limits();
         let size = |direction: &Direction| match direction {
             Direction::Parameter(k) => limits.size(*k),
@@ -203,7 +215,7 @@ impl<'a> Task<'a> {
                 Owner::Lift(lift) => has(lift),
                 Owner::Mast => which == Lifts::Both,
             },
-            Direction::Load | Direction::OilTemperature | Direction::OilWarming => true,
+            Direction::Load | Direction::OilTemperature | Direction::OilWarming | Direction::Command => true,
             Direction::Start(lift) | Direction::Input(Input { lift, .. }) => has(*lift),
         };
         let along: Vec<usize> = (0..self.directions.len()).filter(|&d| concerns(&self.directions[d])).collect();
@@ -299,9 +311,14 @@ impl<'a> Task<'a> {
             by: number(Direction::OilTemperature, self.case.warmer),
             warming: number(Direction::OilWarming, self.case.warming),
         };
+        let mut drive = Shaken {
+            replay: Replay::new(which, &self.case.inputs),
+            which,
+            by: number(Direction::Command, 0.0),
+            slope: self.case.command_slope,
+        };
         let mut mast = Mast { lifts, physics, command: [zero; L], oil_temperature_degc: zero };
-        let command = commands_of(&which, self.case.inputs.command[0]).map(Dual::constant);
-        mast.set_inputs(command, warmer.at(&(&self.case.inputs).into(), 0));
+        mast.set_inputs(drive.command(0), warmer.at(&(&self.case.inputs).into(), 0));
         mast.start_effects(&mut start);
         let (rows, columns) = (self.case.wanted.len() * OUTPUTS.len(), job.along.len());
         let mut outputs = vec![0.0; if job.values { rows } else { 0 }];
@@ -323,7 +340,7 @@ impl<'a> Task<'a> {
         };
         let ticks = Ticks {
             mast,
-            drive: &mut Replay::new(which, &self.case.inputs),
+            drive: &mut drive,
             clock: (&self.case.inputs).into(),
             warmer,
             start: &start,
@@ -340,5 +357,27 @@ impl<'a> Task<'a> {
             }
         }
         Ok(Share { outputs, derivatives })
+    }
+}
+
+/// Recorded commands, and what shakes them.
+struct Shaken<'a, S, const L: usize> {
+    replay: Replay<'a, L>,
+    which: [LiftName; L],
+    /// How often the slope is added.
+    by: S,
+    slope: &'a [[f64; 2]],
+}
+
+impl<S: Scalar, const L: usize> Drive<S, L> for Shaken<'_, S, L> {
+    fn known_ahead(&self) -> bool {
+        Drive::<S, L>::known_ahead(&self.replay)
+    }
+    fn tick(&mut self, _k: usize, _x: &[S], _oil_temperature_degc: S) {}
+    fn command(&self, k: usize) -> [S; L] {
+        let recorded: [S; L] = self.replay.command(k);
+        let Some(&slope) = self.slope.get(k) else { return recorded };
+        let slope = commands_of(&self.which, slope);
+        std::array::from_fn(|lift| recorded[lift] + self.by.scaled(slope[lift]))
     }
 }

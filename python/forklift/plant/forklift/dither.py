@@ -39,6 +39,17 @@ def dithered(command: Floats, amplitude_a: float, tick_s: float) -> Floats:
     """Commands (times, lifts) [A], shaken from tick to tick while a valve is open."""
     if not amplitude_a:
         return command
-    sign = np.where(np.arange(len(command)) % 2, 1.0, -1.0)[:, None]
-    shaken = amplitude_a * USUAL_TICK_S / tick_s * sign
+    shaken = amplitude_a * _sway(command, tick_s)
     return np.where(command > 0.0, np.maximum(command + shaken, 0.0), command)
+
+
+def _sway(command: Floats, tick_s: float) -> Floats:
+    """To and fro from tick to tick, (times, 1), per amplitude."""
+    return np.where(np.arange(len(command)) % 2, 1.0, -1.0)[:, None] * (USUAL_TICK_S / tick_s)
+
+
+def along_dither(command: Floats, amplitude_a: float, tick_s: float) -> Floats:
+    """By how much each command (times, lifts) grows with the amplitude [A/A]; nothing where the shaken one
+    has come down to zero."""
+    sway = _sway(command, tick_s)
+    return np.where((command > 0.0) & (command + amplitude_a * sway > 0.0), sway, 0.0)

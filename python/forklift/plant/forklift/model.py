@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.plant.forklift import free_curve
 from forklift.plant.forklift.commands import Command
-from forklift.plant.forklift.dither import DITHER, USUAL_TICK_S, dithered, without_dither
+from forklift.plant.forklift.dither import DITHER, USUAL_TICK_S, along_dither, dithered, without_dither
 from forklift.plant.forklift.ports import equation, lift_of, ports
 from forklift.plant.forklift.sensors import MEASURED
 from forklift.plant.forklift.simulate import (
@@ -89,10 +89,11 @@ class Prepared:
     temperature: Floats
     tick_s: float
 
-    def case(self, dither_a: float) -> _core.Case:
-        """With a dither of this amplitude, see `forklift.plant.forklift.dither`."""
+    def case(self, dither_a: float, *, along: bool = False) -> _core.Case:
+        """With a dither of this amplitude, see `forklift.plant.forklift.dither`; `along`: and its slope."""
         command = dithered(self.command, dither_a, self.tick_s)
-        return _core.Case(self.time_s, self.clock, command, self.temperature)
+        slope = along_dither(self.command, dither_a, self.tick_s) if along else None
+        return _core.Case(self.time_s, self.clock, command, self.temperature, slope)
 
     def substeps(self, usual: int) -> int:
         """Substeps of a tick, where the usual tick has so many: as long ones, whatever the command's rate."""
@@ -104,6 +105,7 @@ def _differentiated(
     cases: Sequence[Case],
     conditions: Sequence[Floats],
     substeps: int,
+    *,
     dither_a: float,
     along: Sequence[str],
 ) -> list[Run]:
@@ -113,14 +115,56 @@ def _differentiated(
     for count in sorted(set(each)):
         some = [k for k, one in enumerate(each) if one == count]
         found = core.differentiate(
-            [cases[k].prepared.case(dither_a) for k in some],
+            [cases[k].prepared.case(dither_a, along=DITHER in along) for k in some],
             np.array([conditions[k] for k in some]),
-            along,
+            ["command" if name == DITHER else name for name in along],
             substeps=count,
         )
         for k, run in zip(some, found, strict=True):
             runs[k] = Run(*run)
     return runs
+
+
+Asked = tuple[dict[str, float], tuple[Case, ...], Floats, int]
+
+
+class Latest:
+    """The last run without slopes: where a search takes a step, it asks for the same again, with slopes."""
+
+    def __init__(self) -> None:
+        self._last: tuple[Asked, list[Run]] | None = None
+
+    def __reduce__(self) -> tuple[type[Latest], tuple[()]]:
+        return Latest, ()  # another process begins anew
+
+    def run(
+        self,
+        values: Mapping[str, float],
+        cases: Sequence[Case],
+        conditions: Sequence[Floats],
+        substeps: int,
+        run: Callable[[], list[Run]],
+    ) -> list[Run]:
+        """What `run` gives, or gave if the last was the same."""
+        asked = (dict(values), tuple(cases), np.array(conditions), substeps)
+        last = self._last
+        if last is not None and _same(last[0], asked):
+            return list(last[1])
+        runs = run()
+        for one in runs:
+            one.outputs.setflags(write=False)  # they are given out again
+        self._last = asked, runs
+        return list(runs)
+
+
+def _same(one: Asked, other: Asked) -> bool:
+    return (
+        one[3] == other[3]
+        and len(one[1]) == len(other[1])
+        and all(a is b for a, b in zip(one[1], other[1], strict=True))
+        and np.array_equal(one[2], other[2])
+        and one[0] == other[0]
+    )
 
 
 @dataclass(frozen=True)
@@ -149,6 +193,7 @@ class Forklift:
     load_width_kg: float = 0.0
     load_accuracy: float = 0.0
     warming_width_k: float = WARMING_WIDTH_K
+    latest: Latest = field(default_factory=Latest, init=False, repr=False, compare=False)
 
     @property
     def name(self) -> str:
@@ -244,27 +289,20 @@ class Forklift:
     ) -> list[Run]:
         """Every recording at once, on all cores; see `forklift.plant.protocol.Machine`.
 
-        Slopes are exact, of substeps twice as long where there are more than `SLOPES_AT`; along the dither a
-        difference quotient, as it is part of the command.
+        Slopes are exact, of substeps twice as long where there are more than `SLOPES_AT`; `steps` are not
+        asked for.
         """
         core, dither_a = self.at(values).core, values.get(DITHER, 0.0)
         wanted = [*along, *(OWN[place] for place in own)]
-        exact = [name for name in wanted if name != DITHER]
-        run = partial(_differentiated, core, cases, conditions)
-        coarser = min(substeps, max(SLOPES_AT, substeps // 2)) if exact else substeps
-        runs = run(coarser, dither_a, exact)
-        if coarser < substeps:
-            fine = run(substeps, dither_a, ())
-            runs = [Run(one.outputs, other.slopes) for one, other in zip(fine, runs, strict=True)]
-        if DITHER not in wanted or steps is None:
-            return runs
-        place = wanted.index(DITHER)
-        step = float(steps.along[place])
-        further = run(substeps, dither_a + step, ())
-        return [
-            Run(one.outputs, np.insert(one.slopes, place, (more.outputs - one.outputs) / step, axis=2))
-            for one, more in zip(runs, further, strict=True)
-        ]
+        run = partial(_differentiated, core, cases, conditions, dither_a=dither_a)
+        coarser = min(substeps, max(SLOPES_AT, substeps // 2))
+        if wanted and coarser == substeps:
+            return run(substeps, along=wanted)
+        fine = self.latest.run(values, cases, conditions, substeps, lambda: run(substeps, along=()))
+        if not wanted:
+            return fine
+        slopes = run(coarser, along=wanted)
+        return [Run(one.outputs, other.slopes) for one, other in zip(fine, slopes, strict=True)]
 
     def respond(
         self,
