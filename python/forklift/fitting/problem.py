@@ -11,9 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from os import cpu_count
 from typing import Self, TypeVar
 
 import numpy as np
@@ -345,11 +343,12 @@ class LeastSquares:
 
     def _each(self, x: Floats, use: Callable[[Sample, Floats, Floats, Floats], T]) -> Iterator[T]:
         theta = x[: len(self.unknowns)]
-        columns = [unknown.slopes(at)[:, None] for unknown, at in zip(self.unknowns, theta, strict=True)]
-        chain = block_diag(np.zeros((0, 0)), *columns)
+        chain = _chain([unknown.slopes(at) for unknown, at in zip(self.unknowns, theta, strict=True)])
         runs = self.run(x, derivatives=True)
-        with one_thread(), ThreadPoolExecutor(cpu_count()) as pool:
-            yield from pool.map(lambda sample, run: use(sample, run[0], run[1], chain), self.samples, runs)
+        # Side by side they wait for the interpreter longer than they compute.
+        with one_thread():
+            for sample, (values, slopes) in zip(self.samples, runs, strict=True):
+                yield use(sample, values, slopes, chain)
 
     def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
         along = chain.shape[0]
@@ -358,10 +357,12 @@ class LeastSquares:
         for seen in sample.observed:
             said = values[seen.rows, seen.column]
             rho, weight = self.misfit(seen, said)
-            raw = slopes[seen.rows, seen.column]
+            every = len(seen.rows) == len(slopes)
+            raw = slopes[:, seen.column] if every else slopes[seen.rows, seen.column]
             channel = seen.sensor.channel
             residual[channel], model[channel] = rho, said
-            slope[channel] = np.hstack([raw[:, :along] @ chain, raw[:, own] * sample.width[sample.free]])
+            shared = raw[:, :along] * chain if chain.ndim == 1 else raw[:, :along] @ chain
+            slope[channel] = np.hstack([shared, raw[:, own] * sample.width[sample.free]])
             jacobian[channel] = slope[channel] * weight[:, None]
         return Linearised(residual, jacobian, model, slope)
 
@@ -371,7 +372,7 @@ class LeastSquares:
 
     def _products(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Products:
         at = self._linearise(sample, values, slopes, chain)
-        columns = chain.shape[1] + len(sample.free)
+        columns = chain.shape[-1] + len(sample.free)
         normal, gradient, square = np.zeros((columns, columns)), np.zeros(columns), 0.0
         for channel, residual in at.residual.items():
             jacobian = at.jacobian[channel]
@@ -383,12 +384,21 @@ class LeastSquares:
 
     def _triangle(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Floats:
         at = self._linearise(sample, values, slopes, chain)
-        columns = chain.shape[1] + len(sample.free) + 1
+        columns = chain.shape[-1] + len(sample.free) + 1
         if not at.residual:
             return np.zeros((0, columns))
         rows = np.vstack([np.column_stack([at.jacobian[name], at.residual[name]]) for name in at.residual])
         triangle: Floats = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][:columns]
         return triangle
+
+
+def _chain(slopes: Sequence[Floats]) -> Floats:
+    """What turns slopes along parameters into slopes along unknowns: (parameters, unknowns), or where each
+    unknown is one parameter the factor of each."""
+    if all(len(each) == 1 for each in slopes):
+        return np.concatenate([np.zeros(0), *slopes])
+    matrix: Floats = block_diag(np.zeros((0, 0)), *(each[:, None] for each in slopes))
+    return matrix
 
 
 def _widened(sample: Sample, widths: Sequence[tuple[str, float]]) -> Sample:
