@@ -479,25 +479,33 @@ fn the_derivative_along_a_dead_time_is_the_difference_quotient() {
 
 #[test]
 fn the_derivative_along_the_commands_is_the_difference_quotient() {
-    // Shaken from tick to tick while the valve is open, as by a dither.
+    // Shaken from tick to tick while the valve is open, as by a dither, and a little more or less: a hysteresis feels
+    // the first turn from rest one way or the other.
+    const SHAKEN: f64 = 2e-3;
+    const BY: f64 = 2e-5;
     let slope = |u: f64, k: usize| if u > 0.0 { [1.0, -1.0][k % 2] } else { 0.0 };
     for scene in [regulating(), with_effects()] {
         let shaken = |by: f64| {
-            let command = scene.command.iter().enumerate().map(|(k, &u)| u + by * slope(u, k)).collect();
-            let slopes: Vec<[f64; 2]> = scene.command.iter().enumerate().map(|(k, &u)| [slope(u, k); 2]).collect();
+            let command = scene.command.iter().enumerate().map(|(k, &u)| u + (SHAKEN + by) * slope(u, k)).collect();
+            let slopes: Vec<[f64; 2]> = scene
+                .command
+                .iter()
+                .enumerate()
+                .map(|(k, &u)| LiftName::BOTH.map(|lift| of_lift(lift, slope(u, k))))
+                .collect();
             let scene = Scene { truck: scene.truck.clone(), command, ..scene };
             with_case(&scene, |case| {
                 let case = Case { command_slope: &slopes, ..*case };
                 differentiate(&scene.truck, &case, SUBSTEPS, &[Direction::Command], &|| false).unwrap()
             })
         };
-        let (here, less, more) = (shaken(0.0), shaken(-1e-5), shaken(1e-5));
+        let (here, less, more) = (shaken(0.0), shaken(-BY), shaken(BY));
         for j in 0..OUTPUTS.len() {
             let column = |all: &[f64]| along_time(all, OUTPUTS.len(), j).collect::<Vec<_>>();
             let quotient = column(&more.outputs)
                 .iter()
                 .zip(column(&less.outputs))
-                .map(|(a, b)| (a - b) / 2e-5)
+                .map(|(a, b)| (a - b) / (2.0 * BY))
                 .collect::<Vec<_>>();
             let (exact, size) = (column(&here.derivatives), largest(quotient.iter().copied()));
             let apart = largest(exact.iter().zip(&quotient).map(|(a, b)| a - b));
