@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 DIRECTION = 0.3
-"""What a derivative along one direction costs, as a share of the run without: on the forklift some 25
-directions take eight times as long as a run alone."""
+"""What a derivative along one direction counts, as a share of the run without: more than it takes on the
+forklift, whose core carries many at once; a machine that is run anew for each direction takes a whole one."""
 SUBSTEPS, SAMPLES = 4, 600
 """Substeps of a tick, and samples, with which a recording counts as one."""
 

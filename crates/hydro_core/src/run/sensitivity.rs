@@ -3,6 +3,7 @@
 //! The fixed-step path over dual numbers. The derivatives are those of its equations, solved exactly;
 //! the numbers carry what Newton's iteration leaves, less than a micrometre a second. That little
 //! depends on the parameters too, and shows in difference quotients of what hardly matters.
+//! Derivatives are kept in single precision, which leaves them off by some ten-thousandths ([`crate::slopes`]).
 //! Lifts that no effect joins run by themselves, each along its own parameters only.
 
 use rayon::prelude::*;
