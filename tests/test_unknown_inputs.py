@@ -8,7 +8,7 @@ from forklift.base.errors import ForkliftError
 
 WIDTH = 0.2
 SINGLE = 1e-5
-"""Of the largest over time, what hats by themselves may differ by: their derivatives are in single precision."""
+"""Of the largest over time: derivatives along hats by themselves are in single precision."""
 
 
 @pytest.fixture(scope="module")
