@@ -99,3 +99,19 @@ def test_an_interruption_is_no_answer(monkeypatch):
     monkeypatch.setattr(LeastSquares, "linearise", interrupted)
     with pytest.raises(KeyboardInterrupt):
         screen(problem(), somewhere(0), every())
+
+
+def test_without_encoders_only_other_sensors_promise_anything():
+    """What an encoder alone shows may be its rounding; what a pressure shows is not."""
+    all_of_them = gains(together())
+    heard = screen(problem(), somewhere(0), every(), encoders=False)
+    encoders = {
+        seen.sensor.channel for sample in problem().samples for seen in sample.observed if seen.sensor.count
+    }
+    assert encoders
+    silent = [one for one in every() if one.kind == "sensor" and one.where in encoders]
+    assert silent
+    assert all(one in heard.untestable for one in silent)
+    others = gains(heard)
+    pressures = [one for one in every() if one.kind == "sensor" and one.where.startswith("pressure_")]
+    assert any(others.get(one, 0.0) > 0.5 * all_of_them[one] > 0.0 for one in pressures)

@@ -28,7 +28,8 @@ ALARM_PHYSICS, ALARM_CONDITION, ALARM_SENSOR, ALARM_CURVE = 12.0, 30.0, 80.0, 30
 of a recording held out shows by itself that anything is missing: 4.9 deviations of an amplitude, among some
 sixty. Conditions have an unknown for every recording; and sensors promise up to 45 where nothing is amiss,
 since an encoder that starts from the same place in every recording is rounded alike in all of them. A curve
-has several unknowns too, and is the best of some two hundred; of it the evidence counts."""
+has several unknowns too, and is the best of some two hundred; of it the evidence counts, and what encoders
+alone show of it as a sensor's fault would."""
 ALARM: Mapping[Kind, float] = {
     "physics": ALARM_PHYSICS,
     "parameter": ALARM_CONDITION,

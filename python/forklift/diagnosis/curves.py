@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.diagnosis.criteria import (
+    ALARM_CURVE,
+    ALARM_SENSOR,
     CURVE_NEAR,
     CURVE_TIE,
     CURVES_AT,
@@ -75,7 +77,15 @@ class FreeCurves:
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
         told = screen(everywhere.problem, everywhere.x, first, 0).ranked
-        return max(told, key=lambda one: one.evidence, default=None)
+        heard = [replace(one, evidence=self._heard(one, everywhere)) for one in told]
+        return max(heard, key=lambda one: one.evidence, default=None)
+
+    @staticmethod
+    def _heard(curve: Screened, everywhere: Found) -> float:
+        """Its evidence by sensors that do not round; or by all, less what a sensor must promise more than a
+        curve: what begins at the same place in every recording is rounded alike in all of them."""
+        other = screen(everywhere.problem, everywhere.x, curve.hypotheses, 0, encoders=False).ranked
+        return max([curve.evidence - (ALARM_SENSOR - ALARM_CURVE), *(one.evidence for one in other)])
 
     @staticmethod
     def yields_to(one: Screened, best: Screened) -> bool:

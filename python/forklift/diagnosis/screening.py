@@ -94,9 +94,11 @@ class _Column:
     """Each recording has columns of its own."""
 
 
-def screen(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], most: int = 8) -> Screening:
-    """Every hypothesis at x, and the pairs of the `most` most promising."""
-    base, columns = _linear(problem, x, hypotheses)
+def screen(
+    problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], most: int = 8, *, encoders: bool = True
+) -> Screening:
+    """Every hypothesis at x, and the pairs of the `most` most promising; `encoders`: by these too."""
+    base, columns = _linear(problem, x, hypotheses, encoders=encoders)
     known = base.project(columns) if columns else {}
     untestable = [hypothesis for hypothesis in hypotheses if hypothesis not in known]
     ranked = sorted((base.gain([one]) for one in known.values()), key=lambda found: -found.gain)
@@ -135,14 +137,22 @@ def log_evidence(problem: Problem, x: Floats, together: float = 1.0) -> float:
 
 
 def _linear(
-    problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], *, slow: bool = False
+    problem: Problem,
+    x: Floats,
+    hypotheses: Sequence[Hypothesis],
+    *,
+    slow: bool = False,
+    encoders: bool = True,
 ) -> tuple[_Base, list[_Column]]:
     """The problem linear about x, and what those hypotheses add to it that move anything; `slow`: with what
-    slow noise has in common taken off, so that the normal equations are those of its likelihood."""
+    slow noise has in common taken off, so that the normal equations are those of its likelihood; `encoders`:
+    by what they read, too."""
     problem = _weighted(problem)
     runs = problem.linearise(x)
 
     def independent(sample: Sample, seen: Observed, rows: Floats) -> Floats:
+        if not encoders and seen.sensor.count:
+            return np.zeros_like(rows)
         if slow and seen.sensor.correlation:
             return whitened(seen, sample.recording.time_s, rows)
         return rounded(seen.sensor, rows)
