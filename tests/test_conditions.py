@@ -158,3 +158,30 @@ def test_a_corrected_campaign_has_the_loads_and_temperatures_that_were_found(tmp
         assert now["oil_temperature_degc"] == pytest.approx(was["oil_temperature_degc"] - 3.0, abs=1e-6)
     files = diagnosis_files([one.file for one in campaign.recordings])
     assert {f"corrected/{one.file}" for one in read.recordings} <= files
+
+
+def one_oil_to_learn_from(warmer_k):
+    """Three recordings in cold oil that are fitted, and one held out in oil so much warmer."""
+    campaign, truck = Campaign.read(NULL), Truck.read("thesis")
+    files = [f"free_prms1_{load}kg_20c.csv" for load in (0, 800, 1500)]
+    fitted = [replace(one, role="estimate") for one in campaign.recordings if one.file in files]
+    degc = 20 + warmer_k
+    (other,) = [one for one in campaign.recordings if one.file == f"free_prms1_1500kg_{degc}c.csv"]
+    recordings = [*fitted, replace(other, role="validate", file="held_out.csv")]
+    return subject(truck).examined(recordings)
+
+
+@pytest.mark.parametrize(("warmer_k", "freed"), [(40, ("free.viscosity.lambda",)), (0, ())])
+def test_what_the_fitted_do_not_tell_is_freed_where_all_recordings_do(warmer_k, freed):
+    machine, kept, findings = one_oil_to_learn_from(warmer_k)
+    assert findings.held == ("free.viscosity.lambda",)
+    assert findings.freed == freed
+    every = machine.sensors(kept)
+    everyone = pose(machine, kept, machine.unknowns(findings.held), every)
+    moved = tuple(one for one in machine.unknowns() if one.name in findings.freed)
+    fitted = everyone.over([one for one in everyone.samples if one.recording.role == "estimate"])
+    refitter = Refitter(fitted, everyone, every, freed=moved)
+    refit = refitter.rough(())
+    names = [one.name for one in refitter.everywhere(refit).problem.unknowns]
+    assert [name for name in names if name == "free.viscosity.lambda"] == [*freed]
+    assert "free.viscosity.lambda" not in [one.name for one in refit.found.problem.unknowns]

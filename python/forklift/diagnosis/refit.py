@@ -256,6 +256,8 @@ class Refitter:
 
     held: tuple[Unknown, ...] = ()
     """Parameters that no recording tells, so that no refit moves them."""
+    freed: tuple[Unknown, ...] = ()
+    """Of these, what all recordings together tell, those held out too: `everywhere` moves it."""
     unfinished: Unfinished = field(default_factory=Unfinished)
     """What was searched for already."""
     known: dict[Refit, Found] = field(default_factory=dict, compare=False, repr=False)
@@ -388,7 +390,8 @@ class Refitter:
         places = {one.recording.file: k for k, one in enumerate(over_all.problem.samples)}
         x = refit.found.x.copy()
         for k, sample in enumerate(problem.samples):
-            x[problem.columns(k)] = over_all.x[over_all.problem.columns(places[sample.recording.file])]
+            there = over_all.problem.columns(places[sample.recording.file])[len(self.freed) :]
+            x[problem.columns(k)] = over_all.x[there]
         found = ended(problem, x, refit.found.evaluations + over_all.evaluations)
         led = self._judged(refit.hypotheses, found, refit.costs, early=refit.early, finished=True)
         return replace(led, cold=refit.cold) if led.complete else refit
@@ -416,13 +419,16 @@ class Refitter:
         problem = with_hypotheses(self.everyone, refit.hypotheses).weighted(
             told.problem.sigma, told.problem.substeps
         )
+        shared = len(problem.unknowns)
+        problem = replace(problem, unknowns=(*self.freed, *problem.unknowns))
         x = np.zeros(problem.starts[-1])
-        x[: len(problem.unknowns)] = told.x[: len(problem.unknowns)]
+        x[len(self.freed) : len(problem.unknowns)] = told.x[:shared]
         others = []  # those held out begin at what was entered
         for k, sample in enumerate(problem.samples):
             fitted = [one.recording is sample.recording for one in told.problem.samples]
             if any(fitted):
-                x[problem.columns(k)] = told.x[told.problem.columns(fitted.index(True))]
+                own = problem.columns(k)[len(problem.unknowns) :]
+                x[own] = told.x[told.problem.columns(fitted.index(True))[shared:]]
             elif len(sample.free):
                 others.append(k)
         if others:

@@ -85,7 +85,9 @@ class Findings:
     unexcited
         Why the recordings tell nothing of any part; empty if they do.
     held
-        Parameters that no recording tells, so that a fit must leave them alone.
+        Parameters that no recording to be fitted tells, so that a fit must leave them alone.
+    freed
+        Of these, what all recordings together tell.
     same
         Conditions that all recordings of a part have in common, so that no effect of them can be told: each
         with the part.
@@ -96,3 +98,4 @@ class Findings:
     unexcited: str = ""
     held: tuple[str, ...] = ()
     same: tuple[tuple[str, str], ...] = ()
+    freed: tuple[str, ...] = ()

@@ -211,10 +211,10 @@ def elsewhere(
 ) -> NextRecording | None:
     """The richest recording of a lift once more, with another load or another oil temperature.
 
-    For what all recordings of a campaign have in common, so that no effect of it can be told: `what` is
-    ``"load_kg"`` or ``"oil_temperature_degc"``. None if no recording commands the lift.
+    For what all recordings that are fitted have in common, so that no effect of it can be told: `what` is
+    ``"load_kg"`` or ``"oil_temperature_degc"``. None if none of these commands the lift.
     """
-    told = [found for found in recordings if lift in commanded(found.lift)]
+    told = [found for found in recordings if lift in commanded(found.lift) and found.role == "estimate"]
     if not told:
         return None
     within = within or limits(recordings)
@@ -226,8 +226,8 @@ def elsewhere(
     load, temperature = (new, temperature) if what == "load_kg" else (rich.load_kg, new)
     words, unit = ("load", "kg") if what == "load_kg" else ("oil temperature", "degC")
     why = (
-        f"all {len(told)} recordings of the {lift} lift have about the same {words}, {now:.3g} {unit}, so "
-        f"that no effect of it can be told: record {rich.file} once more at {new:.3g} {unit}"
+        f"all {len(told)} fitted recordings of the {lift} lift have about the same {words}, {now:.3g} {unit}"
+        f", so that no effect of it can be told: record {rich.file} once more at {new:.3g} {unit}"
     )
     return NextRecording(rich.lift, load, temperature, Command(rich.time_s, *rich.command.T), why)
 

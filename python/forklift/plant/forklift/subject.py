@@ -127,7 +127,10 @@ class ForkliftSubject(Forklift):
         same = tuple(
             (CONDITIONS[one.code], str(one.facts["lift"])) for one in cautions if one.code in CONDITIONS
         )
-        return replace(self, lifts=suited.lifts), kept, Findings(invalid, cautions, "", _held(cautions), same)
+        held = _held(cautions)
+        whole = suitability([replace(one, role="estimate") for one in kept], self.truck) if held else suited
+        freed = tuple(name for name in held if name not in _held(whole.cautions))
+        return replace(self, lifts=suited.lifts), kept, Findings(invalid, cautions, "", held, same, freed)
 
     def sensors(self, recordings: Sequence[Recording]) -> dict[str, Sensor]:
         """Told from the samples."""
