@@ -1,7 +1,7 @@
 //! Derivatives in single precision, in vector registers by name.
 //!
 //! As with lanes ([`crate::lanes`]), the compiler left to itself cuts the long straight arithmetic of a substep into
-//! vectors of several widths and single numbers: of sixteen products, most were done one by one.
+//! vectors of several widths and single numbers.
 //!
 //! Why the calls are sound: these types cannot be named outside the crate, and the one place that works with them,
 //! [`crate::run::sensitivity`], has asked the processor first. They are fast only where they are inlined into code
