@@ -9,7 +9,15 @@ from typing import Any, cast
 import pytest
 
 from forklift import Truck
-from forklift.diagnosis.criteria import AS_NEAR, CLEARLY, LEAST_FAULT, LIVES_BEYOND, MISFIT, SAME_PLACE
+from forklift.diagnosis.criteria import (
+    AS_NEAR,
+    CLEARLY,
+    LEAST_FAULT,
+    LEAST_GAIN,
+    LIVES_BEYOND,
+    MISFIT,
+    SAME_PLACE,
+)
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
@@ -30,6 +38,7 @@ class Name:
     where: str = "main"
     equation: str = "friction"
     unlikely: bool = False
+    amplitude: str | None = "amplitude"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +61,7 @@ class Tried:
 
 LEAK, DRY, STRIBECK = Name("leak"), Name("dry friction"), Name("Stribeck")
 CURVE = Name("curve", "unknown")
+OIL = Name("oil temperature", "parameter", amplitude=None)
 
 
 def chosen(*refits: Tried) -> Tried:
@@ -96,26 +106,28 @@ def test_who_was_stopped_on_the_way_replaces_nobody():
 
 
 @pytest.mark.parametrize(
-    ("left", "share"), [(0.9 * MISFIT, 0.5), (2.0 * MISFIT, 0.1)], ids=["faint", "clear"]
+    ("left", "first", "share"),
+    [(0.9 * MISFIT, True, LEAST_GAIN), (2.0 * MISFIT, True, 0.1), (2.0 * MISFIT, False, 0.5)],
+    ids=["faint", "clear", "second"],
 )
-def test_who_could_not_remove_enough_is_not_tried(left, share):
+def test_who_could_not_remove_enough_is_not_tried(left, first, share):
     channel = SimpleNamespace(samples=100)
     seen = SimpleNamespace(rows=range(200))
     found = SimpleNamespace(problem=SimpleNamespace(samples=[SimpleNamespace(observed=[seen])]))
     best: Any = SimpleNamespace(
         complete=False,
         slight=False,
-        hypotheses=(),
+        hypotheses=() if first else (DRY,),
         excess=1000.0,
         worst=SimpleNamespace(mean_square=left),
         held_out=[channel],
         found=found,
     )
     needed = 0.5 * share * 1000.0 * 2.0 / LIVES_BEYOND
-    refitter = cast(Refitter, SimpleNamespace(later=0.5))
+    refitter = cast(Refitter, SimpleNamespace(later=0.5, together=1.0))
 
     def helps(gain: float) -> bool:
-        return may_help(Screened((), gain, (), ()), best, refitter)
+        return may_help(Screened((cast(Hypothesis, LEAK),), gain, (), ()), best, refitter)
 
     assert helps(1.01 * needed)
     assert not helps(0.99 * needed)
@@ -139,6 +151,29 @@ def test_of_a_faint_mismatch_who_leaves_nothing_over_need_not_remove_half_of_wha
     refitter = SimpleNamespace(together=together, later=0.5)
     kept = helping([cast(Refit, refit)], cast(Refit, best), cast(Refitter, refitter), ())
     assert bool(kept) is accepted
+
+
+@pytest.mark.parametrize("beside", [(), (DRY,)], ids=["first", "second"])
+def test_a_second_name_may_leave_nothing_over_of_what_is_faint_too(beside):
+    best = Tried(beside, 10_000.0, 1500.0, worst=SimpleNamespace(mean_square=0.9 * MISFIT))
+    refit = Tried((*beside, LEAK), 9700.0, 1200.0, complete=True)
+    refitter = SimpleNamespace(together=1.0, later=0.5)
+    kept = helping([cast(Refit, refit)], cast(Refit, best), cast(Refitter, refitter), ())
+    assert kept == [refit]
+
+
+def test_what_has_a_freedom_in_every_recording_must_remove_as_much_as_a_curve():
+    best, law = Tried((), 10_000.0, 9000.0), Tried((CURVE,), 5000.0)
+    refitter = cast(Refitter, SimpleNamespace(together=1.0, later=0.5))
+
+    def kept(refit: Tried) -> bool:
+        shapes = [cast(Refit, law)]
+        return bool(helping([cast(Refit, refit)], cast(Refit, best), refitter, shapes))
+
+    assert kept(Tried((LEAK,), 7000.0))
+    assert not kept(Tried((OIL,), 7000.0))
+    assert kept(Tried((OIL,), 4900.0))
+    assert kept(Tried((OIL,), 7000.0, complete=True))
 
 
 def test_a_curve_over_a_command_is_likely_at_the_current_alone():

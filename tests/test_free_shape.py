@@ -1,5 +1,7 @@
 """A truck's free shapes: what they say, and that a simulation with one does what it says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,30 @@ def test_a_shape_after_the_command_moved_is_gone_when_its_time_is_over():
     speeds = [run["velocity_main_m_s"] for run in (plain, other)]
     assert abs(speeds[1][75]) < 0.95 * abs(speeds[0][75])
     assert speeds[1][180] == pytest.approx(speeds[0][180], rel=5e-3)
+
+
+def test_what_fades_acts_while_the_variable_changes_and_no_more_when_it_stands():
+    """A force of 1 kN for every 0.7 A that the command has lately changed by."""
+    fading = FreeCurve("free", "force", "command", -0.7, 0.7, 0.3, fades=True)
+    fading = fading.through(np.linspace(-0.7, 0.7, 30), 1000.0 * np.linspace(-1.0, 1.0, 30))
+    run = lowered(THESIS.with_values(fading.parameters()))
+    spot = 2.0 * run["free.free_shape.spot"] - 1.0
+    opened = np.exp(-(run.time_s[50:200] - run.time_s[50]) / 0.3)
+    np.testing.assert_allclose(spot[51:200], opened[1:], atol=0.02)
+    plain = lowered(THESIS)
+    late, at_rest = (run["velocity_free_m_s"] - plain["velocity_free_m_s"])[[195, 49]]
+    assert abs(at_rest) < 1e-4
+    assert abs(late) < 2e-3
+
+
+def test_a_file_from_before_curves_that_fade_is_read(tmp_path):
+    truck = THESIS.with_values(WARMTH.parameters())
+    file = tmp_path / "old.toml"
+    truck.write(file)
+    old = "".join(line for line in file.read_text().splitlines(keepends=True) if not line.startswith("fades"))
+    file.write_text(old)
+    assert "fades" not in old
+    assert FreeCurve.of(Truck.read(file), "free") == WARMTH
 
 
 def test_a_lag_holds_a_shape_back():
@@ -117,8 +143,8 @@ def test_every_port_and_variable_can_be_chosen():
     for port in ports():
         for variable in variables():
             shape = FreeCurve("free", port, variable, 0.0, 1.0)
-            truck = THESIS.with_values(shape.parameters())
-            assert FreeCurve.of(truck, "free") == shape
+            for one in (shape, replace(shape, lag_s=0.4, fades=True)):
+                assert FreeCurve.of(THESIS.with_values(one.parameters()), "free") == one
     spec = parameters()
     assert spec["free.free_shape.port"]["upper"] == len(ports()) - 1
     assert spec["free.free_shape.variable"]["upper"] == len(variables()) - 1

@@ -145,3 +145,12 @@ def test_the_whiteness_of_white_noise_is_uniform_and_of_a_little_colour_nought()
     p = np.sort([ljung_box(random.standard_normal(600)) for _ in range(500)])
     assert np.abs(p - (np.arange(500) + 0.5) / 500).max() < 1.63 / np.sqrt(500)  # Kolmogorov, 1 %
     assert ljung_box(autoregressive(random, 600, 0.3)) < 1e-3
+
+
+def test_the_slow_noise_of_a_sensor_is_no_colour_and_what_rings_is():
+    random = np.random.default_rng(13)
+    slow = [autoregressive(random, 600, 0.7) for _ in range(300)]
+    p = np.sort([ljung_box(one, slow=True) for one in slow])
+    assert np.abs(p - (np.arange(300) + 0.5) / 300).max() < 1.63 / np.sqrt(300)  # Kolmogorov, 1 %
+    ringing = np.sin(2.0 * np.pi * 2.5 * 0.02 * np.arange(600))
+    assert ljung_box(slow[0] + 0.7 * ringing, slow=True) < 1e-3

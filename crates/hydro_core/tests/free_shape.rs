@@ -25,6 +25,7 @@ fn truck(lift: LiftName, port: usize, variable: usize, shape: [f64; 7], range: [
     set("lower", range[0]);
     set("upper", range[1]);
     set("lag", lag);
+    set("fades", 0.0);
     Truck::from_values(values).unwrap()
 }
 

@@ -143,6 +143,9 @@ and how many curves are tried."""
 FAINT_CURVES = 6
 """How many curves are screened over all recordings where next to nothing is left over: those that promise
 most over the recordings that were fitted."""
+MOST_PAST = 6
+"""How many curves over variables of the past are screened at the most credible places together: those that
+promise most by the places' answers to hats."""
 CURVE_NEAR = 0.7
 """A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
 linear about the same place."""

@@ -16,11 +16,13 @@ from forklift.diagnosis.criteria import (
     CURVES_AT,
     FAINT_CURVES,
     MOST_CURVES,
+    MOST_PAST,
     MOST_PLACES,
     MOVES_AT_ALL,
 )
 from forklift.diagnosis.dependence import Dependence, dependences
-from forklift.diagnosis.locate import UnknownInput, unknown_inputs
+from forklift.diagnosis.foreseen import foreseen
+from forklift.diagnosis.locate import UnknownInput, hats, unknown_inputs
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.screening import Screened, screen
 from forklift.fitting.interface import Problem
@@ -56,7 +58,7 @@ class FreeCurves:
     def _offered(self, refit: Refit) -> list[Screened]:
         inputs = self._inputs(refit)
         places = self._first(refit, inputs)[: len(credible(inputs))]
-        offered = self._curves(refit.told_from, places)
+        offered = self._curves(refit, refit.told_from, places)
         if not refit.hypotheses:
             near = [one.port for one in credible(inputs) if one.evidence >= CURVE_NEAR * inputs[0].evidence]
             samples = refit.early.problem.samples
@@ -73,7 +75,7 @@ class FreeCurves:
         coarsest over every variable, at the most credible places."""
         places = [self._place(one.port) for one in credible(self._inputs(refit))]
         at = refit.found
-        offered = self._curves(at, places, most=1)
+        offered = self._curves(refit, at, places, most=1)
         ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
         first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
         told = screen(everywhere.problem, everywhere.x, first, 0).ranked
@@ -111,7 +113,7 @@ class FreeCurves:
             for one in self.machine.unnamed(place, refit.early.problem.samples)
             if one.over
         ]
-        return [*self._curves(refit.told_from, places, most=1), *others]
+        return [*self._curves(refit, refit.told_from, places, most=1), *others]
 
     def _place(self, name: str) -> Place:
         return next(one for one in self.machine.places if one.name == name)
@@ -125,15 +127,38 @@ class FreeCurves:
             self.known[refit] = unknown_inputs(early.problem, early.x, places, width_s)
         return [one for one in self.known[refit] if one.port in places]
 
-    def _curves(self, found: Found, places: Sequence[Place], most: int | None = None) -> list[Hypothesis]:
-        """Curves over every variable at each of these places, of at most so many resolutions."""
+    def _curves(
+        self, refit: Refit, found: Found, places: Sequence[Place], most: int | None = None
+    ) -> list[Hypothesis]:
+        """Curves over every variable of the moment at each of these places, and of those of the past what
+        promises most; of at most so many resolutions."""
         ranges = {part: _ranges(found, part) for part in dict.fromkeys(one.part for one in places)}
+        past = self._of_the_past(refit, places)
         return [
             one
             for place in places
             for variable, ends in ranges[place.part].items()
+            if variable not in self.machine.past or (place.name, variable) in past
             for one in self.machine.curves(place, variable, *ends)[:most]
         ]
+
+    def _of_the_past(self, refit: Refit, places: Sequence[Place]) -> list[tuple[str, str]]:
+        """At which of these places a curve over which variable of the past is worth a simulation."""
+        past, at = self.machine.past, refit.early
+        if not past or not places:
+            return []
+        width_s = self.machine.hat_width_s(at.problem.samples)
+        centres = [hats(sample, width_s) for sample in at.problem.samples]
+        seen = {
+            part: [
+                {name: values for name, values in one.items() if name in past}
+                for one in variables(at.problem, at.x, part, centres)
+            ]
+            for part in dict.fromkeys(one.part for one in places)
+        }
+        asked = {one.name: seen[one.part] for one in places}
+        promised = foreseen(at.problem, at.x, asked, {one.name: one.size for one in places}, width_s)
+        return sorted(promised, key=lambda one: -promised[one])[:MOST_PAST]
 
     def _first(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[Place]:
         """Where curves are tried: where the named hypothesis acts, and where the evidence is greatest."""

@@ -8,9 +8,9 @@ machine is nor on how many threads it has; the most promising come first.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
-from forklift.diagnosis.criteria import ALIKE, LEAST_ROUGH, MUCH, NEARLY, VARIANTS
+from forklift.diagnosis.criteria import ALIKE, CLEARLY, LEAST_ROUGH, MOST_OF, MUCH, NEARLY, VARIANTS
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Bars, Refit, Refitter
 from forklift.diagnosis.screening import Screened, Screening
@@ -69,8 +69,8 @@ class Race:
         several = (*best.hypotheses, hypothesis)
         if not self.begins("trying from the start", (hypothesis,)):
             return list(ended)
-        rough = self.refitter.rough(several, bars=self.bars(best, ended))
-        return self.finished(best, [replace(rough, cold=True)], ended)
+        rough = self.refitter.cold([several], best, self.bars(best, ended))
+        return self.finished(best, [rough], ended)
 
     def beside(self, best: Refit, hypothesis: Hypothesis, ended: Sequence[Refit]) -> list[Refit]:
         """`ended`, and one more beside the best, from where that stands."""
@@ -104,14 +104,19 @@ class Race:
         return bar(0), bar(1)
 
     def finished(self, best: Refit, rough: Sequence[Refit], ended: Sequence[Refit]) -> list[Refit]:
-        """Those who keep up with the best, fitted to the end; the others as they stand."""
+        """Those who keep up with the best, fitted to the end; the others as they stand.
+
+        Who already removes half of what the best leaves over on recordings held out keeps up, whatever it
+        gains on those that were fitted: what is missing may show in the ones and not in the others.
+        """
         least = min((refit.rough for refit in (*rough, *ended)), default=0.0)
         refits = list(ended)
         for refit in rough:
             keeps_up = best.rough - refit.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
-            if keeps_up:
+            foretells = best.squares - refit.squares >= max(CLEARLY, MOST_OF * best.excess)
+            if keeps_up or foretells:
                 self.say(f"fitting {_words(refit.hypotheses)}")
-            refits.append(self.to_the_end(best, refit) if keeps_up else refit)
+            refits.append(self.to_the_end(best, refit) if keeps_up or foretells else refit)
         return refits
 
     def to_the_end(self, best: Refit, refit: Refit) -> Refit:

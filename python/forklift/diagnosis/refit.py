@@ -318,8 +318,29 @@ class Refitter:
         enough = gained >= LIVES_UP * promised or warm.excess <= MUCH * after.excess
         if enough or not again or self.work.spent:
             return warm
-        cold = self._furthest(self._cold(several, bars), bars)
+        cold = self.cold(several, after, bars)
         return replace(min(warm, cold, key=lambda one: one.rough), cold=True)
+
+    def cold(self, several: Sequence[tuple[Hypothesis, ...]], beside: Refit, bars: Bars = NO_BARS) -> Refit:
+        """The tempered stages from the start machine; of what stands beside names also with these as large as
+        they were told: who comes furthest."""
+        starts: list[Refit | None] = [None, beside] if beside.hypotheses else [None]
+        firsts = [
+            First(hypotheses, *self._searched(*self._at_start(hypotheses, as_told), ROUGH[:1], bars[:1]))
+            for hypotheses in several
+            for as_told in starts
+        ]
+        return replace(self._furthest(firsts, bars), cold=True)
+
+    def _at_start(self, hypotheses: Sequence[Hypothesis], as_told: Refit | None) -> tuple[Problem, Floats]:
+        """The start machine, with the names of a refit as that told them."""
+        problem, x = self._from(hypotheses)
+        if as_told:
+            own = {one.name for each in as_told.hypotheses for one in each.addition.free}
+            told = carry(as_told.early.x, as_told.early.problem, problem)
+            kept = [place for place, one in enumerate(problem.unknowns) if one.name in own]
+            x[kept] = told[kept]
+        return problem, x
 
     def afresh(self, refit: Refit) -> Refit:
         """The same hypotheses from the start machine, to the end; the refit itself if it came from there."""
@@ -339,9 +360,6 @@ class Refitter:
         everywhere = self.everywhere(after)
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
         return replace(refit, loo_log_score=loo_log_score(everywhere.problem, everywhere.x, new))
-
-    def _cold(self, several: Sequence[tuple[Hypothesis, ...]], bars: Bars) -> list[First]:
-        return [self._first(hypotheses, bars=bars) for hypotheses in several]
 
     def _first(
         self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS

@@ -50,22 +50,39 @@ def may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
     """
     if best.complete or best.slight:
         return True
+    if best.worst.mean_square <= MISFIT:
+        asked = least_of_a_faint(one.hypotheses, best, refitter)
+    else:
+        asked = share_asked(best, refitter) * best.excess
     fitted = sum(len(seen.rows) for sample in best.found.problem.samples for seen in sample.observed)
     held = sum(found.samples for found in best.held_out)
-    asked = 0.5 * share_asked(best, refitter) * best.excess * fitted / held
-    return LIVES_BEYOND * one.gain >= asked
+    return LIVES_BEYOND * one.gain >= 0.5 * asked * fitted / held
+
+
+def least_of_a_faint(hypotheses: Sequence[Hypothesis], best: Refit, refitter: Refitter) -> float:
+    """By how much what leaves nothing over of a faint mismatch must lower the sum of squares: by twice what
+    one must promise where no channel shows anything."""
+    alarm = 2.0 * refitter.together * max(ALARM[one.kind] for one in hypotheses)
+    return max(CLEARLY, alarm, LEAST_GAIN * best.excess)
 
 
 def helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]) -> list[Refit]:
-    """Those that remove enough of what the best leaves over: at least half of what a curve does."""
+    """Those that remove enough of what the best leaves over: at least half of what a curve does; what has a
+    freedom in every recording, as much as the curve."""
     share = share_asked(best, refitter)
     most = max((best.squares - refit.squares for refit in shapes if refit.finished), default=0.0)
     return [
         refit
         for refit in refits
         if (helps(refit, best, share) or completes(refit, best, refitter))
-        and (refit.complete or best.squares - refit.squares >= ALIKE * most)
+        and (refit.complete or best.squares - refit.squares >= (1.0 if freer(refit, best) else ALIKE) * most)
     ]
+
+
+def freer(refit: Refit, best: Refit) -> bool:
+    """Whether it has beside the best only what has a freedom in every recording: it follows anything that
+    differs from one to the next, as a law does, and is no law."""
+    return all(one.amplitude is None for one in refit.hypotheses if one not in best.hypotheses)
 
 
 def excess_screened(best: Refit, screening: Screening) -> float:
@@ -172,16 +189,16 @@ def led_elsewhere(refits: Sequence[Refit], best: Refit, share: float) -> Refit |
 
 
 def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
-    """Whether a first name leaves nothing over of a faint mismatch, and gains as much on recordings held
-    out as a hypothesis must promise where no channel shows anything.
+    """Whether it leaves nothing over of a faint mismatch, and gains as much on recordings held out as a
+    hypothesis must promise where no channel shows anything.
 
     A model that explains everything still leaves something beside the noise that was measured, channel by
     channel: where a mismatch is faint, that is no small share of it.
     """
-    if best.hypotheses or best.worst.mean_square > MISFIT or not (refit.complete and refit.identifiable):
+    if best.complete or best.worst.mean_square > MISFIT or not (refit.complete and refit.identifiable):
         return False
-    alarm = 2.0 * refitter.together * max(ALARM[one.kind] for one in refit.hypotheses)
-    return best.squares - refit.squares >= max(CLEARLY, alarm, LEAST_GAIN * best.excess)
+    new = [one for one in refit.hypotheses if one not in best.hypotheses]
+    return best.squares - refit.squares >= least_of_a_faint(new, best, refitter)
 
 
 def choice(enough: Sequence[Refit]) -> Refit | None:

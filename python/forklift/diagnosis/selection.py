@@ -46,6 +46,7 @@ from forklift.diagnosis.rules import (
     helps,
     labels,
     leads,
+    least_of_a_faint,
     led_elsewhere,
     may_help,
     mended,
@@ -138,7 +139,7 @@ def select(
         found = _unseen(race, baseline, curve, Step(screening, (), None))
         if found:
             return found
-    best, steps, shapes = _named(race, baseline, screening, hypotheses, general)
+    best, steps, shapes = _named(race, baseline, [], screening, hypotheses, general)
     if curve and best is baseline:
         found = _unseen(race, baseline, curve, *steps)
         if found:
@@ -147,7 +148,12 @@ def select(
         return Selection(best, (), best, skipped=tuple(race.skipped))
     if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
         step = _near(race, best, steps, shapes, hypotheses, general)
-        if step is not None:
+        if step is not None and step.accepted and step.accepted.hypotheses == best.hypotheses != ():
+            best = _settled(steps, step.accepted)
+            screening = screen(best.told_from.problem, best.told_from.x, _beside(best, hypotheses))
+            best, steps, more = _named(race, best, steps, screening, hypotheses, general)
+            shapes += more
+        elif step is not None:
             steps.append(step)
             best = step.accepted or best
         if best is not baseline and not best.hypotheses:
@@ -198,33 +204,37 @@ def _unseen(race: Race, baseline: Refit, curve: Screened, *steps: Step) -> Selec
 
 def _named(
     race: Race,
-    baseline: Refit,
+    best: Refit,
+    steps: list[Step],
     screening: Screening,
     hypotheses: Sequence[Hypothesis],
     general: General,
 ) -> tuple[Refit, list[Step], list[Refit]]:
-    """Rounds of names, as long as each leaves enough less over; and the curves that were tried before them,
-    as no name promised nearly as much.
+    """Further rounds of names after these, as long as each leaves enough less over; and the curves that were
+    tried before them, as no name promised nearly as much.
 
     Where the machine alone had been caught in a local minimum, a better fit of it is returned, without a
-    round.
+    round. Where it had been with the names that were accepted, the next round begins from a better fit of
+    these.
     """
-    best, steps = baseline, []
     shapes: list[Refit] = []
     while True:
         ahead = _shape_ahead(race, best, screening, general)
-        step = _round(race, best, screening, ahead)
+        step = _round(race, best, screening, general, ahead)
         if step.accepted and step.accepted.hypotheses and not ahead and not explains(step.accepted, best):
             ahead = _shape_beside(race, best, general)
-            accepted = choice(helping(step.refits, best, race.refitter, ahead))
+            accepted = choice(_helping(race, step.refits, best, ahead, screening, general))
             step = replace(step, accepted=accepted)
-        steps.append(step)
         shapes += ahead
         accepted = step.accepted
+        if accepted and not accepted.hypotheses:
+            return accepted, [], []
+        if accepted and accepted.hypotheses == best.hypotheses:
+            accepted = _settled(steps, accepted)
+        else:
+            steps.append(step)
         if accepted is None:
             return best, steps, shapes
-        if not accepted.hypotheses:
-            return accepted, [], []
         best = accepted
         left = _beside(best, hypotheses)
         if not left or len(best.hypotheses) >= MOST_ACCEPTED or race.refitter.work.spent:
@@ -239,6 +249,15 @@ def _named(
                 screening = _beyond_its_law(race, best, screening, general)
             if not screening.singles:
                 return best, steps, shapes
+
+
+def _settled(steps: list[Step], better: Refit) -> Refit:
+    """A better fit of the names that were accepted last, in their place."""
+    last = max(place for place, step in enumerate(steps) if step.accepted)
+    step = steps[last]
+    refits = [better if refit is step.accepted else refit for refit in step.refits]
+    steps[last] = replace(step, refits=tuple(sorted(refits, key=rank)), accepted=better)
+    return better
 
 
 def _beyond_its_law(race: Race, best: Refit, screening: Screening, general: General) -> Screening:
@@ -333,20 +352,22 @@ def _near(
         if refits and refits[-1].complete and refits[-1].identifiable:
             break
     refits = refits[len(beside) :]
-    accepted = choice(helping(refits, best, race.refitter, beside))
-    astray = None if best.hypotheses else _astray(race, best, accepted, refits, screening)
+    accepted = choice(_helping(race, refits, best, beside, screening, general))
+    astray = _astray(race, best, accepted, refits, screening)
     return astray or Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
 
-def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit] = ()) -> Step:
+def _round(
+    race: Race, best: Refit, screening: Screening, general: General, shapes: Sequence[Refit] = ()
+) -> Step:
     """The most promising; further ones while none explains everything; what the winner is confused with.
 
     Beside a curve that promised far more than any name, fewer names are tried, and one counts only if it
     removes nearly as much.
 
-    A name may gain only because the machine alone was caught in a local minimum. So the machine alone is
-    fitted again from where the first name that helps ended, or one that gained as much without being there;
-    if that gains half as much, it is accepted instead.
+    A name may gain only because the best was caught in a local minimum. So the best is fitted again from
+    where the first name that helps ended, or one that gained as much without being there; if that gains half
+    as much, it is accepted instead.
     """
     gains = [found.gain for found in screening.singles]
     least = max(WORTH * gains[0], LITTLE * excess_screened(best, screening)) if gains else 0.0
@@ -367,12 +388,12 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
     refits: list[Refit] = list(shapes)
-    asked = bool(best.hypotheses or best.complete or best.slight)
+    asked = best.complete or best.slight
     race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
         before = len(refits)
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
-        accepted = choice(helping(refits[len(shapes) :], best, race.refitter, shapes))
+        accepted = choice(_helping(race, refits[len(shapes) :], best, shapes, screening, general))
         astray = None if asked else _astray(race, best, accepted, refits[before:], screening)
         if astray is not None:
             return astray
@@ -384,19 +405,50 @@ def _round(race: Race, best: Refit, screening: Screening, shapes: Sequence[Refit
             refits = race.run(best, others, screening, refits, quick=True)
             break
     refits = refits[len(shapes) :]
-    accepted = choice(helping(refits, best, race.refitter, shapes))
+    accepted = choice(_helping(race, refits, best, shapes, screening, general))
     return Step(screening, tuple(sorted(refits, key=rank)), accepted)
+
+
+def _helping(
+    race: Race,
+    refits: Sequence[Refit],
+    best: Refit,
+    shapes: Sequence[Refit],
+    screening: Screening,
+    general: General,
+) -> list[Refit]:
+    """Those that help. A second name that helps only in that it leaves nothing over of what is faint must
+    have more evidence than every curve that would mend the first one's law."""
+    refitter = race.refitter
+    found = helping(refits, best, refitter, shapes)
+    faint = [refit for refit in found if not helps(refit, best, share_asked(best, refitter))]
+    if not best.hypotheses or not faint:
+        return found
+    at = best.told_from
+    curves = screen(at.problem, at.x, general.beside(best), 0).singles
+    law = max((one.evidence for one in curves), default=0.0)
+    evidence = {
+        frozenset(one.label for one in screened.hypotheses): screened.evidence
+        for screened in (*screening.singles, *screening.pairs)
+    }
+    own = labels(best)
+    return [
+        refit
+        for refit in found
+        if refit not in faint or evidence.get(frozenset(labels(refit) - own), 0.0) > law
+    ]
 
 
 def _astray(
     race: Race, best: Refit, accepted: Refit | None, tried: Sequence[Refit], screening: Screening
 ) -> Step | None:
-    """The machine alone, fitted again from where a name ended that gained much: one that helps, or one that
-    is not there itself. None, where that gains little: the gain was the name's."""
+    """The best, fitted again from where one with a further name ended that gained much: one that helps, or
+    one that is not there itself. None, where that gains little: the gain was the name's."""
     gained = accepted or led_elsewhere(tried, best, share_asked(best, race.refitter))
     if gained is None:
         return None
-    race.say("fitting the machine alone again")
+    said = [one.label for one in best.hypotheses]
+    race.say(f"fitting {' and '.join(said) or 'the machine alone'} again")
     alone = race.refitter.simpler(gained, best)
     return None if alone is None else Step(screening, (gained,), alone)
 
@@ -517,11 +569,12 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
             share = LEAST_GAIN if hypothesis in first else race.refitter.later
-            slack = (
-                2.0 * race.refitter.together * ALARM[hypothesis.kind]
-                if refit.complete
-                else share * refit.excess
-            )
+            if refit.complete:
+                slack = 2.0 * race.refitter.together * ALARM[hypothesis.kind]
+            elif best.complete and refit.worst.mean_square <= MISFIT:
+                slack = least_of_a_faint((hypothesis,), refit, race.refitter)
+            else:
+                slack = share * refit.excess
             if refit.squares <= best.squares + max(CLEARLY, slack):
                 best = refit
     return best

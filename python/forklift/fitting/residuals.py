@@ -310,7 +310,7 @@ def _judge(
         name, sensor = seen.sensor.channel, sensors[seen.sensor.channel]
         left = _left(seen, at, step, sensor)
         even = len(left) == (len(sample.recording) if seen.instants is None else len(seen.instants))
-        whiteness = ljung_box(left) if even and not sensor.count else None
+        whiteness = ljung_box(left, slow=sensor.correlation > 0.0) if even and not sensor.count else None
         judged.append(
             ChannelResidual(
                 sample.recording.file,
@@ -364,16 +364,18 @@ def still_stretches(values: Floats) -> float:
     return float(len(values) ** 2 / np.sum(lengths**2.0))
 
 
-def ljung_box(residual: Floats, lags: int = LAGS) -> float | None:
+def ljung_box(residual: Floats, lags: int = LAGS, *, slow: bool = False) -> float | None:
     """p-value of whiteness (Ljung & Box 1978): Q = n(n + 2) Σ r_k²/(n − k) is χ² with `lags` degrees.
 
-    None if there are too few samples or the residual is constant.
+    Of a `slow` sensor, whose noise goes on from sample to sample, an autoregression of order one is fitted
+    before, and Q has a degree less. None if there are too few samples or the residual is constant.
     """
-    n = len(residual)
     centred = residual - residual.mean()
-    energy = float(centred @ centred)
+    if slow and len(centred) > 1 and np.any(centred[:-1]):
+        centred = centred[1:] - (centred[1:] @ centred[:-1]) / (centred[:-1] @ centred[:-1]) * centred[:-1]
+    n, energy = len(centred), float(centred @ centred)
     if n <= 2 * lags or energy == 0.0:
         return None
     correlation = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / energy
     q = n * (n + 2.0) * np.sum(correlation**2 / (n - np.arange(1, lags + 1)))
-    return float(chi2.sf(q, lags))
+    return float(chi2.sf(q, lags - slow))

@@ -249,6 +249,11 @@ class NumpyMachine:
         usual = max(float(np.median(np.diff(one.recording.time_s))) for one in cases)
         return max(longest / HATS, SAMPLES * usual)
 
+    @property
+    def past(self) -> frozenset[str]:
+        """None."""
+        return frozenset()
+
     def curves(self, place: Place, variable: str, lower: float, upper: float) -> tuple[Hypothesis, ...]:
         """Σ kₙ hat((v − vₙ)/(v₁ − v₀)) over evenly spaced knots vₙ, constant beyond them."""
         if place.name not in {port.name for port in self.plant.ports}:

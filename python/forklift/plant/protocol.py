@@ -299,6 +299,10 @@ class Machine(Protocol):
         As the machine has them where it computes them, else as they were recorded.
         """
 
+    @property
+    def past(self) -> frozenset[str]:
+        """Which of its variables are of the past: what others were, or have changed by."""
+
     def curves(self, place: Place, variable: str, lower: float, upper: float) -> tuple[Hypothesis, ...]:
         """Free curves over one variable at a place, from `lower` to `upper`; zero at their null values.
 

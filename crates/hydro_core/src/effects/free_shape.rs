@@ -8,7 +8,8 @@ use crate::ports::{is_place, port, PORTS};
 use crate::scalar::Scalar;
 
 /// f = Σ c_k·B_k(y), times what is typical at the port, joins a sum, or the logarithm of a factor. y, between 0 and
-/// 1, is where the variable lies between `lower` and `upper`, after a lag.
+/// 1, is where the variable lies between `lower` and `upper`, after a lag. Of a shape that fades it is where the
+/// variable less what it lately was lies: what acts at first and no more once the variable has stood for a few lags.
 ///
 /// There is no amplitude beside the coefficients: it would be known only as a product with them, and a search that
 /// starts at nothing could not tell which way to go. All of them are amplitudes.
@@ -26,6 +27,8 @@ pub struct Curve<S, const N: usize> {
     lag: S,
     /// One over the lag [1/s].
     rate: S,
+    /// 1 where it fades, else 0.
+    fades: S,
     /// What joins the port is no less: of an inertia no more than half of the lift's may be gone.
     least: S,
     load: S,
@@ -189,6 +192,12 @@ impl<S: Scalar, const N: usize> Curve<S, N> {
     fn shape(&self, y: S) -> S {
         spline(&self.coefficients, y)
     }
+
+    /// Where the curve is taken, of the variable's spot now and after the lag.
+    #[inline(always)]
+    fn taken(&self, now: S, late: S) -> S {
+        S::select(is_place(self.fades, 1), now - late - self.lower * self.inverse_width, late)
+    }
 }
 
 /// The parameters of a curve with these coefficients.
@@ -237,9 +246,17 @@ macro_rules! parameters {
                 scale: Scale::Linear,
                 origin: Origin::Chosen,
                 equation: "any",
-                meaning: "time constant with which the variable acts late; 0 is at once",
+                meaning: "time constant with which the variable acts late, or is forgotten; 0 is at once",
                 bounds_reason: "longer than a lowering",
             },
+            given(
+                "fades",
+                "",
+                "1",
+                [0.0, 1.0],
+                "1: the shape is a function of the variable less what it was a lag ago, 0: of the variable after the lag",
+                "yes or no",
+            ),
         ]
     };
 }
@@ -248,18 +265,20 @@ macro_rules! parameters {
 const fn plausible<const M: usize>() -> [[f64; 2]; M] {
     let mut ends = [[-0.5, 0.5]; M];
     // A choice has no width, but a range has: all of it is the force, over the velocity.
-    ends[M - 5] = [port("force") as f64 - 0.4, port("force") as f64];
-    ends[M - 4] = [variable("velocity") as f64, variable("velocity") as f64 + 0.4];
-    ends[M - 3] = [-0.5, -0.3];
-    ends[M - 2] = [-0.1, 0.1];
-    ends[M - 1] = [0.0, 0.5];
+    ends[M - 6] = [port("force") as f64 - 0.4, port("force") as f64];
+    ends[M - 5] = [variable("velocity") as f64, variable("velocity") as f64 + 0.4];
+    ends[M - 4] = [-0.5, -0.3];
+    ends[M - 3] = [-0.1, 0.1];
+    ends[M - 2] = [0.0, 0.5];
+    ends[M - 1] = [0.0, 0.4];
     ends
 }
 
-const EQUATION: &str = "f = sum of shape_k B_k(y),  y between 0 and 1,  lag dy/dt = (variable - lower) / (upper - lower) - y,  \
+const EQUATION: &str = "f = sum of shape_k B_k(y),  y between 0 and 1,  y = (late - lower) / (upper - lower), or of one that fades \
+                        (variable - late - lower) / (upper - lower),  lag d(late)/dt = variable - late,  \
                         the port's sum grows by f times what is typical, or the logarithm of its factor";
-const FEW: [[f64; 2]; COEFFICIENTS + 5] = plausible();
-const MANY: [[f64; 2]; FINE + 5] = plausible();
+const FEW: [[f64; 2]; COEFFICIENTS + 6] = plausible();
+const MANY: [[f64; 2]; FINE + 6] = plausible();
 
 const FEW_SPEC: EffectSpec = EffectSpec {
     id: "free_shape",
@@ -286,9 +305,10 @@ const MANY_SPEC: EffectSpec = EffectSpec {
 };
 
 const STATES: &[StateSpec] = &[
-        StateSpec { name: "spot", unit: "1", scale: 1.0, meaning: "where the variable lies in its range, after the lag" },
+        StateSpec { name: "spot", unit: "1", scale: 1.0, meaning: "where in its range the curve is taken" },
         StateSpec { name: "memory", unit: "A", scale: 1.0, meaning: "command of a moment ago" },
         StateSpec { name: "age", unit: "1", scale: 1.0, meaning: "1 - exp(-time / 10 s), the time at rest or since the command moved" },
+        StateSpec { name: "late", unit: "1", scale: 1.0, meaning: "where the variable lies in its range, after the lag" },
     ];
 
 impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
@@ -301,7 +321,9 @@ impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
     }
 
     fn new(values: &[S], lifts: &[Lift<S>], place: usize) -> Self {
-        let &[place_of_port, variable, lower, upper, lag] = &values[N..] else { unreachable!("five parameters beside the shape") };
+        let &[place_of_port, variable, lower, upper, lag, fades] = &values[N..] else {
+            unreachable!("six parameters beside the shape")
+        };
         let mut finest = S::zero();
         for (k, spec) in VARIABLES.iter().enumerate() {
             finest = S::select(is_place(variable, k), S::constant(spec.finest), finest);
@@ -319,6 +341,7 @@ impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
             inverse_width: S::one() / (upper - lower).max(finest),
             lag,
             rate: S::one() / lag.max(S::constant(SHORTEST)),
+            fades,
             least: S::select(is_place(place_of_port, port("inertia")), half, S::constant(-ANY)),
             load: lifts[place].load,
             place,
@@ -328,7 +351,8 @@ impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
     fn start<const L: usize>(&self, bus: &Bus<S, L>, own: &mut [S]) {
         own[1] = bus.command[self.place];
         own[2] = S::zero();
-        own[0] = self.spot(bus, own);
+        own[3] = self.spot(bus, own);
+        own[0] = self.taken(own[3], own[3]);
     }
 
     #[inline(always)]
@@ -338,7 +362,11 @@ impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
 
     #[inline(always)]
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
-        rates[0] = (self.spot(bus, own) - own[0]) * self.rate;
+        let now = self.spot(bus, own);
+        rates[3] = (now - own[3]) * self.rate;
+        // What fades has no state of its own beside what is late: it is drawn to its value.
+        let drawn = (self.taken(now, own[3]) - own[0]) * S::constant(1.0 / SHORTEST);
+        rates[0] = S::select(is_place(self.fades, 1), drawn, rates[3]);
         rates[1] = (bus.command[self.place] - own[1]) * S::constant(1.0 / MEMORY);
         let renewal = S::select(
             is_place(self.variable, TIME_AT_REST),
@@ -363,7 +391,8 @@ impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
         let after = self.spot(to, own);
         // What a lag leaves of a straight line; exact for a lag of any length, and so is the derivative at none.
         let decay = (-(self.rate * h)).exp();
-        own[0] = after - (after - before) * self.lag * (S::one() - decay) / h + (own[0] - before) * decay;
+        own[3] = after - (after - before) * self.lag * (S::one() - decay) / h + (own[3] - before) * decay;
+        own[0] = self.taken(after, own[3]);
     }
 }
 
@@ -383,6 +412,7 @@ mod tests {
             inverse_width: 1.0 / width,
             lag,
             rate: 1.0 / lag.max(SHORTEST),
+            fades: 0.0,
             least: -ANY,
             load: 700.0,
             place: 1,
@@ -431,9 +461,9 @@ mod tests {
                 *port = 0.3 + 0.1 * j as f64;
             }
             let mut after = before;
-            shape(k, 0, [0.0; 7], 1.0, 0.0).act(&bus_at_rest(), &[0.4, 0.0, 0.0], &mut after);
+            shape(k, 0, [0.0; 7], 1.0, 0.0).act(&bus_at_rest(), &[0.4, 0.0, 0.0, 0.4], &mut after);
             assert_eq!(bits(after.lifts[1]), bits(before.lifts[1]));
-            shape(k, 0, [0.5; 7], 1.0, 0.0).act(&bus_at_rest(), &[0.4, 0.0, 0.0], &mut after);
+            shape(k, 0, [0.5; 7], 1.0, 0.0).act(&bus_at_rest(), &[0.4, 0.0, 0.0, 0.4], &mut after);
             let moved = (0..PORTS.len()).filter(|&j| values(after.lifts[1])[j] != values(before.lifts[1])[j]);
             assert_eq!(moved.collect::<Vec<_>>(), [k]);
             assert_eq!(values(after.lifts[0]), values(Open::quiet()));
@@ -442,7 +472,7 @@ mod tests {
 
     #[test]
     fn a_sum_grows_by_the_shape_and_a_factor_by_its_exponential() {
-        let own = [0.5, 0.0, 0.0];
+        let own = [0.5, 0.0, 0.0, 0.5];
         let force = shape(port("force"), 0, [300.0; 7], 1.0, 0.0);
         assert!((joined(&force, &own, port("force")) - 300.0).abs() < 1e-12);
         let opening = shape(port("opening"), 0, [-0.5; 7], 1.0, 0.0);
@@ -452,11 +482,36 @@ mod tests {
     }
 
     #[test]
+    fn what_fades_is_the_step_at_first_and_a_lag_later_its_eth_part() {
+        // A range of −1 to 1 m/s: 0.6 m/s more is 0.3 of it from its middle.
+        let fading = FreeShape {
+            lower: -1.0,
+            fades: 1.0,
+            ..shape(13, variable("velocity"), [0.0; 7], 2.0, 0.2)
+        };
+        for h in [0.005, 0.05] {
+            let mut bus = bus_at_rest();
+            let mut own = [0.0; 4];
+            fading.start(&bus, &mut own);
+            assert_eq!(own[0], 0.5);
+            bus.lifts[1].v = 0.6;
+            for k in 1..=(1.0 / h) as usize {
+                fading.relax(&bus, &bus, h, &mut own);
+                let left = 0.3 * (-(k as f64) * h / 0.2).exp();
+                assert!((own[0] - 0.5 - left).abs() < 1e-12, "{h} {k}: {own:?}");
+            }
+            let mut rates = [0.0; 4];
+            fading.rates(&bus, &own, &mut rates);
+            assert!(rates[0].abs() < 1e-7 && rates[3] > 0.0);
+        }
+    }
+
+    #[test]
     fn a_lag_follows_a_ramp_as_its_closed_form_says_and_no_lag_follows_at_once() {
         // u = t/2 s: y = (t − τ(1 − e^(−t/τ)))/2 s.
         for (lag, h) in [(0.0, 0.005), (0.3, 0.005), (0.3, 0.05), (5.0, 0.005)] {
             let ramp = shape(13, variable("velocity"), [0.0; 7], 2.0, lag);
-            let (mut from, mut own) = (bus_at_rest(), [0.0; 3]);
+            let (mut from, mut own) = (bus_at_rest(), [0.0; 4]);
             for k in 1..=20 {
                 let mut to = from;
                 to.lifts[1].v = f64::from(k) * h;
@@ -491,7 +546,7 @@ mod tests {
         ];
         assert_eq!(wanted.map(|(name, _)| name).as_slice(), VARIABLES.iter().map(|v| v.name).collect::<Vec<_>>());
         for (k, (name, value)) in wanted.into_iter().enumerate() {
-            let got = shape(13, k, [0.0; 7], 1.0, 0.0).spot(&bus, &[0.0; 3]);
+            let got = shape(13, k, [0.0; 7], 1.0, 0.0).spot(&bus, &[0.0; 4]);
             assert!((got - value).abs() < 1.1e-3, "{name}: {got}");
         }
     }
@@ -499,7 +554,7 @@ mod tests {
     #[test]
     fn time_at_rest_is_told_to_ten_seconds_and_moving_takes_it_back() {
         let rest = shape(13, TIME_AT_REST, [0.0; 7], 1.0, 0.0);
-        let (mut bus, mut own) = (bus_at_rest(), [0.0; 3]);
+        let (mut bus, mut own) = (bus_at_rest(), [0.0; 4]);
         rest.start(&bus, &mut own);
         let run = |bus: &Bus<f64, 2>, own: &mut [f64], seconds: usize| {
             for _ in 0..200 * seconds {
@@ -519,7 +574,7 @@ mod tests {
     #[test]
     fn time_since_the_command_moved_starts_again_with_each_move() {
         let since = shape(13, TIME_AT_REST + 1, [0.0; 7], 1.0, 0.0);
-        let (mut bus, mut own) = (bus_at_rest(), [0.0; 3]);
+        let (mut bus, mut own) = (bus_at_rest(), [0.0; 4]);
         since.start(&bus, &mut own);
         for command in [0.6, 0.7, 0.5] {
             bus.command[1] = command;
@@ -530,7 +585,7 @@ mod tests {
                 assert!(t < 0.045 || own[0] <= t + 1e-3, "{command}: {} after {t}", own[0]);
             }
             assert!(own[0] > 1.85, "{command}: {}", own[0]);
-            let mut rates = [0.0; 3];
+            let mut rates = [0.0; 4];
             since.rates(&bus, &own, &mut rates);
             assert!(rates[0].abs() < 1.0 && (rates[2] - 0.1 * (1.0 - own[2])).abs() < 1e-9);
         }

@@ -51,8 +51,11 @@ class FreeCurve:
     lower: float
     upper: float
     lag_s: float = 0.0
-    """Time constant with which the variable acts late [s]; 0 is at once."""
+    """Time constant with which the variable acts late, or is forgotten [s]; 0 is at once."""
     coefficients: tuple[float, ...] = (0.0,) * COEFFICIENTS
+    fades: bool = False
+    """Whether it is a function of the variable less what that was after the lag: of a change that is
+    forgotten."""
 
     def __post_init__(self) -> None:
         for name, value, known in (
@@ -85,6 +88,7 @@ class FreeCurve:
             value("upper"),
             value("lag"),
             tuple(value(f"shape_{k}") for k in range(known[0])),
+            value("fades") > 0.5,
         )
 
     @property
@@ -100,6 +104,7 @@ class FreeCurve:
             "lower": self.lower,
             "upper": self.upper,
             "lag": self.lag_s,
+            "fades": float(self.fades),
         }
         shape = {f"shape_{k}": value for k, value in enumerate(self.coefficients)}
         return {self.head + name: float(value) for name, value in (shape | numbers).items()}
@@ -148,6 +153,9 @@ class FreeCurve:
         typical = ports()[self.port]["typical"]
         terms = " + ".join(f"{typical * value:.3g} B{k}" for k, value in enumerate(self.coefficients))
         late = f", {amount(self.lag_s, 's')} late" if self.lag_s > 0.0 else ""
+        if self.fades:
+            symbol = f"{self.port}(Δ{self.variable})"
+            late = f" of the change that is forgotten with a time constant of {amount(self.lag_s, 's')}"
         unit = variables()[self.variable]["unit"]
         return (
             f"{symbol} = {law}, f = {terms.replace('+ -', '- ')}, cubic B-splines over "
@@ -168,6 +176,8 @@ class FreeCurve:
             before, after = "adds", f" to the {name}"
             least, most = (_amount(values[k], self.unit) for k in (low, high))
         late = f", with a lag of {amount(self.lag_s, 's')}" if self.lag_s > 0.0 else ""
+        if self.fades:
+            meaning, late = f"change of the {meaning} in the last {amount(self.lag_s, 's')}", ""
         first, last = ((least, low), (most, high)) if low < high else ((most, high), (least, low))
         return (
             f"On the {self.lift} lift something {before} {first[0]}{after} where the {meaning} is "

@@ -28,7 +28,7 @@ from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import grouped, rising
 from forklift.plant.forklift.unnamed import answer, curves, ringing
-from forklift.plant.forklift.variables import variables
+from forklift.plant.forklift.variables import PAST, variables
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Place, Run, Steps
 from forklift.recordings.channels import LIFTS, Lift, table
@@ -362,6 +362,11 @@ class Forklift:
             )
             for case, run in zip(cases, runs, strict=True)
         ]
+
+    @property
+    def past(self) -> frozenset[str]:
+        """What variables of operation were a while ago, and how far they have changed since."""
+        return frozenset(PAST)
 
     def curves(self, place: Place, variable: str, lower: float, upper: float) -> tuple[Hypothesis, ...]:
         """Cubic B-splines over a variable of operation, at a port of a lift; over the stroke fine too."""

@@ -36,27 +36,30 @@ SUDDEN_S = 0.1
 def curves(
     truck: Truck, lift: Lift, port: str, equation: str, variable: str, lower: float, upper: float
 ) -> tuple[Hypothesis, ...]:
-    """Free curves at a port over one variable of operation: over the stroke a fine one too, as rollers and
-    joints of rails repeat along it. None if the variable takes none."""
-    if variable not in curve_variables():
+    """Free curves at a port over one variable of operation, of the moment or of the past: over the stroke a
+    fine one too, as rollers and joints of rails repeat along it. None if the variable takes none."""
+    past = operation.PAST.get(variable)
+    of = past.variable if past else variable
+    if of not in curve_variables():
         return ()
+    lag, fades = (past.lag_s, past.fades) if past else (0.0, False)
+    counts = (COEFFICIENTS, FINE) if variable == STROKE else (COEFFICIENTS,)
     meaning = operation.words(variable, lift)[0]
-    found = []
-    for count in (COEFFICIENTS, FINE) if variable == STROKE else (COEFFICIENTS,):
-        shape = FreeCurve(lift, port, variable, lower, upper, coefficients=(0.0,) * count)
-        found.append(
-            _unnamed(
-                truck,
-                f"something acts on the {port.replace('_', ' ')} as a function of the {meaning}",
-                lift,
-                equation,
-                [f"{shape.head}shape_{k}" for k in range(count)],
-                shape.parameters(),
-                f"the {meaning}",
-                unlikely=port not in NATURAL.get(variable, (port,)),
-            )
-        )
-    return tuple(found)
+    shapes = [FreeCurve(lift, port, of, lower, upper, lag, (0.0,) * count, fades) for count in counts]
+    return tuple(_curve(truck, shape, equation, meaning) for shape in shapes)
+
+
+def _curve(truck: Truck, shape: FreeCurve, equation: str, over: str) -> Hypothesis:
+    return _unnamed(
+        truck,
+        f"something acts on the {shape.port.replace('_', ' ')} as a function of the {over}",
+        shape.lift,
+        equation,
+        [f"{shape.head}shape_{k}" for k in range(len(shape.coefficients))],
+        shape.parameters(),
+        f"the {over}",
+        unlikely=shape.port not in NATURAL.get(shape.variable, (shape.port,)),
+    )
 
 
 def ringing(truck: Truck, lift: Lift) -> tuple[Hypothesis, ...]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
+from scipy.signal import lfilter
 
 from forklift.base.arrays import Floats
 from forklift.plant.forklift.curve_tables import per_output
@@ -18,12 +21,51 @@ MOVED_M, MOVED_A = 0.005, 0.01
 """By how much a cylinder, or a command, must have moved to have moved at all; likewise."""
 
 
+LAGS_S = (0.1, 0.4, 1.6, 6.4)
+"""Of the past [s]: from a hat of the located input to a lowering, each four times the one before. A step that
+is forgotten with a time constant up to twice or half as long is nearly as well followed: e^(-t/T) and
+e^(-t/2T) have a correlation of √8/3."""
+REMEMBERED = ("pressure", "command", "position", "speed")
+"""The variables whose past may act: hoses and profiles give way late; coils, grease and oil warm."""
+
+
+@dataclass(frozen=True)
+class Past:
+    """A variable as it was: after a lag of order one; or, of one that `fades`, what it has changed since."""
+
+    variable: str
+    lag_s: float
+    fades: bool
+
+    @property
+    def name(self) -> str:
+        return (
+            f"{self.variable}_{'change_' if self.fades else ''}{self.lag_s:g}_s{'' if self.fades else '_ago'}"
+        )
+
+    def of(self, time: Floats, values: Floats) -> Floats:
+        """(times,) of it, where the variable has these values, evenly in time, and was at rest before."""
+        # How far it is behind, exactly for straight lines from sample to sample.
+        tick = (time[-1] - time[0]) / max(len(time) - 1, 1)
+        kept = np.exp(-tick / self.lag_s)
+        steps = np.diff(values, prepend=values[0]) * self.lag_s * (1.0 - kept) / tick
+        behind: Floats = lfilter([1.0], [1.0, -kept], steps)
+        return behind if self.fades else values - behind
+
+
+PAST: Mapping[str, Past] = {
+    one.name: one for one in (Past(*each) for each in product(REMEMBERED, LAGS_S, (False, True)))
+}
+"""By name: what a free curve may be a function of besides the variables of the moment."""
+
+
 def variables(
     recording: Recording, model: Mapping[str, Floats], lift: Lift, oil_temperature_degc: float
 ) -> dict[str, Floats]:
     """Each variable at every time of a recording, for what happens on one lift; by the names of `words`.
 
-    Those of `forklift.plant.forklift.free_curve.variables`, as far as they are known, and the accelerations.
+    Those of `forklift.plant.forklift.free_curve.variables`, as far as they are known, the accelerations, and
+    what is of the `PAST`.
 
     Parameters
     ----------
@@ -56,7 +98,8 @@ def variables(
             known["time_at_rest"] = _since(time, position, MOVED_M)
         else:
             known |= {"other_velocity": velocity, "other_acceleration": np.gradient(velocity, time)}
-    return known
+    past = {name: one.of(time, known[one.variable]) for name, one in PAST.items() if one.variable in known}
+    return known | past
 
 
 def words(name: str, lift: Lift) -> tuple[str, str]:
@@ -67,6 +110,11 @@ def words(name: str, lift: Lift) -> tuple[str, str]:
     }
     if name in accelerations:
         return accelerations[name], "m/s2"
+    if past := PAST.get(name):
+        of, unit = words(past.variable, lift)
+        return (
+            f"change of the {of} in {past.lag_s:g} s" if past.fades else f"{of} {past.lag_s:g} s ago"
+        ), unit
     known = shape_variables()[name]
     return known["meaning"].partition(",")[0], known["unit"]
 
