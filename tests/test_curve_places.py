@@ -29,6 +29,7 @@ def test_where_an_accepted_name_acts_a_curve_is_screened_however_credible_the_pl
     names = ["own", *(f"place {k}" for k in range(CURVES_AT + 2))]
     machine = SimpleNamespace(
         places=[SimpleNamespace(name=name, part="main", equation=name) for name in names],
+        past=frozenset(),
         acted_on=lambda hypothesis: {"own"},
         curves=lambda place, variable, lower, upper: (place.name,),
     )

@@ -93,7 +93,9 @@ def test_what_is_no_curve_is_offered_at_every_place_that_is_nearly_as_credible(m
         name: SimpleNamespace(name=name, part="main", equation=name) for name in ("bulk", "valve", "far")
     }
     machine = SimpleNamespace(
-        places=list(places.values()), unnamed=lambda place, _: ("ringing", f"{place.name}'s own")
+        past=frozenset(),
+        places=list(places.values()),
+        unnamed=lambda place, _: ("ringing", f"{place.name}'s own"),
     )
     problem = SimpleNamespace(samples=(), moments=lambda x, part: [{"still": np.zeros(3)}])
     at = SimpleNamespace(problem=problem, x=np.zeros(1))

@@ -62,7 +62,7 @@ def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Depende
     for column, value, band in zip(columns, found.values, found.bands, strict=True):
         known = np.isfinite(column)
         weight = 1.0 / np.maximum(band[known], 1e-12) ** 2
-        basis = tents(column[known], at)
+        basis = _tents(column[known], at)
         normals.append(basis.T @ (weight[:, None] * basis))
         rights.append(basis.T @ (weight * value[known]))
         squares.append(float(weight @ value[known] ** 2))
@@ -76,6 +76,5 @@ def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Depende
     return Dependence(name, gained / sum(squares), at, np.linalg.solve(normal + ridge, right))
 
 
-def tents(values: Floats, at: Floats) -> Floats:
-    """(values, knots): of each knot how much it counts at these values, straight from one to the next."""
+def _tents(values: Floats, at: Floats) -> Floats:
     return np.stack([np.interp(values, at, row) for row in np.eye(len(at))], axis=1)

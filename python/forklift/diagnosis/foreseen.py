@@ -10,14 +10,23 @@ between two hats. So this says which of many curves are worth that.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
-from forklift.diagnosis.dependence import KNOTS, tents
-from forklift.diagnosis.locate import known_parts, noise_of, of_port
-from forklift.fitting.interface import Problem
+from forklift.diagnosis.locate import hats
+from forklift.diagnosis.rounding import rounded
+from forklift.diagnosis.screening import at_noise
+from forklift.fitting.interface import Problem, Sample
+from forklift.fitting.linearised import Linearised
+
+INTERVALS = 4
+COEFFICIENTS = INTERVALS + 3
+"""Of a curve: cubic B-splines."""
 
 
 def foreseen(
@@ -49,30 +58,33 @@ def _foreseen(
     sizes: Mapping[str, float],
     width_s: float,
 ) -> dict[tuple[str, str], float]:
-    noise = {name: noise_of(problem, name) for name in problem.sigma}
-    known = known_parts(problem, x, noise, width_s)
-    length = problem.starts[-1]
-    normal, gradient = np.eye(length), np.zeros(length)
-    for one in known:
-        normal[np.ix_(one.place, one.place)] += one.normal
-        gradient[one.place] += one.gradient
+    problem = at_noise(problem)
+    runs = problem.linearise(x)
+    rho, slope = problem.prior(x)
+    normal, gradient = np.diag(slope**2), slope * rho
+    known = []
+    for k, (sample, run) in enumerate(zip(problem.samples, runs, strict=True)):
+        one = _Known.of(sample, run, problem.columns(k), problem.sigma)
+        known.append(one)
+        normal[np.ix_(one.place, one.place)] += one.jacobian.T @ one.jacobian
+        gradient[one.place] += one.jacobian.T @ one.residual
     knots = {
         (port, variable): _knots([one[variable] for one in given])
         for port, given in asked.items()
         for variable in given[0]
         if all(variable in one for one in given)
     }
-    matrix = {key: np.eye(KNOTS) for key in knots}
-    cross = {key: np.zeros((length, KNOTS)) for key in knots}
-    pull = {key: np.zeros(KNOTS) for key in knots}
+    matrix = {key: np.eye(COEFFICIENTS) for key in knots}
+    cross = {key: np.zeros((len(gradient), COEFFICIENTS)) for key in knots}
+    pull = {key: np.zeros(COEFFICIENTS) for key in knots}
     for k, (sample, one) in enumerate(zip(problem.samples, known, strict=True)):
-        answers = problem.respond(x, k, list(asked), one.centres, width_s)
+        answers = problem.respond(x, k, list(asked), hats(sample, width_s), width_s)
         for port in asked:
-            rows = of_port(sample, answers.at(port), noise) * sizes[port]
+            rows = one.rows(sample, answers.at(port) * sizes[port])
             square, with_known, with_rest = rows.T @ rows, one.jacobian.T @ rows, rows.T @ one.residual
             for key, at in knots.items():
                 if key[0] == port:
-                    basis = tents(asked[port][k][key[1]], at)
+                    basis = _basis(asked[port][k][key[1]], at)
                     matrix[key] += basis.T @ square @ basis
                     cross[key][one.place] += with_known @ basis
                     pull[key] += basis.T @ with_rest
@@ -89,6 +101,49 @@ def _foreseen(
     return found
 
 
+@dataclass(frozen=True)
+class _Known:
+    """One recording without a curve, its encoders' rounding averaged out."""
+
+    place: NDArray[np.intp]
+    residual: Floats
+    jacobian: Floats
+    weights: Mapping[str, Floats]
+    """By channel: of every sample the derivative of its residual along what the model says."""
+
+    @classmethod
+    def of(
+        cls, sample: Sample, run: Linearised, place: NDArray[np.intp], sigma: Mapping[str, float]
+    ) -> _Known:
+        names = [(seen, seen.sensor.channel) for seen in sample.observed]
+        return cls(
+            place,
+            np.concatenate([rounded(seen.sensor, run.residual[name]) for seen, name in names]),
+            np.concatenate([rounded(seen.sensor, run.jacobian[name]) for seen, name in names]),
+            {name: seen.misfit(run.model[name], sigma[name])[1] for seen, name in names},
+        )
+
+    def rows(self, sample: Sample, answers: Floats) -> Floats:
+        """(samples of all channels, hats) of the residuals, of the model's answers to hats."""
+        return np.concatenate(
+            [
+                rounded(
+                    seen.sensor,
+                    answers[seen.rows, seen.column] * self.weights[seen.sensor.channel][:, None],
+                )
+                for seen in sample.observed
+            ]
+        )
+
+
 def _knots(columns: Sequence[Floats]) -> Floats:
+    """Of cubic B-splines on `INTERVALS` equal intervals from the least to the greatest value."""
     lowest, highest = min(float(one.min()) for one in columns), max(float(one.max()) for one in columns)
-    return np.linspace(lowest, highest + (highest <= lowest), KNOTS)
+    width = (highest - lowest) / INTERVALS or 1.0
+    return lowest + width * np.arange(-3.0, INTERVALS + 4.0)
+
+
+def _basis(values: Floats, knots: Floats) -> Floats:
+    """(values, splines)."""
+    within = np.clip(values, knots[3], knots[-4])
+    return np.asarray(BSpline.design_matrix(within, knots, 3).toarray())

@@ -53,7 +53,7 @@ class UnknownInput:
 
 
 @dataclass(frozen=True)
-class Known:
+class _Known:
     """One recording without an input."""
 
     place: NDArray[np.intp]
@@ -70,7 +70,7 @@ class Known:
 class _Part:
     """One recording with an input, its prior diagonal: w = root u, u ~ N(0, a²)."""
 
-    known: Known
+    known: _Known
     root: Floats
     values: Floats
     """Of rootᵀRᵀR root = diag(values)."""
@@ -85,8 +85,12 @@ def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], width_s: f
 
     Its hats are `width_s` apart, and its prior's correlation time is twice that.
     """
-    noise = {name: noise_of(problem, name) for name in problem.sigma}
-    known = known_parts(problem, x, noise, width_s)
+    noise = {name: _noise(problem, name) for name in problem.sigma}
+    known = [
+        _known(problem, k, sample, run, noise, width_s)
+        for k, (sample, run) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
+    ]
+
     inner = [port for port in ports if port not in noise]
 
     def asked(k: int) -> Responses:
@@ -97,7 +101,7 @@ def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], width_s: f
         if port in noise:
             rows = _of_sensor(sample, port, centres, noise, width_s)
         else:
-            rows = of_port(sample, answers[k].at(port), noise)
+            rows = _of_port(sample, answers[k].at(port), noise)
         return _with_input(known[k], rows, width_s)
 
     found = []
@@ -117,16 +121,7 @@ def hats(sample: Sample, width_s: float) -> Floats:
     return np.arange(time[0], time[-1] + 0.5 * width_s, width_s)
 
 
-def known_parts(problem: Problem, x: Floats, noise: Mapping[str, float], width_s: float) -> list[Known]:
-    """Every recording without an input, linear about x, with hats so far apart."""
-    return [
-        _known(problem, k, sample, run, noise, width_s)
-        for k, (sample, run) in enumerate(zip(problem.samples, problem.linearise(x), strict=True))
-    ]
-
-
-def noise_of(problem: Problem, channel: str) -> float:
-    """The standard deviation of a channel's noise, in its unit."""
+def _noise(problem: Problem, channel: str) -> float:
     for sample in problem.samples:
         for seen in sample.observed:
             if seen.sensor.channel == channel:
@@ -136,7 +131,7 @@ def noise_of(problem: Problem, channel: str) -> float:
 
 def _known(
     problem: Problem, k: int, sample: Sample, run: Linearised, noise: Mapping[str, float], width_s: float
-) -> Known:
+) -> _Known:
     jacobian, residual = [], []
     for seen in sample.observed:
         name = seen.sensor.channel
@@ -146,7 +141,7 @@ def _known(
     centres = hats(sample, width_s)
     place = problem.columns(k)
     rows, rest = np.vstack(jacobian), np.concatenate(residual)
-    return Known(place, rows, rest, rows.T @ rows, rows.T @ rest, centres)
+    return _Known(place, rows, rest, rows.T @ rows, rows.T @ rest, centres)
 
 
 def _of_sensor(
@@ -165,8 +160,8 @@ def _of_sensor(
     )
 
 
-def of_port(sample: Sample, answers: Floats, noise: Mapping[str, float]) -> Floats:
-    """(samples of all channels, hats) scaled by the sensors' noise: answers to hats at a port."""
+def _of_port(sample: Sample, answers: Floats, noise: Mapping[str, float]) -> Floats:
+    """The same of answers to hats at a port."""
     return np.vstack(
         [
             rounded(seen.sensor, answers[seen.rows, seen.column] / noise[seen.sensor.channel])
@@ -175,7 +170,7 @@ def of_port(sample: Sample, answers: Floats, noise: Mapping[str, float]) -> Floa
     )
 
 
-def _with_input(known: Known, answers: Floats, width_s: float) -> _Part:
+def _with_input(known: _Known, answers: Floats, width_s: float) -> _Part:
     root = np.linalg.cholesky(_prior(known.centres, MEMORY * width_s))
     driven = answers @ root
     values, turned = np.linalg.eigh(driven.T @ driven)

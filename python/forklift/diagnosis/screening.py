@@ -147,7 +147,7 @@ def _linear(
     """The problem linear about x, and what those hypotheses add to it that move anything; `slow`: with what
     slow noise has in common taken off, so that the normal equations are those of its likelihood; `encoders`:
     by what they read, too."""
-    problem = _weighted(problem)
+    problem = at_noise(problem)
     runs = problem.linearise(x)
 
     def independent(sample: Sample, seen: Observed, rows: Floats) -> Floats:
@@ -168,7 +168,7 @@ def _linear(
     return base, [columns[hypothesis] for hypothesis in hypotheses if hypothesis in columns]
 
 
-def _weighted(problem: Problem) -> Problem:
+def at_noise(problem: Problem) -> Problem:
     """The problem with the sensors' own noise, and encoders with edges soft enough for a linear step."""
     sensors = [seen.sensor for sample in problem.samples for seen in sample.observed]
     return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})

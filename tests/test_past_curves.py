@@ -1,0 +1,54 @@
+"""Curves over what was a while ago: what they are over, and which are worth a simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from forklift.diagnosis.criteria import CURVE_TIE, MOST_PAST
+from forklift.diagnosis.curves import variables
+from forklift.diagnosis.foreseen import foreseen
+from forklift.diagnosis.locate import hats
+from forklift.diagnosis.screening import screen
+from forklift.plant.forklift.variables import LAGS_S, PAST
+from test_problem import problem, somewhere
+
+TICK = 0.02
+TIME = TICK * np.arange(500)
+
+
+@given(st.sampled_from(LAGS_S), st.integers(1, 200))
+def test_after_a_step_the_past_follows_and_the_change_is_forgotten(lag, moved):
+    values = np.where(np.arange(len(TIME)) >= moved, 3.0, 1.0)
+    named = [one for one in PAST.values() if one.variable == "command" and one.lag_s == lag]
+    seen = {one.fades: one.of(TIME, values) for one in named}
+    np.testing.assert_allclose(seen[True] + seen[False], values)
+    assert np.all(seen[True][:moved] == 0.0)
+    # A step is a straight line from one sample to the next.
+    kept = np.exp(-TICK / lag)
+    first = 2.0 * lag * (1.0 - kept) / TICK
+    np.testing.assert_allclose(seen[True][moved:], first * kept ** np.arange(len(TIME) - moved))
+
+
+@pytest.mark.parametrize(
+    "port", ["force", "dry_friction", "cylinder_flow", "opening", "current", "viscosity"]
+)
+def test_what_promises_most_or_nearly_is_among_what_hats_foresee_most_of(port):
+    at, x = problem(), somewhere(0)
+    machine = at.machine
+    place = next(one for one in machine.places if one.name == f"free.{port}")
+    width_s = machine.hat_width_s(at.samples)
+    seen = variables(at, x, "free", [hats(sample, width_s) for sample in at.samples])
+    past = [{name: values for name, values in one.items() if name in PAST} for one in seen]
+    promised = foreseen(at, x, {place.name: past}, {place.name: place.size}, width_s)
+    moments = at.moments(x, "free")
+    ends = {name: (min(m[name].min() for m in moments), max(m[name].max() for m in moments)) for name in PAST}
+    curves = {name: machine.curves(place, name, *ends[name])[0] for name in PAST}
+    simulated = {one.hypotheses[0]: one.evidence for one in screen(at, x, list(curves.values()), 0).ranked}
+    names = [name for name in PAST if curves[name] in simulated]
+    assert len(names) > 25
+    simulated_first = sorted(names, key=lambda name: -promised[place.name, name])[:MOST_PAST]
+    best = max(simulated[curves[name]] for name in names)
+    assert max(simulated[curves[name]] for name in simulated_first) >= CURVE_TIE * best
