@@ -12,6 +12,7 @@ from forklift import Truck
 from forklift.diagnosis.criteria import (
     AS_NEAR,
     CLEARLY,
+    LEAST_EFFECT,
     LEAST_FAULT,
     LEAST_GAIN,
     LIVES_BEYOND,
@@ -310,11 +311,17 @@ def test_no_name_stays_that_removes_less_than_it_must_to_be_accepted(removed, st
 
 
 @pytest.mark.parametrize(
-    ("kind", "size", "asked"), [("sensor", 0.5, 0), ("sensor", 2.0, 1), ("physics", 0.5, 1)]
+    ("kind", "size", "asked"),
+    [
+        ("sensor", 0.5 * LEAST_FAULT, 0),
+        ("sensor", 2.0 * LEAST_FAULT, 1),
+        ("physics", 0.5 * LEAST_EFFECT, 0),
+        ("physics", 2.0 * LEAST_EFFECT, 1),
+    ],
 )
-def test_a_sensor_that_is_off_by_next_to_nothing_is_not_asked_for(kind, size, asked):
+def test_what_is_next_to_nothing_is_not_asked_for_where_nothing_shows(kind, size, asked):
     one = cast(Hypothesis, Name("gain", kind))
-    screened = Screened((one,), 1e4, (size * LEAST_FAULT,), (1e-4,))
+    screened = Screened((one,), 1e4, (size,), (1e-4,))
     assert len(alarming(Screening(0.0, (screened,), (), ()), 1.0).singles) == asked
 
 

@@ -41,6 +41,9 @@ LEAST_FAULT = 0.02
 """In a prior's deviations: a sensor that is off by less is as it should be. A gain of a thousandth, a lag of
 a millisecond, a fiftieth of a bar: no truck's sensor is specified to less, and rounding that is alike in all
 recordings looks like as much."""
+LEAST_EFFECT = 0.01
+"""Likewise: an effect of less, where no channel shows anything, is none. It is a hundredth of what is usual
+where it is one; and in many recordings of one kind what two simulations differ by adds up to as much."""
 
 # Which names are tried, accepted and compared.
 FIRST, FURTHER = 3, 4

@@ -20,6 +20,7 @@ from forklift.diagnosis.criteria import (
     FIRST,
     FURTHER,
     LAW,
+    LEAST_EFFECT,
     LEAST_FAULT,
     LEAST_GAIN,
     LITTLE,
@@ -107,13 +108,14 @@ def alarming(screening: Screening, together: float) -> Screening:
     """Only the hypotheses that promise so much that they are asked for although no channel shows anything.
 
     What slow noise promises by chance is `together` times as much as what white noise does. A sensor that is
-    off by next to nothing is not asked for.
+    off by next to nothing, and an effect that is next to none, are not asked for.
     """
+    least = {"sensor": LEAST_FAULT, "physics": LEAST_EFFECT}
     loud = [
         one
         for one in screening.singles
         if one.gain >= together * ALARM[one.hypotheses[0].kind]
-        and not (one.hypotheses[0].kind == "sensor" and abs(one.amplitudes[0]) < LEAST_FAULT)
+        and not abs(one.amplitudes[0]) < least.get(one.hypotheses[0].kind, 0.0)
     ]
     return replace(screening, singles=tuple(loud), pairs=())
 
