@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 from collections import Counter
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from forklift import ForkliftError
+from forklift import ForkliftError, diagnose
 from forklift.ensemble.proof import bounds, kinds, prove, seal, sensitivity
 from forklift.ensemble.proof import open as opened
 from forklift.ensemble.proof.amplitude import HIDDEN, left_of_fault
@@ -426,6 +427,19 @@ def test_a_fault_may_be_refused_by_its_own_code_only():
     refused = {"verdict": "refused", "causes": [], "said": "... [height-contradicts-position]"}
     assert judged(whole("position_scale"), refused)["all"]
     assert not judged(whole("leakage"), refused)["all"]
+
+
+def test_what_a_campaign_is_refused_with_is_told_by_its_code(tmp_path):
+    """The command line says the sentence alone."""
+    campaign = Path(__file__).parent / "campaigns" / "null"
+    folder = tmp_path / "campaign"
+    shutil.copytree(campaign, folder)
+    (folder / "campaign.toml").write_text("recording = 3\n")
+    told = prove.diagnosed(folder, tmp_path / "result", None, 1, 600.0)
+    with pytest.raises(ForkliftError) as refused:
+        diagnose(folder, "thesis")
+    assert told["verdict"] == "refused"
+    assert told["said"].endswith(f"[{refused.value.code}]")
 
 
 def test_intervals_are_of_effects_with_the_catalogues_law():

@@ -364,9 +364,10 @@ impl<S: Scalar, const N: usize> Effect<S> for Curve<S, N> {
     fn rates<const L: usize>(&self, bus: &Bus<S, L>, own: &[S], rates: &mut [S]) {
         let now = self.spot(bus, own);
         rates[3] = (now - own[3]) * self.rate;
-        // What fades has no state of its own beside what is late: it is drawn to its value.
-        let drawn = (self.taken(now, own[3]) - own[0]) * S::constant(1.0 / SHORTEST);
-        rates[0] = S::select(is_place(self.fades, 1), drawn, rates[3]);
+        // Where the curve is taken is no state of its own beside what is late: it is drawn there.
+        let drawn = self.taken(now, own[3]) - own[0];
+        let along = rates[3] + drawn * self.rate;
+        rates[0] = S::select(is_place(self.fades, 1), drawn * S::constant(1.0 / SHORTEST), along);
         rates[1] = (bus.command[self.place] - own[1]) * S::constant(1.0 / MEMORY);
         let renewal = S::select(
             is_place(self.variable, TIME_AT_REST),

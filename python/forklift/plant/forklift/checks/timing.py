@@ -150,7 +150,8 @@ class _Late:
 def shifted(recording: Recording, truck: Truck, stops: Mapping[Lift, float]) -> Iterator[Finding]:
     """``"command-shifted"``: in part of the recording the lifts answer at another time than they can.
 
-    Told by two neighbouring windows that agree, and where both lifts are commanded, by both together.
+    Told by two neighbouring windows that agree, and where both lifts are commanded, by both together: a lift
+    that answers at once says that the clocks are one.
 
     Parameters
     ----------
@@ -202,18 +203,19 @@ def _windows(recording: Recording, truck: Truck, stops: Mapping[Lift, float]) ->
         around = slice(begin, first + width + far)
         if stands[first : first + width + after].any():
             continue
-        told = [
-            _correlations(command[window], speed[around])
+        moved = [
+            (command[window], _correlations(command[window], speed[around]))
             for command, speed in zip(commands, speeds, strict=True)
             if speed is not None
             and np.isfinite(speed[around]).all()
             and command[window].std() > VARIES * command.std()
-            and _crossings(command[window]) >= CROSSINGS
         ]
+        told = [answered for command, answered in moved if _crossings(command) >= CROSSINGS]
         if told:
             shifts = (np.arange(len(told[0])) + begin - first) / rate
             times = float(recording.time_s[first]), float(recording.time_s[first + width - 1])
-            found.append(_late(times, shifts, np.mean(told, axis=0)))
+            every = np.array([answered for _, answered in moved])
+            found.append(_late(times, shifts, np.mean(told, axis=0), every))
     return found
 
 
@@ -223,10 +225,11 @@ def _crossings(command: Floats) -> int:
     return int(np.count_nonzero(above[1:] != above[:-1]))
 
 
-def _late(times: tuple[float, float], shifts: Floats, told: Floats) -> _Late | None:
-    """The shift at which the correlation is best, if that is plainly another than a prompt one."""
+def _late(times: tuple[float, float], shifts: Floats, told: Floats, every: Floats) -> _Late | None:
+    """The shift at which the correlation is best, if that is plainly another than a prompt one of any lift,
+    `every` (lifts, shifts): two lifts have one clock, and one may slow the other down."""
     k = int(np.argmax(told))
-    prompt = float(told[(shifts >= PROMPT_S[0]) & (shifts <= PROMPT_S[1])].max())
+    prompt = float(every[:, (shifts >= PROMPT_S[0]) & (shifts <= PROMPT_S[1])].max())
     late = _Late(*times, float(shifts[k]), prompt, float(told[k]))
     inside = 0 < k < len(told) - 1  # at an end it is a trend, not a peak
     return late if inside and late.best >= ALIKE and late.gap >= BETTER else None
