@@ -571,12 +571,11 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
             race.say(f"checking whether {hypothesis.label} is needed")
             refit = race.refitter.without(hypothesis, best)
             share = LEAST_GAIN if hypothesis in first else race.refitter.later
+            slack = share * refit.excess
             if refit.complete:
                 slack = 2.0 * race.refitter.together * ALARM[hypothesis.kind]
             elif best.complete and refit.worst.mean_square <= MISFIT:
-                slack = least_of_a_faint((hypothesis,), refit, race.refitter)
-            else:
-                slack = share * refit.excess
+                slack = min(slack, least_of_a_faint((hypothesis,), refit, race.refitter))
             if refit.squares <= best.squares + max(CLEARLY, slack):
                 best = refit
     return best
