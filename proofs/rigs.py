@@ -15,7 +15,7 @@ import numpy as np
 
 import forklift
 from forklift.diagnosis.numbers import Number, numbers
-from forklift.diagnosis.refit import Refitter
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.result import Diagnosis
 from forklift.fitting.posing import pose
 from forklift.plant.rigs import cascaded_tanks, pneumatic_seal

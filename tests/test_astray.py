@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import analytic
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.plant.protocol import Hypothesis
 
 TIME = np.linspace(0.0, 10.0, 400)

@@ -22,7 +22,8 @@ from forklift.diagnosis.criteria import (
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.rules import choice, foresees, helping, led_elsewhere, may_help, mended, replaces
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import alarming, needed

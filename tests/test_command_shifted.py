@@ -47,79 +47,28 @@ def test_a_pattern_answered_at_another_time_is_one(samples):
     assert found.count(["command-shifted"]) >= 0.9 * len(found)
 
 
-FREE_A = [
-    0,
-    0,
-    0,
-    29,
-    92,
-    93,
-    91,
-    32,
-    0,
-    0,
-    0,
-    29,
-    68,
-    96,
-    95,
-    79,
-    76,
-    87,
-    108,
-    110,
-    112,
-    109,
-    113,
-    109,
-    102,
-    95,
-    96,
-]
-MAIN_A = [
-    0,
-    0,
-    0,
-    37,
-    112,
-    112,
-    110,
-    107,
-    95,
-    91,
-    87,
-    88,
-    68,
-    51,
-    43,
-    47,
-    43,
-    46,
-    45,
-    45,
-    69,
-    100,
-    103,
-    103,
-    103,
-    103,
-]
 EVERY_S = 0.4
+LOWERED = {
+    "free": "0 0 0 29 92 93 91 32 0 0 0 29 68 96 95 79 76 87 108 110 112 109 113 109 102 95 96",
+    "main": "0 0 0 37 112 112 110 107 95 91 87 88 68 51 43 47 43 46 45 45 69 100 103 103 103 103",
+}
+"""Hundredths of an ampere, `EVERY_S` apart: a driver who lowers both lifts."""
 
 
 def test_a_lift_that_the_other_one_slows_down_has_no_other_clock():
     """Both share a return line: the free lift slows where the main one opens, as if to an earlier command."""
     truck = Truck.read("thesis").with_values({"return_back_pressure.coefficient": 2e12})
     time = np.arange(0.0, 9.8, 0.02)
-    levels = {
-        lift: 0.01 * np.interp(time, EVERY_S * np.arange(len(amperes)), amperes)
-        for lift, amperes in (("free", FREE_A), ("main", MAIN_A))
-    }
-    run = simulate(truck, commands.Command.of_samples(50.0, **levels), load_kg=0.0, oil_temperature_degc=60.0)
+    command_a = {}
+    for lift, told in LOWERED.items():
+        levels = 0.01 * np.array(told.split(), float)
+        command_a[lift] = np.interp(time, EVERY_S * np.arange(len(levels)), levels)
+    command = commands.Command.of_samples(50.0, **command_a)
+    run = simulate(truck, command, load_kg=0.0, oil_temperature_degc=60.0)
     rows = slice(len(time))
     slower = run["velocity_free_m_s"][415:430].mean() / run["velocity_free_m_s"][380:395].mean()
     assert slower < 0.6  # at a greater command
-    channels = {f"current_{lift}_a": values for lift, values in levels.items()}
-    channels |= {f"position_{lift}_m": run[f"position_{lift}_m"][rows] for lift in levels}
+    channels = {f"current_{lift}_a": values for lift, values in command_a.items()}
+    channels |= {f"position_{lift}_m": run[f"position_{lift}_m"][rows] for lift in command_a}
     recording = Recording("both.csv", "both", 0.0, "estimate", time, channels)
     assert not list(shifted(recording, Truck.read("thesis"), STOPS))

@@ -14,7 +14,7 @@ from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.files import files as diagnosis_files
 from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.numbers import numbers, of_hypothesis
-from forklift.diagnosis.refit import Refitter
+from forklift.diagnosis.refitter import Refitter
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all
 from forklift.plant.forklift.hypotheses import hypotheses

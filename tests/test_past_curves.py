@@ -49,6 +49,6 @@ def test_what_promises_most_or_nearly_is_among_what_hats_foresee_most_of(port):
     simulated = {one.hypotheses[0]: one.evidence for one in screen(at, x, list(curves.values()), 0).ranked}
     names = [name for name in PAST if curves[name] in simulated]
     assert len(names) > 25
-    simulated_first = sorted(names, key=lambda name: -promised[place.name, name])[:MOST_PAST]
+    foreseen_first = sorted(names, key=lambda name: -promised[place.name, name])[:MOST_PAST]
     best = max(simulated[curves[name]] for name in names)
-    assert max(simulated[curves[name]] for name in simulated_first) >= CURVE_TIE * best
+    assert max(simulated[curves[name]] for name in foreseen_first) >= CURVE_TIE * best

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import analytic
-from forklift.diagnosis.refit import Refitter
+from forklift.diagnosis.refitter import Refitter
 from test_astray import TIME, Recording, ringing, slopes
 
 START, TRUE, NOISE, SHORT = 8.5, 9.0, 0.3, 24

@@ -8,7 +8,8 @@ from typing import Any, cast
 import pytest
 
 from forklift.diagnosis.race import Race
-from forklift.diagnosis.refit import First, Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import First, Refitter
 
 BEST, ACCEPTED = 26.2, 15.2
 """−ln posterior after the first tempered stage: without any hypothesis, and with the accepted one."""

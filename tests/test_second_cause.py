@@ -11,7 +11,8 @@ import pytest
 from forklift.diagnosis import selection, sentences
 from forklift.diagnosis.criteria import ALARM, CONFIRMED
 from forklift.diagnosis.progress import Clock
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.plant.protocol import Addition, Hypothesis
 

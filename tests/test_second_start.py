@@ -9,7 +9,8 @@ import pytest
 
 from forklift.diagnosis.criteria import NEARLY
 from forklift.diagnosis.race import Race
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.fitting.work import Work
 
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from forklift.diagnosis.criteria import LESS, TWICE
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 
 NOISE = 0.5
 WORST = 1.3

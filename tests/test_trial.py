@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import analytic
-from forklift.diagnosis.refit import OVER_ALL, Refitter
+from forklift.diagnosis.refitter import OVER_ALL, Refitter
 
 
 class Ended(SimpleNamespace):

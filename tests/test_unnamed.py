@@ -13,7 +13,8 @@ from forklift.diagnosis import curves
 from forklift.diagnosis.criteria import DOUBTFUL
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.selection import General, without_names
 
 

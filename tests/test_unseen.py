@@ -13,7 +13,7 @@ from forklift import Campaign, Truck
 from forklift.diagnosis.criteria import ALARM, CONFIRMED
 from forklift.diagnosis.engine import investigate, verdict
 from forklift.diagnosis.progress import Clock
-from forklift.diagnosis.refit import Refitter
+from forklift.diagnosis.refitter import Refitter
 from forklift.fitting.origin import given
 from forklift.fitting.posing import pose
 

@@ -10,7 +10,8 @@ import pytest
 
 import analytic
 from forklift.diagnosis.race import Race
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.fitting.levenberg_marquardt import descend
 from forklift.fitting.search import too_slow
 from forklift.fitting.work import DIRECTION, SAMPLES, SUBSTEPS, Work

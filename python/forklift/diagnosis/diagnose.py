@@ -23,7 +23,8 @@ from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.outcome import Location
 from forklift.diagnosis.progress import Clock, Progress
 from forklift.diagnosis.proposals import propose
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.selection import Selection

@@ -12,7 +12,8 @@ from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.dependence import Dependence
 from forklift.diagnosis.locate import UnknownInput, unknown_inputs
 from forklift.diagnosis.progress import FITTING, TRYING, Clock
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.screening import Screening, screen
 from forklift.diagnosis.selection import Selection, alarming, select
 from forklift.plant.protocol import Hypothesis, Machine

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from forklift.base.arrays import Floats
-from forklift.base.threads import one_thread
+from forklift.base.threads import on_one_thread
 from forklift.diagnosis.locate import hats
 from forklift.diagnosis.rounding import rounded
 from forklift.diagnosis.screening import at_noise
@@ -29,6 +29,7 @@ COEFFICIENTS = INTERVALS + 3
 """Of a curve: cubic B-splines."""
 
 
+@on_one_thread
 def foreseen(
     problem: Problem,
     x: Floats,
@@ -47,17 +48,6 @@ def foreseen(
     width_s
         Distance of the hats [s].
     """
-    with one_thread():
-        return _foreseen(problem, x, asked, sizes, width_s)
-
-
-def _foreseen(
-    problem: Problem,
-    x: Floats,
-    asked: Mapping[str, Sequence[Mapping[str, Floats]]],
-    sizes: Mapping[str, float],
-    width_s: float,
-) -> dict[tuple[str, str], float]:
     problem = at_noise(problem)
     runs = problem.linearise(x)
     rho, slope = problem.prior(x)

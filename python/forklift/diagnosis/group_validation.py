@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from forklift.base.threads import one_thread
-from forklift.diagnosis.refit import FINE, SETTLING, Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import FINE, SETTLING, Refitter
 from forklift.fitting.interface import Problem
 from forklift.fitting.search import Found, Stage
 

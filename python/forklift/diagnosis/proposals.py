@@ -11,7 +11,8 @@ import numpy as np
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import Confounded
 from forklift.diagnosis.next_recording import Candidate, Proposal, part, tell
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.selection import Selection
 from forklift.fitting.sample import observing
 from forklift.plant.findings import Findings

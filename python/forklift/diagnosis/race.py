@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 from forklift.diagnosis.criteria import ALIKE, CLEARLY, LEAST_ROUGH, MOST_OF, MUCH, NEARLY, VARIANTS
 from forklift.diagnosis.progress import Clock
-from forklift.diagnosis.refit import Bars, Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Bars, Refitter
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.plant.protocol import Hypothesis
 

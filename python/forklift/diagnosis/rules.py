@@ -30,7 +30,8 @@ from forklift.diagnosis.criteria import (
 )
 from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.race import rank
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.plant.protocol import Hypothesis
 

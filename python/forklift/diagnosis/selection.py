@@ -36,7 +36,8 @@ from forklift.diagnosis.criteria import (
 )
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race, rank
-from forklift.diagnosis.refit import Refit, Refitter
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.rules import (
     by_chance,
     choice,

@@ -75,7 +75,7 @@ def read(path: Path) -> TruckFile:
         entry = _entry(path, text, key, raw)
         values[key] = _number(path, text, key, entry.value)
         sources[key] = entry.source
-    for head in {key.rpartition(".")[0] for key in values if _names(key)}:
+    for head in dict.fromkeys(key.rpartition(".")[0] for key in values if _names(key)):
         values.setdefault(f"{head}.fades", 0.0)  # of a file from before curves that fade
         sources.setdefault(f"{head}.fades", "not given: it does not fade")
     return TruckFile(name, values, sources, text)
