@@ -100,8 +100,8 @@ class FreeCurves:
         return [(one.part, one.equation) for one in places]
 
     def beside(self, refit: Refit) -> list[Hypothesis]:
-        """The coarsest curve over every variable at each place where the refit's hypotheses act; and other
-        curves that belong there.
+        """The coarsest curve over every variable of the moment at each place where the refit's hypotheses
+        act; and other curves that belong there.
 
         A law is tested by few coefficients: what chance promises grows with their number.
         """
@@ -113,7 +113,7 @@ class FreeCurves:
             for one in self.machine.unnamed(place, refit.early.problem.samples)
             if one.over
         ]
-        return [*self._curves(refit, refit.told_from, places, most=1), *others]
+        return [*self._curves(refit, refit.told_from, places, most=1, past=False), *others]
 
     def _place(self, name: str) -> Place:
         return next(one for one in self.machine.places if one.name == name)
@@ -128,17 +128,23 @@ class FreeCurves:
         return [one for one in self.known[refit] if one.port in places]
 
     def _curves(
-        self, refit: Refit, found: Found, places: Sequence[Place], most: int | None = None
+        self,
+        refit: Refit,
+        found: Found,
+        places: Sequence[Place],
+        most: int | None = None,
+        *,
+        past: bool = True,
     ) -> list[Hypothesis]:
-        """Curves over every variable of the moment at each of these places, and of those of the past what
-        promises most; of at most so many resolutions."""
+        """Curves over every variable of the moment at each of these places, and if asked for, of those of the
+        `past` what promises most; of at most so many resolutions."""
         ranges = {part: _ranges(found, part) for part in dict.fromkeys(one.part for one in places)}
-        past = self._of_the_past(refit, places)
+        kept = self._of_the_past(refit, places) if past else []
         return [
             one
             for place in places
             for variable, ends in ranges[place.part].items()
-            if variable not in self.machine.past or (place.name, variable) in past
+            if variable not in self.machine.past or (place.name, variable) in kept
             for one in self.machine.curves(place, variable, *ends)[:most]
         ]
 
