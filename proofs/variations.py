@@ -101,7 +101,6 @@ def answered(found, status, said):
         "gain": found["fit_summary"].get("validate", {}),
         "unknown_inputs": found["unknown_inputs"][:6],
         "untestable": found["untestable"],
-        "stages": found["seconds"],
     }
 
 

@@ -25,6 +25,7 @@ class Tried:
     left: float
     complete: bool = False
     finished: bool = True
+    foretold: None = None
 
     @property
     def reduced_chi2(self) -> float:

@@ -59,6 +59,14 @@ class Tried:
     freedoms: int = 1
     worst: Any = field(default_factory=lambda: SimpleNamespace(mean_square=10.0))
     loo_log_score: float | None = None
+    foretold: Any = None
+
+    @property
+    def quiet(self) -> bool:
+        return self.complete or self.slight
+
+    def by_recording(self) -> dict[str, float]:
+        return {"a": 0.5 * self.squares, "b": 0.5 * self.squares}
 
 
 LEAK, DRY, STRIBECK = Name("leak"), Name("dry friction"), Name("Stribeck")
@@ -119,6 +127,7 @@ def test_who_could_not_remove_enough_is_not_tried(left, first, share):
     best: Any = SimpleNamespace(
         complete=False,
         slight=False,
+        quiet=False,
         hypotheses=() if first else (DRY,),
         excess=1000.0,
         worst=SimpleNamespace(mean_square=left),
@@ -323,7 +332,7 @@ def test_no_name_stays_that_removes_less_than_it_must_to_be_accepted(removed, st
 def test_what_is_next_to_nothing_is_not_asked_for_where_nothing_shows(kind, size, asked):
     one = cast(Hypothesis, Name("gain", kind))
     screened = Screened((one,), 1e4, (size,), (1e-4,))
-    assert len(alarming(Screening(0.0, (screened,), (), ()), 1.0).singles) == asked
+    assert len(alarming(Screening(0.0, (screened,), (), ())).singles) == asked
 
 
 @pytest.mark.parametrize(("left_out", "chosen"), [(0.5, True), (2.0, False)])

@@ -171,17 +171,28 @@ def one_oil_to_learn_from(warmer_k):
     return subject(truck).examined(recordings)
 
 
-@pytest.mark.parametrize(("warmer_k", "freed"), [(40, ("free.viscosity.lambda",)), (0, ())])
-def test_what_the_fitted_do_not_tell_is_freed_where_all_recordings_do(warmer_k, freed):
-    machine, kept, findings = one_oil_to_learn_from(warmer_k)
-    assert findings.held == ("free.viscosity.lambda",)
-    assert findings.freed == freed
-    every = machine.sensors(kept)
-    everyone = pose(machine, kept, machine.unknowns(findings.held), every)
-    moved = tuple(one for one in machine.unknowns() if one.name in findings.freed)
-    fitted = everyone.over([one for one in everyone.samples if one.recording.role == "estimate"])
-    refitter = Refitter(fitted, everyone, every, freed=moved)
-    refit = refitter.rough(())
-    names = [one.name for one in refitter.everywhere(refit).problem.unknowns]
-    assert [name for name in names if name == "free.viscosity.lambda"] == [*freed]
-    assert "free.viscosity.lambda" not in [one.name for one in refit.found.problem.unknowns]
+@pytest.mark.parametrize(("warmer_k", "held"), [(40, ()), (0, ("free.viscosity.lambda",))])
+def test_what_the_fitted_do_not_tell_is_free_where_those_held_out_do(warmer_k, held):
+    machine, _, findings = one_oil_to_learn_from(warmer_k)
+    assert findings.held == held
+    names = [one.name for one in machine.unknowns(findings.held)]
+    assert ("free.viscosity.lambda" in names) is (not held)
+    assert ("oil_temperature_degc", "free") in findings.same
+
+
+def without_oil(recording):
+    channels = {name: values for name, values in recording.channels.items() if "oil" not in name}
+    return replace(recording, channels=channels)
+
+
+@pytest.mark.parametrize(("entered", "alike"), [(60.0, False), (20.5, True)])
+def test_an_oil_temperature_that_was_entered_counts_among_those_that_differ(entered, alike):
+    """Recordings in cold oil with a sensor, and in warm oil without: a law of temperature can be told."""
+    files = {f"free_prms1_{load}kg_{degc}c.csv": degc for load in (0, 800) for degc in (20, 60)}
+    recordings = [
+        replace(without_oil(one) if files[one.file] == 60 else one, role="estimate")
+        for one in Campaign.read(NULL).recordings
+        if one.file in files
+    ]
+    *_, findings = subject(Truck.read("thesis"), oil_temperature_degc=entered).examined(recordings)
+    assert (("oil_temperature_degc", "free") in findings.same) is alike

@@ -11,7 +11,8 @@ import pytest
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck
-from forklift.diagnosis.selection import ALARM, alarming
+from forklift.diagnosis.criteria import ALARM
+from forklift.diagnosis.selection import alarming
 from forklift.fitting.metrics import nrmse
 from forklift.fitting.residuals import AT_NOISE
 
@@ -102,6 +103,8 @@ def test_resampled_recordings_decide_and_not_samples():
     class Tried:
         """A refit as far as credibility goes."""
 
+        foretold = None
+
         def __init__(self, squares):
             self.squares = squares
 
@@ -119,7 +122,6 @@ def test_where_every_channel_is_explained_only_what_promises_much_by_itself_is_a
     screening = diagnosed("null").screening
     effect = next(one for one in screening.singles if one.hypotheses[0].kind == "physics")
     sensor = next(one for one in screening.singles if one.hypotheses[0].kind == "sensor")
-    assert alarming(screening, 1.0).singles == ()
+    assert alarming(screening).singles == ()
     loud = replace(screening, singles=(replace(sensor, gain=24.0), replace(effect, gain=20.0)))
-    assert [one.hypotheses[0] for one in alarming(loud, 1.0).singles] == [effect.hypotheses[0]]
-    assert alarming(loud, 10.0).singles == ()
+    assert [one.hypotheses[0] for one in alarming(loud).singles] == [effect.hypotheses[0]]

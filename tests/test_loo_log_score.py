@@ -15,7 +15,7 @@ from scipy.stats import multivariate_normal
 
 from analytic import CHANNEL, apart, unknown
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
-from forklift.diagnosis.screening import loo_log_score, screen
+from forklift.diagnosis.screening import loo_log_scores, screen
 from forklift.plant.protocol import Addition, Hypothesis
 from forklift.recordings.noise import Sensor
 
@@ -28,6 +28,10 @@ COMMON = Hypothesis(
 """The same amplitude in every recording."""
 OF_EACH = Hypothesis(EFFECT, "unknown", "", "", "", None, Addition(widened=((EFFECT, 1.0),)))
 """An amplitude of each recording's own."""
+
+
+def loo_log_score(*of):
+    return loo_log_scores(*of).sum()
 
 
 def drawn(seed: int, recordings: int, amplitude: float, hypothesis: Hypothesis):

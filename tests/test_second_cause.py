@@ -35,10 +35,11 @@ class Fitted:
 
     hypotheses: tuple[Hypothesis, ...] = ()
 
-    slight = finished = identifiable = True
+    slight = quiet = finished = identifiable = True
     strained = cold = False
     at_bounds = ()
     loo_log_score = 2.0 * CONFIRMED
+    foretold = None
     worst = SimpleNamespace(mean_square=1.5)
     found = told_from = SimpleNamespace(problem=SimpleNamespace(samples=()), x=None)
 
@@ -69,7 +70,7 @@ def selected(monkeypatch):
     def select(second: Screened, curve: float, load: float = 0.0) -> set[Hypothesis]:
         promised = {SECOND: second, LOAD: screened(LOAD, load, -50.0), CURVE: screened(CURVE, curve, curve)}
 
-        def screen(problem, x, hypotheses, most=8):
+        def screen(problem, x, hypotheses, most=8, slow=False):
             return Screening(0.0, tuple(promised[one] for one in hypotheses), (), ())
 
         monkeypatch.setattr(selection, "screen", screen)

@@ -12,7 +12,7 @@ from forklift.diagnosis.criteria import (
     LIKELY,
 )
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.rules import credibility
+from forklift.diagnosis.rules import credibility, lost
 from forklift.diagnosis.selection import Selection
 from forklift.plant.protocol import Hypothesis
 
@@ -53,14 +53,14 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
             for refit in refits
             if _labels(refit) != own
         )
-        least = sum(accepted.by_recording().values())
+        all_lost = dict(zip(refits, (sum(one.values()) for one in lost(refits)), strict=True))
         alike = tuple(
             dict.fromkeys(
                 hypothesis
                 for refit in refits
                 if refit is not accepted
                 and (refit.complete or (refit.finished and not accepted.complete))
-                and (shares[refit] > AS_GOOD or sum(refit.by_recording().values()) - least < AS_NEAR)
+                and (shares[refit] > AS_GOOD or all_lost[refit] - all_lost[accepted] < AS_NEAR)
                 for hypothesis in _new(refit, known)
                 if hypothesis.label not in own
             )

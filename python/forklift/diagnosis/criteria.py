@@ -15,12 +15,15 @@ from forklift.fitting.criteria import NUISANCE_GAIN as NUISANCE_GAIN
 from forklift.fitting.criteria import ROUNDING as ROUNDING
 from forklift.fitting.criteria import STRAIN as STRAIN
 from forklift.fitting.criteria import WHITE as WHITE
-from forklift.plant.protocol import Kind
+from forklift.plant.protocol import Hypothesis, Kind
 
 # How much is computed.
 BUDGET = 60000.0
 """Simulated recordings (`forklift.fitting.work`) after which no further trial begins. Two cores do some
 thousand a second, so that what was not tried by then would not have come within two minutes."""
+ONCE_MORE = 15000.0
+"""What is granted beyond that, once, where names were found that leave nothing over: to ask all recordings
+for one more takes a quarter of it."""
 
 # When anything is asked for at all.
 ALARM_PHYSICS, ALARM_CONDITION, ALARM_SENSOR, ALARM_CURVE = 12.0, 30.0, 80.0, 30.0
@@ -37,6 +40,13 @@ ALARM: Mapping[Kind, float] = {
     "unknown": ALARM_CURVE,
 }
 """By kind."""
+
+
+def alarm(one: Hypothesis) -> float:
+    """Of a hypothesis. A condition that is off by one number in all recordings promises what physics does."""
+    return ALARM_PHYSICS if one.kind == "parameter" and one.amplitude else ALARM[one.kind]
+
+
 LEAST_FAULT = 0.02
 """In a prior's deviations: a sensor that is off by less is as it should be. A gain of a thousandth, a lag of
 a millisecond, a fiftieth of a bar: no truck's sensor is specified to less, and rounding that is alike in all

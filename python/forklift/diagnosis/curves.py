@@ -65,7 +65,8 @@ class FreeCurves:
             further = [one for port in near for one in self.machine.unnamed(self._place(port), samples)]
             offered += [one for place, one in enumerate(further) if one not in further[:place]]
         at = refit.told_from
-        ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
+        told = screen(at.problem, at.x, offered, 0, slow=refit.quiet).ranked
+        ranked = sorted(told, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
         return sorted(worth, key=lambda one: self.yields_to(one, ranked[0]))[:MOST_CURVES]
 
@@ -76,9 +77,9 @@ class FreeCurves:
         places = [self._place(one.port) for one in credible(self._inputs(refit))]
         at = refit.found
         offered = self._curves(refit, at, places, most=1)
-        ranked = sorted(screen(at.problem, at.x, offered, 0).ranked, key=lambda one: -one.evidence)
+        ranked = sorted(screen(at.problem, at.x, offered, 0, slow=True).ranked, key=lambda one: -one.evidence)
         first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
-        told = screen(everywhere.problem, everywhere.x, first, 0).ranked
+        told = screen(everywhere.problem, everywhere.x, first, 0, slow=True).ranked
         heard = [replace(one, evidence=self._heard(one, everywhere)) for one in told]
         return max(heard, key=lambda one: one.evidence, default=None)
 
@@ -86,7 +87,9 @@ class FreeCurves:
     def _heard(curve: Screened, everywhere: Found) -> float:
         """Its evidence by sensors that do not round; or by all, less what a sensor must promise more than a
         curve: what begins at the same place in every recording is rounded alike in all of them."""
-        other = screen(everywhere.problem, everywhere.x, curve.hypotheses, 0, encoders=False).ranked
+        other = screen(
+            everywhere.problem, everywhere.x, curve.hypotheses, 0, slow=True, encoders=False
+        ).ranked
         return max([curve.evidence - (ALARM_SENSOR - ALARM_CURVE), *(one.evidence for one in other)])
 
     @staticmethod

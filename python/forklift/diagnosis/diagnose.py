@@ -101,7 +101,6 @@ def diagnose(
         everyone,
         every,
         held=tuple(one for one in model.unknowns() if one.name in findings.held),
-        freed=tuple(one for one in model.unknowns() if one.name in findings.freed),
         unfinished=unfinished,
         strict=not model.reaches_noise,
         later=HALF if model.reaches_noise else LATER,

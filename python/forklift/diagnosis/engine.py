@@ -80,10 +80,10 @@ def _from(
     with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
         at = refitter.everywhere(baseline) if baseline.slight else baseline.told_from
-        screening = screen(at.problem, at.x, hypotheses)
+        screening = screen(at.problem, at.x, hypotheses, slow=baseline.quiet)
     asked = screening
-    if baseline.complete or baseline.slight:
-        asked = alarming(screening, refitter.together)
+    if baseline.quiet:
+        asked = alarming(screening)
     inputs: list[UnknownInput] = []
     seen: list[Dependence] = []
     if hopeless:

@@ -50,9 +50,7 @@ def write(found: Outcome, out: str | Path) -> Path:
 
 def _corrected(found: Outcome) -> Written | None:
     """The recordings with the conditions that were found, where entered ones are a cause."""
-    if not any(
-        cause.hypothesis.addition.widened and not cause.hypothesis.amplitude for cause in found.causes
-    ):
+    if not any(cause.hypothesis.doubts for cause in found.causes):
         return None
     conditions = [one.conditions for one in found.after.predictions]
     return found.machine.corrected(found.origin.name, found.recordings, conditions)

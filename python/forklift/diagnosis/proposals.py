@@ -52,12 +52,7 @@ def propose(
             rivals = [final, *_nearest(refitter, selection), *_exchanged(refitter, final, stands)]
     if len(rivals) > 1:
         return _answer(model, rivals, possible(model, recordings, _values(rivals), refitter.sensors))
-    doubted = {
-        name
-        for cause in found
-        if cause.hypothesis.amplitude is None
-        for name, _ in cause.hypothesis.addition.widened
-    }
+    doubted = {name for cause in found for name in cause.hypothesis.doubts}
     for condition, of in findings.same:
         if any(condition.startswith(name) for name in doubted):
             continue  # all alike as they were entered, which is what is doubted

@@ -10,7 +10,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from forklift.diagnosis.criteria import ALIKE, CLEARLY, LEAST_ROUGH, MOST_OF, MUCH, NEARLY, VARIANTS
+from forklift.diagnosis.criteria import (
+    ALIKE,
+    CLEARLY,
+    LEAST_ROUGH,
+    MOST_OF,
+    MUCH,
+    NEARLY,
+    ONCE_MORE,
+    VARIANTS,
+)
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Bars, Refitter
@@ -26,11 +35,14 @@ class Race:
     ----------
     skipped
         What was not tried within the work that a diagnosis may do.
+    granted
+        Whether more was granted than that.
     """
 
     refitter: Refitter
     clock: Clock
     skipped: list[tuple[Hypothesis, ...]] = field(default_factory=list)
+    granted: bool = False
 
     def run(
         self,
@@ -48,7 +60,7 @@ class Race:
         enters any more. Beside what explains everything already, one start is enough: `quick`. `again`: from
         the start machine too.
         """
-        if best.slight or best.complete:
+        if best.quiet:
             return [*ended, *self._slightly(best, entered)]
         rough: list[Refit] = []
         refits = list(ended)
@@ -83,6 +95,14 @@ class Race:
     def say(self, what: str) -> None:
         """Something is being done."""
         self.clock.say(what)
+
+    def goes_on(self, best: Refit) -> bool:
+        """Whether work is left for a round beside the best; where that leaves nothing over, once more."""
+        work = self.refitter.work
+        if work.spent and best.quiet and not self.granted:
+            self.granted = True
+            work.grant(ONCE_MORE)
+        return not work.spent
 
     def begins(self, what: str, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether there is work left for a trial of these; what there is not is kept."""

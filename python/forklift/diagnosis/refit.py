@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -42,8 +42,8 @@ class Refit:
 
     left_at_weights: float | None = None
     """Mean square left over in units of the weights that deviations were told with; None: of the noise."""
-    loo_log_score: float | None = None
-    """How much better all recordings foretell each other than without its hypotheses, in ln probability;
+    foretold: Mapping[str, float] | None = None
+    """By recording, how much better all others foretell it than without its hypotheses, in ln probability;
     asked where nothing shows without them."""
     cold: bool = False
     """Whether it was searched for from the start machine too."""
@@ -51,6 +51,11 @@ class Refit:
     """Parameters that no recording tells, so that it left them alone."""
     rest: Callable[[], tuple[ChannelResidual, ...]] = tuple
     """Judges it on the recordings that were fitted, which decide nothing."""
+
+    @property
+    def loo_log_score(self) -> float | None:
+        """The sum of `foretold`."""
+        return None if self.foretold is None else sum(self.foretold.values())
 
     @property
     def rough(self) -> float:
@@ -71,7 +76,7 @@ class Refit:
     def told_from(self) -> Found:
         """From where more is screened: the end, where little or nothing is left over, else where the tempered
         stages ended."""
-        return self.found if self.complete or self.slight else self.early
+        return self.found if self.quiet else self.early
 
     @cached_property
     def reduced_chi2(self) -> float:
@@ -97,6 +102,11 @@ class Refit:
     def slight(self) -> bool:
         """Whether what is left over is so little that no parameter needs to go far to make up for it."""
         return self.finished and self.worst.mean_square <= SLIGHT and not self.strained
+
+    @property
+    def quiet(self) -> bool:
+        """Whether nothing is left over, or next to nothing: all recordings are asked for more."""
+        return self.complete or self.slight
 
     @cached_property
     def squares(self) -> float:

@@ -27,7 +27,7 @@ from forklift.diagnosis.criteria import (
 )
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.screening import log_evidence, loo_log_score
+from forklift.diagnosis.screening import loo_log_scores
 from forklift.diagnosis.unfinished import Unfinished
 from forklift.fitting.interface import Problem, Recording
 from forklift.fitting.intervals import Knowledge, covariance_at_noise, knowledge
@@ -91,8 +91,6 @@ class Refitter:
 
     held: tuple[Unknown, ...] = ()
     """Parameters that no recording tells, so that no refit moves them."""
-    freed: tuple[Unknown, ...] = ()
-    """Of these, what all recordings together tell, those held out too: `everywhere` moves it."""
     unfinished: Unfinished = field(default_factory=Unfinished)
     """What was searched for already."""
     known: dict[Refit, Found] = field(default_factory=dict, compare=False, repr=False)
@@ -194,7 +192,9 @@ class Refitter:
             return refit
         everywhere = self.everywhere(after)
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
-        return replace(refit, loo_log_score=loo_log_score(everywhere.problem, everywhere.x, new))
+        scores = loo_log_scores(everywhere.problem, everywhere.x, new).tolist()
+        files = [sample.recording.file for sample in everywhere.problem.samples]
+        return replace(refit, foretold=dict(zip(files, scores, strict=True)))
 
     def _first(
         self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
@@ -249,7 +249,7 @@ class Refitter:
         places = {one.recording.file: k for k, one in enumerate(over_all.problem.samples)}
         x = refit.found.x.copy()
         for k, sample in enumerate(problem.samples):
-            there = over_all.problem.columns(places[sample.recording.file])[len(self.freed) :]
+            there = over_all.problem.columns(places[sample.recording.file])
             x[problem.columns(k)] = over_all.x[there]
         found = ended(problem, x, refit.found.evaluations + over_all.evaluations)
         led = self._judged(refit.hypotheses, found, refit.costs, early=refit.early, finished=True)
@@ -279,9 +279,8 @@ class Refitter:
             told.problem.sigma, told.problem.substeps
         )
         shared = len(problem.unknowns)
-        problem = replace(problem, unknowns=(*self.freed, *problem.unknowns))
         x = np.zeros(problem.starts[-1])
-        x[len(self.freed) : len(problem.unknowns)] = told.x[:shared]
+        x[:shared] = told.x[:shared]
         others = []  # those held out begin at what was entered
         for k, sample in enumerate(problem.samples):
             fitted = [one.recording is sample.recording for one in told.problem.samples]
@@ -297,14 +296,6 @@ class Refitter:
                 x[problem.columns(k)] = found[held.columns(j)]
         stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
         return self.search(problem, x, (stage,))
-
-    def evidence(self, refit: Refit) -> float:
-        """ln of the marginal likelihood of all recordings (Laplace's approximation), up to what all refits
-        have in common: a freedom costs what the recordings narrow its prior by, in each recording of which it
-        is a part. Slow noise counts as often as it is independent."""
-        found = self.everywhere(refit)
-        with one_thread():
-            return log_evidence(found.problem, found.x, self.together)
 
     def finish(self, refit: Refit) -> Refit:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""

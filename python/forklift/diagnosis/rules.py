@@ -5,13 +5,12 @@ Every bound stands in `criteria.py`; nothing here fits anything but `foresees`, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from forklift.diagnosis.criteria import (
     AHEAD,
-    ALARM,
     ALIKE,
     AS_NEAR,
     CLEARLY,
@@ -27,6 +26,7 @@ from forklift.diagnosis.criteria import (
     SAME_PLACE,
     SIMPLER,
     WORTH,
+    alarm,
 )
 from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.race import rank
@@ -49,7 +49,7 @@ def may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
     What it promises is of the recordings that are fitted; of what is left over there those held out tell,
     sample for sample.
     """
-    if best.complete or best.slight:
+    if best.quiet:
         return True
     if best.worst.mean_square <= MISFIT:
         asked = least_of_a_faint(one.hypotheses, best, refitter)
@@ -63,8 +63,8 @@ def may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
 def least_of_a_faint(hypotheses: Sequence[Hypothesis], best: Refit, refitter: Refitter) -> float:
     """By how much what leaves nothing over of a faint mismatch must lower the sum of squares: by twice what
     one must promise where no channel shows anything."""
-    alarm = 2.0 * refitter.together * max(ALARM[one.kind] for one in hypotheses)
-    return max(CLEARLY, alarm, LEAST_GAIN * best.excess)
+    loud = 2.0 * refitter.together * max(alarm(one) for one in hypotheses)
+    return max(CLEARLY, loud, LEAST_GAIN * best.excess)
 
 
 def helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]) -> list[Refit]:
@@ -121,7 +121,7 @@ def mended(unnamed: Sequence[Refit], best: Refit) -> Refit | None:
         (
             refit
             for refit in unnamed
-            if (best.complete or best.slight)
+            if best.quiet
             and refit.finished
             and set(best.hypotheses) < set(refit.hypotheses)
             and best.squares - refit.squares >= CLEARLY
@@ -204,7 +204,8 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
 
 def choice(enough: Sequence[Refit]) -> Refit | None:
     """The best of those that help; of those nearly as good the simplest: that is not unlikely, none of whose
-    numbers has gone to a bound, and that has the fewest."""
+    numbers has gone to a bound, and that has the fewest. Where all recordings were asked, of those nearly as
+    good on the ones held out that by which all foretell each other best."""
     if not enough:
         return None
     first = min(enough, key=rank)
@@ -215,6 +216,9 @@ def choice(enough: Sequence[Refit]) -> Refit | None:
         for refit in enough
         if rank(refit)[:2] == rank(first)[:2] and refit.squares - first.squares < margin
     ]
+    asked = [refit for refit in near if refit.loo_log_score is not None]
+    if first in asked:
+        return max(asked, key=lambda refit: refit.loo_log_score or 0.0)
     if not (first.at_bounds or any(hypothesis.unlikely for hypothesis in first.hypotheses)):
         return first
     return min(near, key=plain)
@@ -251,12 +255,22 @@ def rivals(accepted: Refit, refits: Sequence[Refit], screening: Screening) -> li
     ]
 
 
+def lost(refits: Sequence[Refit]) -> list[Mapping[str, float]]:
+    """What each leaves over in each recording held out; where all recordings were asked how well they
+    foretell each other with it, twice the ln probability that is wanting."""
+    asked = [refit.foretold for refit in refits if refit.foretold is not None]
+    if len(asked) == len(refits):
+        return [{file: -2.0 * score for file, score in one.items()} for one in asked]
+    return [refit.by_recording() for refit in refits]
+
+
 def credibility(refits: Sequence[Refit], draws: int = REDRAWS, seed: int = 1) -> list[float]:
     """In which share of resampled sets of held-out recordings each refit leaves the least over.
 
-    Whole recordings are resampled: samples of one err together, so that their number proves nothing.
+    Whole recordings are resampled: samples of one err together, so that their number proves nothing. See
+    `lost`.
     """
-    tables = [refit.by_recording() for refit in refits]
+    tables = lost(refits)
     files = sorted(tables[0])
     squares = np.array([[table[file] for file in files] for table in tables])
     random = np.random.default_rng(seed)

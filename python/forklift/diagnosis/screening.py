@@ -95,10 +95,20 @@ class _Column:
 
 
 def screen(
-    problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], most: int = 8, *, encoders: bool = True
+    problem: Problem,
+    x: Floats,
+    hypotheses: Sequence[Hypothesis],
+    most: int = 8,
+    *,
+    slow: bool = False,
+    encoders: bool = True,
 ) -> Screening:
-    """Every hypothesis at x, and the pairs of the `most` most promising; `encoders`: by these too."""
-    base, columns = _linear(problem, x, hypotheses, encoders=encoders)
+    """Every hypothesis at x, and the pairs of the `most` most promising.
+
+    `slow`: with what slow noise has in common taken off, so that chance promises no more than among white
+    noise: where next to nothing is left over. `encoders`: by these too.
+    """
+    base, columns = _linear(problem, x, hypotheses, slow=slow, encoders=encoders)
     known = base.project(columns) if columns else {}
     untestable = [hypothesis for hypothesis in hypotheses if hypothesis not in known]
     ranked = sorted((base.gain([one]) for one in known.values()), key=lambda found: -found.gain)
@@ -117,23 +127,18 @@ def screen(
     return Screening(base.cost, tuple(singles), tuple(pairs), tuple(unidentifiable.values()), tuple(ranked))
 
 
-def loo_log_score(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]) -> float:
+def loo_log_scores(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]) -> Floats:
     """How much better all other recordings foretell each one with these hypotheses than without.
 
-    The sum over recordings of ln p(recording | the others, hypotheses) - ln p(recording | the others), each
-    the difference of two evidences of the problem linear about x (leave-one-out logarithmic score; Gneiting &
+    Of each recording ln p(recording | the others, hypotheses) - ln p(recording | the others), the
+    difference of two evidences of the problem linear about x (leave-one-out logarithmic score; Gneiting &
     Raftery 2007, section 7.1): every recording counts, and none speaks for itself. Without number, where a
     hypothesis moves nothing that is measured. Slow noise counts as often as it is independent.
     """
     base, columns = _linear(problem, x, hypotheses, slow=True)
-    return base.loo_log_score(columns) if len(columns) == len(hypotheses) else float("nan")
-
-
-def log_evidence(problem: Problem, x: Floats, together: float = 1.0) -> float:
-    """ln of the marginal likelihood of all recordings about x, each sample counted 1/`together` times, up to
-    what depends on the recordings alone (Laplace's approximation; MacKay 2003, chapter 28)."""
-    base, _ = _linear(problem, x, ())
-    return base.log_evidence(together)
+    if len(columns) < len(hypotheses):
+        return np.full(len(problem.samples), np.nan)
+    return base.loo_log_scores(columns)
 
 
 def _linear(
@@ -277,20 +282,12 @@ class _Base:
         self.residual, self.jacobian = residual, jacobian
         self.places = [problem.columns(k) for k in range(len(residual))]
         self.normal, self.gradient = np.diag(slope**2), slope * rho
-        self.own_prior = self.normal.copy()
         square = float(rho @ rho)
         for place, own, rest in zip(self.places, jacobian, residual, strict=True):
             self.normal[np.ix_(place, place)] += own.T @ own
             self.gradient[place] += own.T @ rest
             square += float(rest @ rest)
         self.cost = 0.5 * square
-        self.alone = self._drop(self.normal, self.gradient)
-
-    def log_evidence(self, together: float) -> float:
-        """The function of this name."""
-        eye = np.eye(len(self.gradient))
-        normal = eye + (self.normal - self.own_prior) / together
-        return -(self.cost - self.alone) / together - 0.5 * float(np.linalg.slogdet(normal)[1])
 
     def project(self, columns: Sequence[_Column]) -> dict[Hypothesis, _Projected]:
         """What each hypothesis has in common with the unknowns, worked out for all of them at once."""
@@ -344,10 +341,10 @@ class _Base:
         ]
         return np.concatenate(each)
 
-    def loo_log_score(self, columns: Sequence[_Column]) -> float:
-        """The logarithmic score of the function of this name."""
+    def loo_log_scores(self, columns: Sequence[_Column]) -> Floats:
+        """The logarithmic scores of the function of this name."""
         normal, gradient, blocks = self._beside(columns)
-        plain, total = slice(len(self.gradient)), 0.0
+        plain, scores = slice(len(self.gradient)), []
 
         def evidence(normal: Floats, gradient: Floats) -> float:
             return self._drop(normal, gradient) - 0.5 * float(np.linalg.slogdet(normal)[1])
@@ -360,8 +357,8 @@ class _Base:
             part = np.zeros((len(rest), len(gradient)))
             part[:, place] = own
             part[:, plain.stop :] = block
-            total += everyone - difference(normal - part.T @ part, gradient - part.T @ rest)
-        return total
+            scores.append(everyone - difference(normal - part.T @ part, gradient - part.T @ rest))
+        return np.array(scores)
 
     def _widths(self, columns: Sequence[_Column]) -> list[int]:
         return [len(self.residual) if column.own else column.blocks[0].shape[1] for column in columns]

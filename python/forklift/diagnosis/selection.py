@@ -12,7 +12,7 @@ from typing import Protocol
 
 from forklift.diagnosis.criteria import (
     AHEAD,
-    ALARM,
+    ALARM_CURVE,
     AS_NEAR,
     BEYOND_DOUBT,
     CLEARLY,
@@ -33,6 +33,7 @@ from forklift.diagnosis.criteria import (
     PAIR,
     SHAPES_BESIDE,
     WORTH,
+    alarm,
 )
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race, rank
@@ -105,17 +106,16 @@ class Selection:
     `forklift.diagnosis.criteria.BUDGET`."""
 
 
-def alarming(screening: Screening, together: float) -> Screening:
+def alarming(screening: Screening) -> Screening:
     """Only the hypotheses that promise so much that they are asked for although no channel shows anything.
 
-    What slow noise promises by chance is `together` times as much as what white noise does. A sensor that is
-    off by next to nothing, and an effect that is next to none, are not asked for.
+    A sensor that is off by next to nothing, and an effect that is next to none, are not asked for.
     """
-    least = {"sensor": LEAST_FAULT, "physics": LEAST_EFFECT}
+    least = {"sensor": LEAST_FAULT, "parameter": LEAST_FAULT, "physics": LEAST_EFFECT}
     loud = [
         one
         for one in screening.singles
-        if one.gain >= together * ALARM[one.hypotheses[0].kind]
+        if one.gain >= alarm(one.hypotheses[0])
         and not abs(one.amplitudes[0]) < least.get(one.hypotheses[0].kind, 0.0)
     ]
     return replace(screening, singles=tuple(loud), pairs=())
@@ -138,7 +138,7 @@ def select(
     race = Race(refitter, clock)
     curve = _faint_curve(race, baseline, general)
     promised = max((one.gain for one in screening.singles[:1]), default=0.0)
-    if curve and (baseline.complete or baseline.slight) and curve.evidence >= AHEAD * promised:
+    if curve and baseline.quiet and curve.evidence >= AHEAD * promised:
         found = _unseen(race, baseline, curve, Step(screening, (), None))
         if found:
             return found
@@ -149,11 +149,11 @@ def select(
             return found
     if best is not baseline and not best.hypotheses:
         return Selection(best, (), best, skipped=tuple(race.skipped))
-    if not (best.complete or best.slight or any(refit.complete for refit in shapes)):
+    if not (best.quiet or any(refit.complete for refit in shapes)):
         step = _near(race, best, steps, shapes, hypotheses, general)
         if step is not None and step.accepted and step.accepted.hypotheses == best.hypotheses != ():
             best = _settled(steps, step.accepted)
-            screening = screen(best.told_from.problem, best.told_from.x, _beside(best, hypotheses))
+            screening = _screened(race, best, _beside(best, hypotheses), general)
             best, steps, more = _named(race, best, steps, screening, hypotheses, general)
             shapes += more
         elif step is not None:
@@ -168,7 +168,7 @@ def select(
         return Selection(baseline, tuple(steps), law.accepted or best, skipped=tuple(race.skipped))
     named = [step.accepted for step in steps if step.accepted]
     curve = None
-    if (best.complete or best.slight) and len(best.hypotheses) == 1 and not refitter.work.spent:
+    if best.quiet and len(best.hypotheses) == 1 and not refitter.work.spent:
         clock.say("checking the law")
         curve = _curve(refitter, best, general)
     unnamed = (
@@ -181,7 +181,7 @@ def select(
     )
     final = chosen if chosen and foresees(refitter, best, chosen) else best
     if final is not best:
-        most = best.excess <= (1.0 - MOST_OF) * baseline.excess
+        most = baseline.quiet or best.excess <= (1.0 - MOST_OF) * baseline.excess
         final = needed(race, final, kept=best.hypotheses if most else ())
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
 
@@ -189,11 +189,10 @@ def select(
 def _faint_curve(race: Race, baseline: Refit, general: General) -> Screened | None:
     """Where no channel shows anything, or hardly: a curve whose evidence over all recordings is more than
     chance and slow noise have. What no catalogue holds may still act."""
-    if not (baseline.complete or baseline.slight or by_chance(baseline)):
+    if not (baseline.quiet or by_chance(baseline)):
         return None
     curve = general.faint(baseline, race.refitter.everywhere(baseline))
-    alarm = race.refitter.together * ALARM["unknown"]
-    return curve if curve and curve.evidence >= alarm else None
+    return curve if curve and curve.evidence >= ALARM_CURVE else None
 
 
 def _unseen(race: Race, baseline: Refit, curve: Screened, *steps: Step) -> Selection | None:
@@ -240,18 +239,22 @@ def _named(
             return best, steps, shapes
         best = accepted
         left = _beside(best, hypotheses)
-        if not left or len(best.hypotheses) >= MOST_ACCEPTED or race.refitter.work.spent:
+        if not left or len(best.hypotheses) >= MOST_ACCEPTED or not race.goes_on(best):
             return best, steps, shapes
-        race.say("screening the hypotheses")
-        faint = best.complete or best.slight
-        at = race.refitter.everywhere(best) if faint else best.told_from
-        screening = screen(at.problem, at.x, left)
-        if faint:
-            screening = alarming(screening, race.refitter.together)
-            if best.complete:
-                screening = _beyond_its_law(race, best, screening, general)
-            if not screening.singles:
-                return best, steps, shapes
+        screening = _screened(race, best, left, general)
+        if best.quiet and not screening.singles:
+            return best, steps, shapes
+
+
+def _screened(race: Race, best: Refit, left: Sequence[Hypothesis], general: General) -> Screening:
+    """Those beside the best; where that leaves nothing over, or next to nothing, all recordings are asked,
+    and only the alarming stay."""
+    race.say("screening the hypotheses")
+    at = race.refitter.everywhere(best) if best.quiet else best.told_from
+    screening = screen(at.problem, at.x, left, slow=best.quiet)
+    if best.quiet:
+        screening = alarming(screening)
+    return _beyond_its_law(race, best, screening, general) if best.complete else screening
 
 
 def _settled(steps: list[Step], better: Refit) -> Refit:
@@ -272,12 +275,12 @@ def _beyond_its_law(race: Race, best: Refit, screening: Screening, general: Gene
     about the same place, so that the greater evidence tells. A condition is no rival of a curve: each
     recording's own make up for one that is far off.
     """
-    if all(one.hypotheses[0].kind == "parameter" for one in screening.singles):
+    if all(one.hypotheses[0].amplitude is None for one in screening.singles):
         return screening
     at = race.refitter.everywhere(best)
-    curves = screen(at.problem, at.x, general.beside(best), 0).singles
+    curves = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
     law = max((one.evidence for one in curves), default=0.0)
-    left = [one for one in screening.singles if one.hypotheses[0].kind == "parameter" or one.evidence > law]
+    left = [one for one in screening.singles if one.hypotheses[0].amplitude is None or one.evidence > law]
     return replace(screening, singles=tuple(left))
 
 
@@ -285,7 +288,7 @@ def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General
     """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
     much: what repeats along the stroke, say."""
     promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
-    if best.slight or best.complete or by_chance(best) or not promised:
+    if best.quiet or by_chance(best) or not promised:
         return []
     if max(promised) >= MOST_OF * excess_screened(best, screening):
         return []
@@ -298,7 +301,7 @@ def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General
 def _shape_beside(race: Race, best: Refit, general: General) -> list[Refit]:
     """The curve that promises most, where a name was found that leaves most over: what has a freedom in every
     recording removes some of anything, and is to remove half of what one curve does."""
-    if best.slight or best.complete or by_chance(best):
+    if best.quiet or by_chance(best):
         return []
     return [
         refit for screened in general(best)[:1] for refit in race.beside(best, screened.hypotheses[0], [])
@@ -373,7 +376,9 @@ def _round(
     as much, it is accepted instead.
     """
     gains = [found.gain for found in screening.singles]
-    least = max(WORTH * gains[0], LITTLE * excess_screened(best, screening)) if gains else 0.0
+    least = WORTH * gains[0] if gains else 0.0
+    if not best.quiet:
+        least = max(least, LITTLE * excess_screened(best, screening))
     led = any(helps(refit, best, share_asked(best, race.refitter)) for refit in shapes)
     # Of a clear mismatch a recording held out may leave anything: what it leaves is no measure then.
     sure = not led and best.worst.mean_square > MISFIT
@@ -391,7 +396,7 @@ def _round(
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
     refits: list[Refit] = list(shapes)
-    asked = best.complete or best.slight
+    asked = best.quiet
     race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
         before = len(refits)
@@ -401,7 +406,7 @@ def _round(
         if astray is not None:
             return astray
         asked = asked or accepted is not None
-        enough = accepted is not None and (accepted.complete or accepted.slight)
+        enough = accepted is not None and accepted.quiet
         if accepted is not None and (enough or leads(accepted, best, screening)):
             others = rivals(accepted, refits, screening)
             race.clock.plan(len(others))
@@ -428,7 +433,7 @@ def _helping(
     if not best.hypotheses or not faint:
         return found
     at = best.told_from
-    curves = screen(at.problem, at.x, general.beside(best), 0).singles
+    curves = screen(at.problem, at.x, general.beside(best), 0, slow=best.quiet).singles
     law = max((one.evidence for one in curves), default=0.0)
     evidence = {
         frozenset(one.label for one in screened.hypotheses): screened.evidence
@@ -525,7 +530,7 @@ def without_names(
         for screened in curves:
             if any(explains(one, refit) for one in tried):
                 break
-            faint = refit.slight and screened.gain < race.refitter.together * LAW
+            faint = refit.slight and screened.gain < LAW
             if refit.worst.mean_square <= MISFIT:
                 faint = faint or not may_help(screened, refit, race.refitter)
             alike = any(
@@ -541,8 +546,8 @@ def _curve(refitter: Refitter, best: Refit, general: General) -> Screened | None
     """What explains everything may still have another law: the curve beside it that promises most over all
     recordings, if that is as much as is asked of a hypothesis where no channel shows anything."""
     at = refitter.everywhere(best)
-    promised = screen(at.problem, at.x, general.beside(best), 0).singles
-    return next((one for one in promised if one.gain >= refitter.together * LAW), None)
+    promised = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
+    return next((one for one in promised if one.gain >= LAW), None)
 
 
 def _with_curve(refitter: Refitter, best: Refit, curve: Screened, clock: Clock) -> tuple[Refit, ...]:
@@ -553,8 +558,9 @@ def _with_curve(refitter: Refitter, best: Refit, curve: Screened, clock: Clock) 
 def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
     """Without the names that the others make superfluous, now that the search knows where to end.
 
-    `kept` are not asked: names that by themselves removed most of what was left over. A curve over the same
-    variable can always take them over; it says then that the law is another, not that there is none.
+    `kept` are not asked: names that by themselves removed most of what was left over, or that all recordings
+    bore out. A curve over the same variable can always take them over; it says then that the law is another,
+    not that there is none.
 
     A search that went astray in an early round leaves something over, and invites a hypothesis that is none;
     and what a curve takes over needs no name beside it. Of what is left over without it each name must remove
@@ -574,7 +580,7 @@ def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:
             share = LEAST_GAIN if hypothesis in first else race.refitter.later
             slack = share * refit.excess
             if refit.complete:
-                slack = 2.0 * race.refitter.together * ALARM[hypothesis.kind]
+                slack = 2.0 * race.refitter.together * alarm(hypothesis)
             elif best.complete and refit.worst.mean_square <= MISFIT:
                 slack = min(slack, least_of_a_faint((hypothesis,), refit, race.refitter))
             if refit.squares <= best.squares + max(CLEARLY, slack):

@@ -29,7 +29,7 @@ from forklift.fitting.sample import Sample
 from forklift.fitting.work import Work
 from forklift.plant.parameter import DEGREES, Unknown
 from forklift.plant.protocol import Addition, Machine, Responses, Run, Steps
-from forklift.plant.sensor_faults import SensorUnknown
+from forklift.plant.sensor_faults import ConditionOffset, SensorUnknown
 
 T = TypeVar("T")
 
@@ -68,7 +68,7 @@ class LeastSquares:
 
     machine: Machine
     unknowns: tuple[Unknown, ...]
-    """The machine's, then those of sensors."""
+    """The machine's, then offsets of conditions, then those of sensors."""
     samples: tuple[Sample, ...]
     substeps: int
     sigma: Mapping[str, float] = field(default_factory=dict)
@@ -92,28 +92,32 @@ class LeastSquares:
 
     def with_addition(self, addition: Addition) -> Self:
         """The same problem with what a hypothesis adds, at its null value."""
-        machine, sensors = self._split(self.unknowns)
-        more, wrong = self._split(addition.free)
+        machine, offsets, sensors = self._split(self.unknowns)
+        more, off, wrong = self._split(addition.free)
         return replace(
             self,
             fixed={**self.fixed, **dict(addition.values)},
-            unknowns=(*machine, *more, *sensors, *wrong),
+            unknowns=(*machine, *more, *offsets, *off, *sensors, *wrong),
             samples=tuple(_widened(sample, addition.widened) for sample in self.samples),
         )
 
     def values(self, x: Floats) -> dict[str, float]:
         """All parameters at x that are not as the machine starts with them, by name."""
         found = dict(self.fixed)
-        machine, _ = self._split(self.unknowns)
+        machine, *_ = self._split(self.unknowns)
         for unknown, at in zip(machine, x.tolist(), strict=False):
             found.update(zip(unknown.names, unknown.values(at).tolist(), strict=True))
         return found
 
     @staticmethod
-    def _split(unknowns: Sequence[Unknown]) -> tuple[list[Unknown], list[SensorUnknown]]:
-        """The machine's unknowns, and those of sensors."""
+    def _split(
+        unknowns: Sequence[Unknown],
+    ) -> tuple[list[Unknown], list[ConditionOffset], list[SensorUnknown]]:
+        """The machine's unknowns, offsets of conditions, and those of sensors."""
+        offsets = [one for one in unknowns if isinstance(one, ConditionOffset)]
         sensors = [one for one in unknowns if isinstance(one, SensorUnknown)]
-        return [one for one in unknowns if not isinstance(one, SensorUnknown)], sensors
+        machine = [one for one in unknowns if not isinstance(one, ConditionOffset | SensorUnknown)]
+        return machine, offsets, sensors
 
     def run(self, x: Floats, *, derivatives: bool = False, read: bool = True) -> list[Run]:
         """Every recording at x; its slopes along parameters, sensors and conditions that are unknown.
@@ -144,7 +148,7 @@ class LeastSquares:
             self.weighted(self.sigma, substeps).run(x, derivatives=True)
 
     def _run(self, x: Floats, *, derivatives: bool, read: bool) -> list[Run]:
-        machine, sensors = self._split(self.unknowns)
+        machine, offsets, sensors = self._split(self.unknowns)
         values = self.values(x)
         conditions = [self.conditions(x, k) for k in range(len(self.samples))]
         names = [name for unknown in machine for name in unknown.names] if derivatives else []
@@ -159,18 +163,25 @@ class LeastSquares:
             steps=self._steps(x, conditions) if derivatives else None,
         )
         self.work.add(sum(len(run.outputs) for run in runs), len(names) + len(own), self.substeps)
+        if offsets and derivatives:
+            runs = [
+                _along_offsets(run, sample, offsets, len(names), own)
+                for sample, run in zip(self.samples, runs, strict=True)
+            ]
         if not sensors or not read:
             return runs
         place = {name: k for k, name in enumerate(self.machine.outputs)}
-        pairs = list(zip(sensors, x[len(machine) : len(self.unknowns)].tolist(), strict=True))
+        pairs = list(
+            zip(sensors, x[len(self.unknowns) - len(sensors) : len(self.unknowns)].tolist(), strict=True)
+        )
         return [
-            _read(sample.recording.time_s, run, pairs, place, len(names))
+            _read(sample.recording.time_s, run, pairs, place, len(names) + len(offsets))
             for sample, run in zip(self.samples, runs, strict=True)
         ]
 
     def _steps(self, x: Floats, conditions: Sequence[Floats]) -> Steps:
         """Of difference quotients: `STEP` standard deviations, away from a bound."""
-        machine, _ = self._split(self.unknowns)
+        machine, *_ = self._split(self.unknowns)
         upper = self.bounds()[1]
         along: list[float] = []
         for k, unknown in enumerate(machine):
@@ -200,12 +211,12 @@ class LeastSquares:
         return self.machine.moments(self.values(x), self.samples, conditions, part, substeps=self.substeps)
 
     def with_fixed(self, x: Floats, amplitudes: Collection[str], *, conditions: bool) -> tuple[Self, Floats]:
-        """All held at x but these unknowns and the sensors', and unless `conditions` what recordings have of
-        their own; and the same place. So much is cheaper to differentiate."""
+        """All held at x but these unknowns, offsets and the sensors', and unless `conditions` what recordings
+        have of their own; and the same place. So much is cheaper to differentiate."""
         kept = [
             k
             for k, unknown in enumerate(self.unknowns)
-            if unknown.name in amplitudes or isinstance(unknown, SensorUnknown)
+            if unknown.name in amplitudes or isinstance(unknown, ConditionOffset | SensorUnknown)
         ]
         problem = replace(
             self,
@@ -247,7 +258,18 @@ class LeastSquares:
         return x[self.starts[k] : self.starts[k + 1]]
 
     def conditions(self, x: Floats, k: int) -> Floats:
-        """(own,) what recording k has of its own, in its units."""
+        """(own,) what recording k has of its own, in its units, with what all are off by."""
+        here = self._as_told(x, k)
+        sample = self.samples[k]
+        for place, one in enumerate(self.unknowns):
+            if isinstance(one, ConditionOffset) and sample.recording.file in one.files:
+                at = sample.names.index(one.condition)
+                acts = here[at] + float(one.values(float(x[place]))[0])
+                here[at] = min(max(acts, sample.least[at]), sample.most[at])
+        return here
+
+    def _as_told(self, x: Floats, k: int) -> Floats:
+        """The same, as if no condition were off in all recordings."""
         sample = self.samples[k]
         here: Floats = sample.centre.copy()
         here[sample.free] += sample.width[sample.free] * self.nuisance(x, k)
@@ -256,14 +278,17 @@ class LeastSquares:
     def conditions_held(self, x: Floats) -> tuple[Sample, ...]:
         """The recordings with what is their own held at x."""
         return tuple(
-            replace(sample, centre=self.conditions(x, k), width=np.zeros_like(sample.width))
+            replace(sample, centre=self._as_told(x, k), width=np.zeros_like(sample.width))
             for k, sample in enumerate(self.samples)
         )
 
     @property
     def carried(self) -> NDArray[np.intp]:
-        """Which of what recordings have of their own are unknown in any of them."""
-        return np.flatnonzero(np.any([sample.width for sample in self.samples], axis=0))
+        """Which of what recordings have of their own are unknown in any of them, or in all alike."""
+        wide = np.any([sample.width for sample in self.samples], axis=0)
+        names = self.samples[0].names if self.samples else ()
+        wide[[names.index(one.condition) for one in self._split(self.unknowns)[1]]] = True
+        return np.flatnonzero(wide)
 
     def columns(self, k: int) -> NDArray[np.intp]:
         """Where θ and the φ of recording k stand in the unknown vector."""
@@ -410,6 +435,19 @@ def _widened(sample: Sample, widths: Sequence[tuple[str, float]]) -> Sample:
         place = sample.names.index(name)
         wide[place] = max(width, wide[place])
     return replace(sample, width=wide)
+
+
+def _along_offsets(
+    run: Run, sample: Sample, offsets: Sequence[ConditionOffset], along: int, own: Sequence[int]
+) -> Run:
+    """The run with its slopes along offsets of conditions, before those along conditions, from `along` on."""
+    values, slopes = run
+    more = [
+        slopes[..., along + list(own).index(sample.names.index(one.condition))]
+        * (sample.recording.file in one.files)
+        for one in offsets
+    ]
+    return Run(values, np.concatenate([slopes[..., :along], np.stack(more, -1), slopes[..., along:]], axis=2))
 
 
 def _read(

@@ -85,9 +85,7 @@ class Findings:
     unexcited
         Why the recordings tell nothing of any part; empty if they do.
     held
-        Parameters that no recording to be fitted tells, so that a fit must leave them alone.
-    freed
-        Of these, what all recordings together tell.
+        Parameters that no recording tells, those held out neither, so that a fit must leave them alone.
     same
         Conditions that all recordings of a part have in common, so that no effect of them can be told: each
         with the part.
@@ -98,4 +96,3 @@ class Findings:
     unexcited: str = ""
     held: tuple[str, ...] = ()
     same: tuple[tuple[str, str], ...] = ()
-    freed: tuple[str, ...] = ()

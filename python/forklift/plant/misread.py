@@ -57,7 +57,8 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
         The condition in words, and how its value came to be known: ``"entered"``, ``"recorded"``.
     rows
         The mean, if the recordings agree on it, and each recording: what acts, less what was entered. Where
-        no recording tells the mean, it is marked so, and each recording is told apart from it too.
+        no recording tells the mean, it is marked so, and each recording is told apart from it too. Of what
+        is off by the same in all of them that number alone.
     """
     apart = [row for row in rows if APART in row["name"]]
     each = [row for row in rows if OF in row["name"] and row not in apart]
@@ -65,9 +66,9 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
     off = [row for row in each if row["lower"] > 0.0 or row["upper"] < 0.0]
     if mean and not mean.get("identifiable", True):
         return _differing(what, entered, mean, apart) if apart else Found()
-    if not each or not (mean or off):
+    if not (mean or off):
         return Found()
-    unit = printed(each[0]["unit"])
+    unit = printed((mean or off[0])["unit"])
     some = "" if len(off) == len(each) else f" in {len(off)} of {len(each)} recordings"
     if mean:
         told = (mean["value"], mean["lower"], mean["upper"])

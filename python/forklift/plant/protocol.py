@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.plant.parameter import Unknown
+from forklift.plant.sensor_faults import ConditionOffset
 from forklift.recordings.noise import Sensor
 
 Kind = Literal["physics", "parameter", "sensor", "unknown"]
@@ -139,6 +140,12 @@ class Hypothesis:
     def amplitudes(self) -> tuple[str, ...]:
         """All unknowns that are zero where it is absent."""
         return () if self.amplitude is None else (self.amplitude, *self.further)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """The conditions that it takes for wrong: each recording's own, or all of them by one offset."""
+        offsets = [one.condition for one in self.addition.free if isinstance(one, ConditionOffset)]
+        return (*offsets, *(name for name, _ in self.addition.widened if self.amplitude is None))
 
     @property
     def label(self) -> str:

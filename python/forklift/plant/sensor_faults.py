@@ -3,12 +3,13 @@
     reading(t) = gain · truth(t − lag − shift − drift · (t − t₀)) + offset
 
 t₀ is where the recording begins. A lag is a sensor's and never negative; shift and drift are a clock's.
-The same number for all recordings, so that it competes with physics on equal terms.
+The same number for all recordings, so that it competes with physics on equal terms. So is the offset of a
+condition that a sensor told, which acts on the machine and not on what is read of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -66,6 +67,23 @@ class SensorUnknown(Unknown):
                 rows = slopes[:, column]
                 slopes[:, column] = (1.0 - share) * rows[place] + share * rows[place + 1]
         return values, np.concatenate([slopes, own], axis=2)
+
+
+@dataclass(frozen=True)
+class ConditionOffset(Unknown):
+    """By how much a condition is off in all recordings alike: what acts, less what was told, unknown."""
+
+    condition: str = ""
+    files: frozenset[str] = frozenset()
+    """The recordings in which the same sensor told it."""
+
+
+def condition_offset(
+    name: str, condition: str, unit: str, width: float, files: Collection[str]
+) -> ConditionOffset:
+    """The unknown offset of a condition; `width`: standard deviation of its prior."""
+    most = MOST["offset"]
+    return ConditionOffset((name,), unit, "linear", (0.0,), width, -most, most, condition, frozenset(files))
 
 
 def sensor_unknown(channels: Sequence[str], fault: SensorFault, unit: str) -> SensorUnknown:

@@ -185,11 +185,10 @@ def _entered(found: Diagnosis, cause: Cause) -> Iterator[str]:
 
 def entered(found: Diagnosis, one: Hypothesis) -> Iterator[tuple[str, str, str, float, float]]:
     """Every recording's conditions that a hypothesis doubts: file, role, condition, entered and found."""
-    doubted = [name for name, _ in one.addition.widened] if one.amplitude is None else []
     for told in found.after.predictions:
         given = found.machine.conditions(told.recording, {})
         for name, value in told.conditions.items():
-            if any(name.startswith(of) for of in doubted) and name in given:
+            if any(name.startswith(of) for of in one.doubts) and name in given:
                 yield told.recording.file, told.recording.role, name, given[name], value
 
 

@@ -78,7 +78,7 @@ def _use(found: Diagnosis) -> Iterator[Block]:
     yield Code(use.title, use.code)
     if use.note:
         yield Text(use.note, note=True)
-    if any(one.hypothesis.addition.widened and not one.hypothesis.amplitude for one in found.causes):
+    if any(one.hypothesis.doubts for one in found.causes):
         yield Text(
             "corrected/, beside this page, holds the recordings with the conditions that were found: give "
             "that folder instead of the campaign to any command that reads one."

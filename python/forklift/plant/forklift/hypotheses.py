@@ -14,7 +14,7 @@ from forklift.plant.forklift.effects import EFFECTS
 from forklift.plant.forklift.sensors import POSITIONS
 from forklift.plant.forklift.unknowns import unknown
 from forklift.plant.protocol import Addition, Hypothesis
-from forklift.plant.sensor_faults import SensorFault, SensorUnknown, sensor_unknown
+from forklift.plant.sensor_faults import SensorFault, SensorUnknown, condition_offset, sensor_unknown
 from forklift.recordings.channels import COMMANDS, LIFTS, Lift, channels
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ SAME_CLOCK = 0.5
 stamps of two clocks coincide by chance only."""
 LOAD_WIDTH_KG = 100.0
 """Prior standard deviation of an entered load that may be wrong."""
+OIL = "oil_temperature_degc"
 TEMPERATURE_WIDTH_K = 10.0
 """The same of a recording's oil temperature: a sensor that stands still is off by as much as the oil warms up
 from a cold morning to the afternoon."""
@@ -61,12 +62,14 @@ def hypotheses(
     measured: Collection[str],
     travelled: Mapping[Lift, tuple[float, float]],
     clocks: Collection[tuple[str, ...]] = (),
+    with_oil: Collection[str] = (),
 ) -> tuple[Hypothesis, ...]:
     """All of them, for recordings that command `lifts` and have these channels.
 
     Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
     values of its further parameters is a hypothesis for some of them, all under one label. `clocks` are the
-    channels of each clock that is not the command's: it may have started apart, or run fast. Where that is
+    channels of each clock that is not the command's: it may have started apart, or run fast; `with_oil`, the
+    files of the recordings with an oil temperature of their own. Where a clock is
     every channel's, a dead time of one lift's valve and clocks that started apart are the same,
 
         y(t; u(t − d)) = y(t − d; u(t)),    from rest,
@@ -78,7 +81,7 @@ def hypotheses(
         *_physics(truck, lifts, travelled, apart=apart),
         *_sensors(measured),
         *_clocks(clocks),
-        *_conditions(),
+        *_conditions(with_oil),
     )
 
 
@@ -226,7 +229,7 @@ def _misread(number: SensorUnknown) -> Addition:
     return Addition(free=(number,), widened=tuple(starts))
 
 
-def _conditions() -> Iterator[Hypothesis]:
+def _conditions(with_oil: Collection[str]) -> Iterator[Hypothesis]:
     yield Hypothesis(
         "load_entered", "parameter", "the entered load is wrong", "", "operating-point", None,
         Addition(widened=(("load", LOAD_WIDTH_KG),)), ("pressure_gain", "pressure_offset"),
@@ -236,3 +239,12 @@ def _conditions() -> Iterator[Hypothesis]:
         Addition(widened=(("oil_temperature", TEMPERATURE_WIDTH_K),)),
         ("oil_temperature_at_valve", "viscosity_law"),
     )  # fmt: skip
+    if with_oil:
+        off = condition_offset(
+            "temperature_offset.oil_temperature", "oil_temperature", "K", TEMPERATURE_WIDTH_K, with_oil
+        )
+        yield Hypothesis(
+            "temperature_offset", "parameter", "the oil's temperature is off by the same everywhere", OIL,
+            "operating-point", off.name, Addition(free=(off,)),
+            ("oil_temperature_at_valve", "viscosity_law"),
+        )  # fmt: skip

@@ -101,7 +101,7 @@ class ForkliftSubject(Forklift):
         ForkliftError
             Those of `forklift.plant.forklift.checks.suitability`.
         """
-        found = suitability(recordings, self.truck)
+        found = suitability(recordings, self.truck, self.oil_temperature_degc)
         return replace(self, lifts=found.lifts), tuple(recordings), Findings(cautions=found.cautions)
 
     def examined(
@@ -116,7 +116,7 @@ class ForkliftSubject(Forklift):
         """
         kept, invalid = without_invalid(recordings, self.truck)
         try:
-            suited = suitability(kept, self.truck)
+            suited = suitability(kept, self.truck, self.oil_temperature_degc)
         except ForkliftError as error:
             if error.code != "no-excitation":
                 raise
@@ -128,9 +128,10 @@ class ForkliftSubject(Forklift):
             (CONDITIONS[one.code], str(one.facts["lift"])) for one in cautions if one.code in CONDITIONS
         )
         held = _held(cautions)
-        whole = suitability([replace(one, role="estimate") for one in kept], self.truck) if held else suited
-        freed = tuple(name for name in held if name not in _held(whole.cautions))
-        return replace(self, lifts=suited.lifts), kept, Findings(invalid, cautions, "", held, same, freed)
+        if held:  # what recordings held out tell is judged with it free
+            every = [replace(one, role="estimate") for one in kept]
+            held = _held(suitability(every, self.truck, self.oil_temperature_degc).cautions)
+        return replace(self, lifts=suited.lifts), kept, Findings(invalid, cautions, "", held, same)
 
     def sensors(self, recordings: Sequence[Recording]) -> dict[str, Sensor]:
         """Told from the samples."""
@@ -151,7 +152,9 @@ class ForkliftSubject(Forklift):
     ) -> tuple[Hypothesis, ...]:
         """The catalogue's effects, sensors, clocks and conditions."""
         apart = clocks_apart(recordings, list(sensors))
-        return hypotheses(self.truck, self.lifts, list(sensors), _travelled(recordings, sensors), apart)
+        with_oil = [one.file for one in recordings if TEMPERATURE in one.channels]
+        travelled = _travelled(recordings, sensors)
+        return hypotheses(self.truck, self.lifts, list(sensors), travelled, apart, with_oil)
 
     def covariates(
         self, recordings: Sequence[Recording], judged: Sequence[Residual], sensors: Mapping[str, Sensor]

@@ -56,7 +56,9 @@ class Suitability:
         return {"lifts": list(self.lifts), "cautions": [found.to_dict() for found in self.cautions]}
 
 
-def suitability(recordings: Sequence[Recording], truck: Truck) -> Suitability:
+def suitability(
+    recordings: Sequence[Recording], truck: Truck, oil_temperature_degc: float | None = None
+) -> Suitability:
     """Judge whether these recordings support a fit that starts from `truck`.
 
     Parameters
@@ -65,6 +67,8 @@ def suitability(recordings: Sequence[Recording], truck: Truck) -> Suitability:
         Of one campaign, of both roles: what a fit is judged on must be as sound as what it is made of.
     truck
         Whose masses, areas, strokes and valves the recordings are held against.
+    oil_temperature_degc
+        What was entered for recordings without one [°C].
 
     Raises
     ------
@@ -92,7 +96,7 @@ def suitability(recordings: Sequence[Recording], truck: Truck) -> Suitability:
     recordings = [one.thinned(motion.LOOKED_AT) for one in recordings]
     lifts, unexcited = _excited(recordings, truck)
     cautions = [finding for finding in found if isinstance(finding, Caution)]
-    return Suitability(lifts, (*unexcited, *_untold(recordings, lifts), *cautions))
+    return Suitability(lifts, (*unexcited, *_untold(recordings, lifts, oil_temperature_degc), *cautions))
 
 
 def _first(errors: list[ForkliftError]) -> ForkliftError:
@@ -185,7 +189,9 @@ def _held(told: Sequence[Recording], truck: Truck, lift: Lift) -> Floats:
     return np.concatenate(found) if found else np.zeros(0)
 
 
-def _untold(recordings: Sequence[Recording], lifts: Sequence[Lift]) -> Iterator[Caution]:
+def _untold(
+    recordings: Sequence[Recording], lifts: Sequence[Lift], entered_degc: float | None
+) -> Iterator[Caution]:
     """What a fit of these lifts cannot tell, for want of recordings."""
     for lift in lifts:
         told = [found for found in recordings if lift in commanded(found.lift) and found.role == "estimate"]
@@ -199,7 +205,8 @@ def _untold(recordings: Sequence[Recording], lifts: Sequence[Lift]) -> Iterator[
                 {"lift": lift, "value": loads[0], "unit": "kg"},
             )
         oil = [motion.measured(found, "oil_temperature_degc") for found in told]
-        means = [float(np.nanmean(values)) for values in oil if values is not None]
+        read = [entered_degc if values is None else float(np.nanmean(values)) for values in oil]
+        means = [mean for mean in read if mean is not None]
         if means and max(means) - min(means) < SAME_TEMPERATURE_K:
             yield Caution(
                 "one-temperature",
