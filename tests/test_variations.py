@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, Truck, _core, diagnose
-from forklift.diagnosis.criteria import CLEARLY, CONFIRMED, SLIGHT
+from forklift.diagnosis.criteria import ALARM_PHYSICS, CLEARLY, CONFIRMED, SLIGHT
 from forklift.diagnosis.screening import screen
-from forklift.diagnosis.selection import ALARM
 from forklift.plant.forklift.effects import EFFECTS
 
 PROOFS = Path(__file__).parents[1] / "proofs"
@@ -21,6 +20,7 @@ sys.path.insert(0, str(PROOFS))
 import cases  # noqa: E402
 import judging  # noqa: E402
 import separability  # noqa: E402
+import variations  # noqa: E402
 from reference.plant import campaign  # noqa: E402
 
 
@@ -236,6 +236,14 @@ def test_a_law_that_hardly_a_channel_shows_is_told_from_the_oils_temperature(tmp
     found_alone(found, lift, "viscosity_law", "share", concealed)
 
 
+def test_a_case_is_told_as_its_diagnosis_says(slight):
+    _, _, found = slight
+    told = variations.answered(found.to_dict(), 0, "")
+    assert told["verdict"] == found.verdict
+    assert [one["id"] for one in told["causes"]] == [one.hypothesis.id for one in found.causes]
+    assert variations.answered(None, 2, "no")["verdict"] == "refused"
+
+
 def test_what_is_too_slight_for_the_tempered_stages_is_found_from_where_the_fit_ended(slight):
     concealed, lift, found = slight
     found_alone(found, lift, "valve_flow_force", "coefficient", concealed)
@@ -248,7 +256,7 @@ def test_all_recordings_together_show_what_those_that_were_fitted_do_not(slight)
     (everywhere,) = (one for one in found.screening.singles if one.hypotheses == (cause.hypothesis,))
     fitted = found.baseline.found
     (there,) = screen(fitted.problem, fitted.x, [cause.hypothesis]).singles
-    assert there.gain < ALARM["physics"] < 0.5 * everywhere.gain
+    assert there.gain < ALARM_PHYSICS < 0.5 * everywhere.gain
 
 
 def test_what_recordings_held_out_are_too_few_to_tell_is_decided_by_all_that_foretell_each_other(tmp_path):

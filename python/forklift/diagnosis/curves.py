@@ -10,7 +10,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.diagnosis.criteria import (
     ALARM_CURVE,
-    ALARM_SENSOR,
+    ALARM_ROUNDED,
     CURVE_NEAR,
     CURVE_TIE,
     CURVES_AT,
@@ -85,12 +85,12 @@ class FreeCurves:
 
     @staticmethod
     def _heard(curve: Screened, everywhere: Found) -> float:
-        """Its evidence by sensors that do not round; or by all, less what a sensor must promise more than a
-        curve: what begins at the same place in every recording is rounded alike in all of them."""
+        """Its evidence by sensors that do not round; or by all, less what those that do must promise more:
+        what begins at the same place in every recording is rounded alike in all of them."""
         other = screen(
             everywhere.problem, everywhere.x, curve.hypotheses, 0, slow=True, encoders=False
         ).ranked
-        return max([curve.evidence - (ALARM_SENSOR - ALARM_CURVE), *(one.evidence for one in other)])
+        return max([curve.evidence - (ALARM_ROUNDED - ALARM_CURVE), *(one.evidence for one in other)])
 
     @staticmethod
     def yields_to(one: Screened, best: Screened) -> bool:
