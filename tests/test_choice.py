@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -171,6 +171,18 @@ def test_a_second_name_may_leave_nothing_over_of_what_is_faint_too(beside):
     refitter = SimpleNamespace(together=1.0, later=0.5)
     kept = helping([cast(Refit, refit)], cast(Refit, best), cast(Refitter, refitter), ())
     assert kept == [refit]
+
+
+def test_among_those_as_good_on_what_is_held_out_all_recordings_decide():
+    """Where nothing shows, what is held out alone differs by less than chance does."""
+    held, every = (Tried((name,), squares, complete=True) for name, squares in ((LEAK, 990.0), (DRY, 1000.0)))
+    assert chosen(held, every) is held
+    held, every = replace(held, loo_log_score=21.0), replace(every, loo_log_score=85.0)
+    assert chosen(held, every) is every
+    doubtful = replace(every, hypotheses=(replace(STRIBECK, unlikely=True),), loo_log_score=88.0)
+    assert chosen(held, every, doubtful) is every
+    far = replace(every, squares=990.0 + 2.0 * AS_NEAR)
+    assert chosen(held, far) is held
 
 
 def test_what_has_a_freedom_in_every_recording_must_remove_as_much_as_a_curve():

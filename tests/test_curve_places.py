@@ -7,9 +7,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from forklift import Truck
 from forklift.diagnosis import curves
 from forklift.diagnosis.criteria import CURVE_NEAR, CURVES_AT, MOST_PLACES
 from forklift.diagnosis.curves import credible
+from forklift.plant.forklift.model import Forklift
 
 
 @pytest.mark.parametrize(
@@ -22,6 +24,15 @@ def test_every_place_that_is_nearly_as_credible_as_the_first_is_asked(near, scre
     evidences += [100.0 * (CURVE_NEAR - 0.01)] * 12
     inputs = [SimpleNamespace(evidence=one) for one in evidences]
     assert list(credible(inputs)) == inputs[:screened]
+
+
+@pytest.mark.parametrize("where", ["", "free", "main"])
+def test_what_acts_on_the_whole_truck_acts_on_each_lift(where):
+    """So that its law is tested too."""
+    truck = Forklift(Truck.read("thesis"), ("free", "main"))
+    given = cast(Any, SimpleNamespace(equation="tank", where=where))
+    lifts = [where] if where else ["free", "main"]
+    assert truck.acted_on(given) == tuple(f"{lift}.return_pressure" for lift in lifts)
 
 
 def test_where_an_accepted_name_acts_a_curve_is_screened_however_credible_the_place_is(monkeypatch):
@@ -40,7 +51,7 @@ def test_where_an_accepted_name_acts_a_curve_is_screened_however_credible_the_pl
     inputs.append(SimpleNamespace(port="own", evidence=1.0))
     screened: list[str] = []
 
-    def screen(problem: Any, x: Any, hypotheses: Any, pairs: int) -> Any:
+    def screen(problem: Any, x: Any, hypotheses: Any, pairs: int, slow: bool) -> Any:
         screened.extend(hypotheses)
         return SimpleNamespace(ranked=[])
 
@@ -56,3 +67,4 @@ class Named:
     early: Any
     told_from: Any
     hypotheses: tuple[str, ...]
+    quiet: bool = False

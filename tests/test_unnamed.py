@@ -107,7 +107,7 @@ def test_what_is_no_curve_is_offered_at_every_place_that_is_nearly_as_credible(m
     ]
     offered: list[Any] = []
 
-    def screened(problem: Any, x: Any, hypotheses: Any, pairs: int) -> Any:
+    def screened(problem: Any, x: Any, hypotheses: Any, pairs: int, slow: bool) -> Any:
         offered.extend(hypotheses)
         return SimpleNamespace(ranked=[])
 
@@ -123,3 +123,4 @@ class _Bare:
     early: Any
     told_from: Any
     hypotheses: tuple[()] = ()
+    quiet: bool = False

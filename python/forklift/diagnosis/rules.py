@@ -216,9 +216,11 @@ def choice(enough: Sequence[Refit]) -> Refit | None:
         for refit in enough
         if rank(refit)[:2] == rank(first)[:2] and refit.squares - first.squares < margin
     ]
-    asked = [refit for refit in near if refit.loo_log_score is not None]
+    asked = {refit: refit.loo_log_score for refit in near if refit.loo_log_score is not None}
     if first in asked:
-        return max(asked, key=lambda refit: refit.loo_log_score or 0.0)
+        most = max(asked.values())
+        alike = [refit for refit, score in asked.items() if 2.0 * (most - score) < AS_NEAR]
+        return min(alike, key=lambda refit: (*plain(refit)[:2], -asked[refit]))
     if not (first.at_bounds or any(hypothesis.unlikely for hypothesis in first.hypotheses)):
         return first
     return min(near, key=plain)

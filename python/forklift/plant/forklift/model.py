@@ -374,12 +374,9 @@ class Forklift:
         return curves(self.truck, _lift(place.part), port, place.equation, variable, lower, upper)
 
     def acted_on(self, hypothesis: Hypothesis) -> tuple[str, ...]:
-        """The ports of the equation that it changes, on its lift."""
-        return tuple(
-            one.name
-            for one in self.places
-            if (one.equation, one.part) == (hypothesis.equation, hypothesis.where)
-        )
+        """The ports of the equation that it changes, on its lift; of the whole truck, on every lift."""
+        alike = [one for one in self.places if one.equation == hypothesis.equation]
+        return tuple(one.name for one in alike if hypothesis.where in (one.part, ""))
 
     def unnamed(self, place: Place, cases: Sequence[Case]) -> tuple[Hypothesis, ...]:
         """Something that rings; where the valve's dynamics are in doubt, its answer as a curve."""
