@@ -32,6 +32,8 @@ class Cause:
     """What else was tried: hypotheses, credibility, and the mean square they leave over."""
     curve: Hypothesis | None = None
     """A free shape that mends its law, as part of the final model."""
+    by_all: bool = False
+    """Whether the credibility is of how all recordings foretell each other, as none shows it alone."""
     alone: float | None = None
     """Mean square that it leaves over by the catalogue's law alone, where a curve mends it."""
 
@@ -74,7 +76,8 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         )
         for hypothesis in _new(accepted, known):
             if hypothesis in final.hypotheses and hypothesis.kind != "unknown":
-                cause = Cause(hypothesis, credible, form, alike, rivals)
+                by_all = all(refit.foretold is not None for refit in refits)
+                cause = Cause(hypothesis, credible, form, alike, rivals, by_all=by_all)
                 curve = _curve(hypothesis, selection)
                 if curve:
                     cause = replace(cause, form="uncertain", curve=curve, alone=accepted.reduced_chi2)

@@ -106,8 +106,7 @@ def diagnose(
         later=HALF if model.reaches_noise else LATER,
     )
     everybody = model.hypotheses(kept, every)
-    alike = {condition for condition, _ in findings.same}
-    asked = tuple(one for one in everybody if not alike & set(one.needs_two_of))
+    asked = tuple(one for one in everybody if not findings.alike(one.needs_two_of, one.where))
     unidentifiable = tuple({one.label: one for one in everybody if one not in asked}.values())
     found = investigate(refitter, asked, model, clock, hopeless=bool(findings.unexcited))
     selection = found.selection

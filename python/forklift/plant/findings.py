@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -96,3 +96,7 @@ class Findings:
     unexcited: str = ""
     held: tuple[str, ...] = ()
     same: tuple[tuple[str, str], ...] = ()
+
+    def alike(self, conditions: Collection[str], where: str) -> bool:
+        """Whether a part's recordings have one of these conditions in common; of the whole machine, any's."""
+        return any(condition in conditions and where in (part, "") for condition, part in self.same)

@@ -285,9 +285,11 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
     tried = f"{considered_of(count)} (list below)"
     if cause.rivals:
         share = 100.0 * row["credibility"]
+        which = f"All {len(found.recordings)} recordings" if cause.by_all else f"The {judged(found)}"
+        best = "they foretell each other best with it" if cause.by_all else "this explains them best"
         draws = (
-            f"{tried}. The {judged(found)} were redrawn at random {REDRAWS} times; in "
-            f"{share:.0f} % of the draws this explains them better than all else that was fitted."
+            f"{tried}. {which} were redrawn at random {REDRAWS} times; in {share:.0f} % of the draws {best}, "
+            "of all that was fitted."
         )
     else:
         why = (

@@ -244,7 +244,7 @@ def _conditions(with_oil: Collection[str]) -> Iterator[Hypothesis]:
             "temperature_offset.oil_temperature", "oil_temperature", "K", TEMPERATURE_WIDTH_K, with_oil
         )
         yield Hypothesis(
-            "temperature_offset", "parameter", "the oil's temperature is off by the same everywhere", OIL,
+            "temperature_offset", "parameter", "the oil temperature sensor's zero is off", OIL,
             "operating-point", off.name, Addition(free=(off,)),
             ("oil_temperature_at_valve", "viscosity_law"),
         )  # fmt: skip
