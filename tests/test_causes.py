@@ -7,6 +7,7 @@ from typing import cast
 
 import pytest
 
+from forklift.base.typeset import number
 from forklift.diagnosis.causes import causes
 from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.refit import Refit
@@ -96,3 +97,18 @@ def test_a_law_of_the_whole_machine_is_mended_by_a_curve_at_any_of_its_parts(whe
     assert first.hypothesis == name
     assert (first.curve == curve, first.form) == ((True, "uncertain") if mended else (False, "complete"))
     assert len(others) == (not mended)
+
+
+def test_a_rival_that_ended_in_no_number_is_none():
+    """As of a machine that swings up by itself."""
+    accepted, other = refit(hypothesis("overflow"), left=400.0), refit(hypothesis("pump"), left=float("inf"))
+    (cause,) = causes(selected(accepted, other))
+    assert cause.credibility == 1.0
+    assert cause.rivals == ()
+
+
+@pytest.mark.parametrize(
+    ("value", "said"), [(float("nan"), "—"), (None, "—"), (float("inf"), "∞"), (-float("inf"), "−∞")]
+)
+def test_what_is_no_number_is_printed(value, said):
+    assert number(value) == said

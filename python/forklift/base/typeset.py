@@ -20,8 +20,10 @@ DRAWN: Mapping[str, tuple[str, float]] = {
 
 def number(value: float | None, digits: int = 3) -> str:
     """A few digits, as print has them; a dash for what is not defined."""
-    if value is None:
+    if value is None or np.isnan(value):
         return "—"
+    if np.isinf(value):
+        return "∞" if value > 0.0 else "−∞"
     rounded = float(f"{value:.{digits}g}")
     if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e6:
         decimals = 0 if rounded == 0.0 else max(0, digits - 1 - int(np.floor(np.log10(abs(rounded)))))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Literal
 
 from forklift.diagnosis.criteria import (
@@ -111,7 +112,8 @@ def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
     """What has no name has no form of its own: nobody knows its law."""
     final = selection.final
     others = [*selection.steps[0].refits, *selection.unnamed]
-    refits = [final, *(one for one in others if one.finished and not _labels(final) <= _labels(one))]
+    told = [one for one in others if one.finished and isfinite(one.reduced_chi2)]
+    refits = [final, *(one for one in told if not _labels(final) <= _labels(one))]
     shares = credibility(refits)
     rivals = tuple(
         (_new(refit, set()), share, refit.reduced_chi2) for refit, share in zip(refits, shares, strict=True)
@@ -121,13 +123,14 @@ def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
 
 def _rivals(refits: Sequence[Refit], accepted: Refit) -> list[Refit]:
     """Those that were fitted to the end as it was: who was stopped on the way has lost already, and what it
-    leaves over there tells nothing. What contains a complete explanation and more is no rival of it."""
-    return [
-        refit
-        for refit in refits
-        if refit is accepted
-        or (refit.finished and not (accepted.complete and _labels(accepted) < _labels(refit)))
-    ]
+    leaves over there tells nothing; nor does one that ended in no number. What contains a complete
+    explanation and more is no rival of it."""
+
+    def rival(refit: Refit) -> bool:
+        more = accepted.complete and _labels(accepted) < _labels(refit)
+        return refit.finished and isfinite(refit.reduced_chi2) and not more
+
+    return [refit for refit in refits if refit is accepted or rival(refit)]
 
 
 def _labels(refit: Refit) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal
 
 from forklift.diagnosis.causes import Cause
@@ -41,7 +42,10 @@ class Considered:
         return self.fitted is not None and not self.fitted.finished and not self.named
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; ``fitted``: to its end, ``left_over``: of what was given up, as it stood there."""
+        """For JSON; ``fitted``: to its end, ``left_over``: of what was given up, as it stood there; null where
+        that is no number."""
+        left = self.fitted.reduced_chi2 if self.fitted else None
+        left = left if left is not None and isfinite(left) else None
         return {
             "id": self.hypothesis.id,
             "kind": self.hypothesis.kind,
@@ -51,7 +55,7 @@ class Considered:
             "unidentifiable": self.unidentifiable,
             "fitted": self.fitted is not None and not self.given_up,
             "given_up": self.given_up,
-            "left_over": self.fitted.reduced_chi2 if self.fitted else None,
+            "left_over": left,
             "beside": [one.label for one in self.fitted.hypotheses if one is not self.hypothesis]
             if self.fitted
             else [],

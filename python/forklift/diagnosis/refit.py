@@ -82,11 +82,11 @@ class Refit:
     def reduced_chi2(self) -> float:
         """Mean square over all held-out samples, in units of the sensors' noise."""
         samples = sum(found.samples for found in self.held_out)
-        return sum(found.samples * found.mean_square for found in self.held_out) / samples
+        return _told(sum(found.samples * found.mean_square for found in self.held_out)) / samples
 
     @cached_property
     def worst(self) -> ChannelResidual:
-        return max(self.held_out, key=lambda found: found.mean_square)
+        return max(self.held_out, key=lambda found: _told(found.mean_square))
 
     @property
     def complete(self) -> bool:
@@ -111,12 +111,17 @@ class Refit:
     @cached_property
     def squares(self) -> float:
         """Sum of squares on recordings held out, with what the freedom of their own unknowns costs."""
-        return sum(found.cost for found in self.held_out)
+        return _told(sum(found.cost for found in self.held_out))
 
     @cached_property
     def excess(self) -> float:
         """Sum of squares left over the noise, channel by channel, on recordings held out."""
-        return sum(found.excess for found in self.held_out)
+        return _told(sum(found.excess for found in self.held_out))
+
+    @cached_property
+    def missing(self) -> float:
+        """The same of the channels that are not explained."""
+        return sum(found.excess for found in self.held_out if not found.explained)
 
     @property
     def identifiable(self) -> bool:
@@ -185,9 +190,14 @@ class Refit:
         sums: dict[str, float] = {}
         for found in self.held_out:
             if found.blocks == 1:
-                sums[found.file] = sums.get(found.file, 0.0) + found.cost
+                sums[found.file] = sums.get(found.file, 0.0) + _told(found.cost)
                 continue
             for k, part in enumerate(np.array_split(found.left, found.blocks)):
                 name = f"{found.file}, stretch {k + 1}"
-                sums[name] = sums.get(name, 0.0) + float(part @ part)
+                sums[name] = sums.get(name, 0.0) + _told(float(part @ part))
         return sums
+
+
+def _told(square: float) -> float:
+    """A square; without end where a run ended in no number, as of a machine that swings up by itself."""
+    return square if np.isfinite(square) else float("inf")

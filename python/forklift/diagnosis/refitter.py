@@ -188,7 +188,7 @@ class Refitter:
         x = carry(after.found.x, after.found.problem, problem)
         found = self.search(problem, x, FINE[-1:])
         refit = self._judged(hypotheses, found, after.costs, early=after.early, finished=True)
-        if not after.complete:
+        if not after.quiet:
             return refit
         everywhere = self.everywhere(after)
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]

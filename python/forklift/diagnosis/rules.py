@@ -190,13 +190,17 @@ def led_elsewhere(refits: Sequence[Refit], best: Refit, share: float) -> Refit |
 
 
 def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
-    """Whether it leaves nothing over of a faint mismatch, and gains as much on recordings held out as a
-    hypothesis must promise where no channel shows anything.
+    """Whether it leaves nothing over of a faint mismatch, or less than half in the channels that were not
+    explained, or of what hardly shows something that all recordings bear out; and gains as much on recordings
+    held out as a hypothesis must promise where no channel shows anything.
 
     A model that explains everything still leaves something beside the noise that was measured, channel by
     channel: where a mismatch is faint, that is no small share of it.
     """
-    if best.complete or best.worst.mean_square > MISFIT or not (refit.complete and refit.identifiable):
+    if best.complete or best.worst.mean_square > MISFIT or not (refit.finished and refit.identifiable):
+        return False
+    borne_out = best.slight and (refit.loo_log_score or 0.0) >= CONFIRMED
+    if not (refit.complete or borne_out or refit.missing < (1.0 - MOST_OF) * best.missing):
         return False
     new = [one for one in refit.hypotheses if one not in best.hypotheses]
     return best.squares - refit.squares >= least_of_a_faint(new, best, refitter)
@@ -204,19 +208,16 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
 
 def choice(enough: Sequence[Refit]) -> Refit | None:
     """The best of those that help; of those nearly as good the simplest: that is not unlikely, none of whose
-    numbers has gone to a bound, and that has the fewest. Where all recordings were asked, of those nearly as
-    good on the ones held out that by which all foretell each other best."""
+    numbers has gone to a bound, and that has the fewest. Where all recordings were asked, that by which they
+    foretell each other best; of those nearly as good, likewise."""
     if not enough:
         return None
     first = min(enough, key=rank)
     gained = SIMPLER * max(max(refit.squares for refit in enough) - first.squares, 0.0)
     margin = AS_NEAR if first.complete else max(AS_NEAR, gained)
-    near = [
-        refit
-        for refit in enough
-        if rank(refit)[:2] == rank(first)[:2] and refit.squares - first.squares < margin
-    ]
-    asked = {refit: refit.loo_log_score for refit in near if refit.loo_log_score is not None}
+    level = [refit for refit in enough if rank(refit)[:2] == rank(first)[:2]]
+    near = [refit for refit in level if refit.squares - first.squares < margin]
+    asked = {refit: refit.loo_log_score for refit in level if refit.loo_log_score is not None}
     if first in asked:
         most = max(asked.values())
         alike = [refit for refit, score in asked.items() if 2.0 * (most - score) < AS_NEAR]

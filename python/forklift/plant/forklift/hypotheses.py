@@ -74,7 +74,8 @@ def hypotheses(
 
         y(t; u(t − d)) = y(t − d; u(t)),    from rest,
 
-    and of what no recording can part the clocks are named, as they are seen to differ.
+    and of what no recording can part the clocks are named, as they are seen to differ. Likewise of what the
+    return line of all lifts and the hose of one do where no other lift moves, the hose.
     """
     apart = any(set(measured) <= set(clock) for clock in clocks)
     return (
@@ -150,7 +151,8 @@ def _physics(
                     acting(truck, effect.id, lift, starts),
                     effect.confused_with,
                     effect.needs_two_of,
-                    unlikely=apart and effect.id == "valve_delay",
+                    unlikely=(apart and effect.id == "valve_delay")
+                    or (len(lifts) == 1 and effect.id == "return_back_pressure"),
                 )
 
 
