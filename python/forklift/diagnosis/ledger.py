@@ -42,8 +42,8 @@ class Considered:
         return self.fitted is not None and not self.fitted.finished and not self.named
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; ``fitted``: to its end, ``left_over``: of what was given up, as it stood there; null where
-        that is no number."""
+        """For JSON; ``fitted``: to its end, ``left_over``: of what was given up, as it stood there;
+        null where that is no number."""
         left = self.fitted.reduced_chi2 if self.fitted else None
         left = left if left is not None and isfinite(left) else None
         return {
