@@ -158,7 +158,8 @@ def _paid(judged: list[ChannelResidual], at: Linearised, own: Floats) -> list[Ch
     pulls = [float(np.sum((at.jacobian[one.channel][:, -len(own) :] @ own) ** 2)) for one in judged]
     most = int(np.argmax(pulls))
     rows = np.vstack([at.jacobian[one.channel][:, -len(own) :] for one in judged])
-    freedom = float(np.linalg.slogdet(np.eye(len(own)) + rows.T @ rows)[1])
+    with np.errstate(over="ignore", invalid="ignore"):  # where a machine swings up by itself
+        freedom = float(np.linalg.slogdet(np.eye(len(own)) + rows.T @ rows)[1])
     strain = max(float(own @ own) - STRAIN, 0.0)
     one = judged[most]
     square = one.mean_square + strain / one.samples
