@@ -4,7 +4,7 @@
 
 The campaigns of `forklift prove --seed SEED --campaigns CAMPAIGNS` in which nothing is concealed are
 diagnosed. Of each hypothesis the screening says how far −ln posterior would fall over all recordings; one
-that is next to nothing (`LEAST_FAULT`, `LEAST_EFFECT`) is not asked for. The table has the greatest of every
+that is next to nothing (`LEAST`) is not asked for. The table has the greatest of every
 kind in each campaign, of sensors also of those (`rounded`: what encoders must show of a curve is more), and
 below it over all campaigns, beside the bound from which on it would have been asked for. Ends with status 1
 if a bound was passed.
@@ -23,13 +23,11 @@ from forklift.diagnosis.criteria import (
     ALARM_PHYSICS,
     ALARM_ROUNDED,
     ALARM_SENSOR,
-    LEAST_EFFECT,
-    LEAST_FAULT,
+    LEAST,
 )
 from forklift.ensemble.proof.conceal import conceal
 from forklift.ensemble.proof.draw import Draw, draw, kind_of
 
-LEAST = {"physics": LEAST_EFFECT, "parameter": LEAST_FAULT, "sensor": LEAST_FAULT}
 BOUNDS = {
     "physics": ALARM_PHYSICS,
     "one offset": ALARM_PHYSICS,

@@ -20,8 +20,7 @@ from forklift.diagnosis.criteria import (
     FIRST,
     FURTHER,
     LAW,
-    LEAST_EFFECT,
-    LEAST_FAULT,
+    LEAST,
     LEAST_GAIN,
     LITTLE,
     MISFIT,
@@ -111,12 +110,10 @@ def alarming(screening: Screening) -> Screening:
 
     A sensor that is off by next to nothing, and an effect that is next to none, are not asked for.
     """
-    least = {"sensor": LEAST_FAULT, "parameter": LEAST_FAULT, "physics": LEAST_EFFECT}
     loud = [
         one
         for one in screening.singles
-        if one.gain >= alarm(one.hypotheses[0])
-        and not abs(one.amplitudes[0]) < least.get(one.hypotheses[0].kind, 0.0)
+        if one.gain >= alarm(one.hypotheses[0]) and not abs(one.amplitudes[0]) < LEAST[one.hypotheses[0].kind]
     ]
     return replace(screening, singles=tuple(loud), pairs=())
 

@@ -171,9 +171,8 @@ class LeastSquares:
         if not sensors or not read:
             return runs
         place = {name: k for k, name in enumerate(self.machine.outputs)}
-        pairs = list(
-            zip(sensors, x[len(self.unknowns) - len(sensors) : len(self.unknowns)].tolist(), strict=True)
-        )
+        first = len(machine) + len(offsets)
+        pairs = list(zip(sensors, x[first : len(self.unknowns)].tolist(), strict=True))
         return [
             _read(sample.recording.time_s, run, pairs, place, len(names) + len(offsets))
             for sample, run in zip(self.samples, runs, strict=True)

@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 SAME_CLOCK = 0.5
 """Share of common instants from which two channels are of one clock, of which one lost samples or is slower;
 stamps of two clocks coincide by chance only."""
+OIL = "oil_temperature_degc"
+"""The channel that tells the temperature of the oil."""
 LOAD_WIDTH_KG = 100.0
 """Prior standard deviation of an entered load that may be wrong."""
-OIL = "oil_temperature_degc"
 TEMPERATURE_WIDTH_K = 10.0
 """The same of a recording's oil temperature: a sensor that stands still is off by as much as the oil warms up
 from a cold morning to the afternoon."""

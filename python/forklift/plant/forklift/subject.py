@@ -22,7 +22,7 @@ from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.curve_tables import per_output
 from forklift.plant.forklift.dither import dither
-from forklift.plant.forklift.hypotheses import clocks_apart, hypotheses
+from forklift.plant.forklift.hypotheses import OIL, clocks_apart, hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.phases import IN_WORDS
 from forklift.plant.forklift.physical import physical
@@ -44,10 +44,9 @@ from forklift.recordings.noise import Sensor
 from forklift.recordings.recording import Recording
 
 FILE = "truck.toml"
-TEMPERATURE = "oil_temperature_degc"
 SAME_TEMPERATURE_K = 5.0
 """Recordings whose oil temperatures lie this closely above the coldest's count as one operating point."""
-CONDITIONS = {"one-temperature": "oil_temperature_degc", "one-load": "load_kg"}
+CONDITIONS = {"one-temperature": OIL, "one-load": "load_kg"}
 """By caution: which condition all recordings have in common."""
 
 
@@ -152,7 +151,7 @@ class ForkliftSubject(Forklift):
     ) -> tuple[Hypothesis, ...]:
         """The catalogue's effects, sensors, clocks and conditions."""
         apart = clocks_apart(recordings, list(sensors))
-        with_oil = [one.file for one in recordings if TEMPERATURE in one.channels]
+        with_oil = [one.file for one in recordings if OIL in one.channels]
         travelled = _travelled(recordings, sensors)
         return hypotheses(self.truck, self.lifts, list(sensors), travelled, apart, with_oil)
 
@@ -185,14 +184,14 @@ class ForkliftSubject(Forklift):
 
     def operating_points(self, conditions: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
         """Oil temperatures: the mean of those close above the coldest not yet grouped; then the load."""
-        degc = np.array([one[TEMPERATURE] for one in conditions])
+        degc = np.array([one[OIL] for one in conditions])
         left = np.argsort(degc)
         while len(left):
             close = degc[left] - degc[left[0]] <= SAME_TEMPERATURE_K
             degc[left[close]] = round(float(degc[left[close]].mean()), 1)
             left = left[~close]
         return [
-            {TEMPERATURE: value, **{name: v for name, v in one.items() if name != TEMPERATURE}}
+            {OIL: value, **{name: v for name, v in one.items() if name != OIL}}
             for value, one in zip(degc.tolist(), conditions, strict=True)
         ]
 
@@ -300,9 +299,9 @@ class ForkliftSubject(Forklift):
         kept = []
         for one, found in zip(recordings, conditions, strict=True):
             channels = dict(one.channels)
-            if TEMPERATURE in channels:
-                off = found[TEMPERATURE] - self.conditions(one, {})[TEMPERATURE]
-                channels[TEMPERATURE] = channels[TEMPERATURE] + off
+            if OIL in channels:
+                off = found[OIL] - self.conditions(one, {})[OIL]
+                channels[OIL] = channels[OIL] + off
             load = max(0.0, round(found["load_kg"], 1))
             kept.append(replace(one, load_kg=load, channels=channels, sha256="", format="memory"))
         return Campaign(f"{name}, corrected", kept[0].sample_rate_hz, tuple(kept))
