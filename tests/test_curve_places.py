@@ -30,7 +30,7 @@ def test_every_place_that_is_nearly_as_credible_as_the_first_is_asked(near, scre
 def test_what_acts_on_the_whole_truck_acts_on_each_lift(where):
     """So that its law is tested too."""
     truck = Forklift(Truck.read("thesis"), ("free", "main"))
-    given = cast(Any, SimpleNamespace(equation="tank", where=where))
+    given = cast(Any, SimpleNamespace(equations=("tank",), where=where))
     lifts = [where] if where else ["free", "main"]
     assert truck.acted_on(given) == tuple(f"{lift}.return_pressure" for lift in lifts)
 

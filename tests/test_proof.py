@@ -423,6 +423,22 @@ def test_a_stranger_wants_unknown_or_another_law_at_its_place_and_no_complete_na
     assert not judged(stranger, elsewhere)["unknown"]
 
 
+def test_a_tie_of_places_is_no_location_but_holds_it():
+    """As of causes: what a curve cannot be parted from stands beside it."""
+    told = said(one_cause("unknown", kind="unknown", equation="compensator"), verdict="unknown-effect")
+    stranger = whole("pressure_viscosity")
+    for other, equation, where, right in (
+        ("free.unknown", "viscosity", "free", True),
+        ("free.unknown", "viscosity", "main", False),
+        ("free.unknown", "friction", "free", False),
+        ("free.leakage", "viscosity", "free", False),  # a name that could stand for it is none of its places
+    ):
+        row = {"cause": "free.unknown", "other": other, "equation": equation, "where": where, "share": 0.99}
+        found = judged(stranger, {**told, "confounded": [row]})
+        assert not found["location"]
+        assert [found["place"], found["unknown"], found["all"]] == [right] * 3
+
+
 def test_a_fault_may_be_refused_by_its_own_code_only():
     refused = {"verdict": "refused", "causes": [], "said": "... [height-contradicts-position]"}
     assert judged(whole("position_scale"), refused)["all"]

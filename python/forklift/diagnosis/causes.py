@@ -103,7 +103,7 @@ def _curve(named: Hypothesis, selection: Selection) -> Hypothesis | None:
     tested = selection.curve.hypotheses if selection.curve else ()
 
     def at_its_place(one: Hypothesis) -> bool:
-        return bool(one.over) and one.equation == named.equation and named.where in (one.where, "")
+        return bool(one.over) and one.equation in named.equations and named.where in (one.where, "")
 
     return next((one for one in selection.final.hypotheses if one in tested or at_its_place(one)), None)
 

@@ -7,7 +7,9 @@ accepted one as far as it takes away what the unknowns alone leave of d:
 
     share = 1 − min |d − J a − c b|² / min |d − J a|²,    b within what is plausible of its amplitude
 
-To first order, and whatever was measured: it is a property of the experiment, not of its outcome.
+A free curve is asked likewise about the same curve at other places, with all its coefficients for c and none
+of them bound. To first order, and whatever was measured: it is a property of the experiment, not of its
+outcome.
 """
 
 from __future__ import annotations
@@ -29,6 +31,10 @@ from forklift.plant.protocol import Hypothesis
 
 ABSORBED = 1e-4
 """An effect of which the model's own unknowns leave less than this share is confounded with them alone."""
+ROUNDED_SLOPES = 1e-6
+"""Likewise of a curve, whose effect is linear: what is left of it may be small, but its slopes, in single
+precision, are good to 3e-4 of their largest (`cargo test --test dual_trajectory`), of which this is ten times
+the square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +47,11 @@ class Confounded:
     """Of the accepted one's effect that it takes over."""
 
 
-def confounded(refit: Refit, hypotheses: Sequence[Hypothesis]) -> tuple[Confounded, ...]:
-    """For every hypothesis of the refit, those that could stand for it."""
+def confounded(
+    refit: Refit, hypotheses: Sequence[Hypothesis], elsewhere: Sequence[Hypothesis], start: Problem
+) -> tuple[Confounded, ...]:
+    """For every hypothesis of the refit, those that could stand for it; for its free curve, of those
+    `elsewhere`. `start` is the problem without any hypothesis."""
     found: list[Confounded] = []
     accepted = {hypothesis.label for hypothesis in refit.hypotheses}
     others = [
@@ -52,7 +61,55 @@ def confounded(refit: Refit, hypotheses: Sequence[Hypothesis]) -> tuple[Confound
         for hypothesis in refit.hypotheses:
             if hypothesis.amplitude is not None and hypothesis.kind != "unknown":
                 found += _of(refit, hypothesis, others)
+            elif hypothesis.over:
+                found += _of_a_curve(refit, hypothesis, elsewhere, start)
     return tuple(found)
+
+
+def _left(problem: Problem, x: Floats, hypothesis: Hypothesis, effect: Floats) -> tuple[Floats, Floats]:
+    """What the model's other unknowns leave of an effect; and an orthonormal basis of how they move what it
+    says."""
+    names = [unknown.name for unknown in problem.unknowns]
+    first = str(hypothesis.amplitude).rpartition(".")[0] + "."
+    own = {k for k, name in enumerate(names) if name == hypothesis.amplitude or name.startswith(first)}
+    basis, _ = np.linalg.qr(_slopes(problem, x)[:, [k for k in range(len(x)) if k not in own]])
+    return _beyond(basis, effect), basis
+
+
+def _of_a_curve(
+    refit: Refit, curve: Hypothesis, elsewhere: Sequence[Hypothesis], start: Problem
+) -> list[Confounded]:
+    """A part has one curve of a kind, so that the others act where this one was taken out; its own effect is
+    to first order, too."""
+    found = refit.found.problem
+    rest = [one for one in refit.hypotheses if one is not curve]
+    without = with_hypotheses(start, rest).weighted(found.sigma, found.substeps)
+    x = carry(refit.found.x, found, without)
+    own = _derived(without, x, [curve])
+    if own is None:
+        return []
+    told = dict(zip((one.name for one in found.unknowns), refit.found.x.tolist(), strict=False))
+    effect = np.column_stack(own) @ [told[name] for name in curve.amplitudes]
+    left, basis = _left(without, x, curve, effect)
+    square = float(left @ left)
+    if square <= ROUNDED_SLOPES * float(effect @ effect):
+        return []
+    best: dict[str, Confounded] = {}
+    for other in elsewhere:
+        columns = _derived(without, x, [other])
+        if columns is None:
+            continue
+        span, _ = np.linalg.qr(_beyond(basis, np.column_stack(columns)))
+        share = float(np.sum((span.T @ left) ** 2)) / square
+        if share >= STANDS and (other.equation not in best or share > best[other.equation].share):
+            best[other.equation] = Confounded(curve, other, share)
+    return sorted(best.values(), key=lambda confounded: -confounded.share)
+
+
+def _beyond(basis: Floats, columns: Floats) -> Floats:
+    """What a basis leaves of columns."""
+    beyond: Floats = columns - basis @ (basis.T @ columns)
+    return beyond
 
 
 def _of(refit: Refit, hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> list[Confounded]:
@@ -61,18 +118,14 @@ def _of(refit: Refit, hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> l
     place = names.index(str(hypothesis.amplitude))
     absent = x.copy()
     absent[place] = 0.0
-    here = _said(problem, x)
-    effect = here - _said(problem, absent)
-    first = hypothesis.amplitude.rpartition(".")[0] + "." if hypothesis.amplitude else ""
-    kept = [k for k in range(len(x)) if k >= len(names) or not (k == place or names[k].startswith(first))]
-    basis, _ = np.linalg.qr(_slopes(problem, x)[:, kept])
-    rest = effect - basis @ (basis.T @ effect)
+    effect = _said(problem, x) - _said(problem, absent)
+    rest, basis = _left(problem, x, hypothesis, effect)
     square = float(rest @ rest)
     if square <= ABSORBED * float(effect @ effect):
         return []
     best: dict[str, Confounded] = {}
     for other, column in _columns(problem, absent, others):
-        left = column - basis @ (basis.T @ column)
+        left = _beyond(basis, column)
         size = float(left @ left)
         if size <= ABSORBED * float(column @ column):
             continue
@@ -110,7 +163,7 @@ def _columns(
 
 def _derived(problem: Problem, x: Floats, group: Sequence[Hypothesis]) -> list[Floats] | None:
     more = with_hypotheses(problem, group)
-    names = [str(other.amplitude) for other in group]
+    names = [name for other in group for name in other.amplitudes]
     held, at = more.with_fixed(carry(x, problem, more), names, conditions=False)
     known = [unknown.name for unknown in held.unknowns]
     try:

@@ -179,7 +179,7 @@ MOVES_AT_ALL = 1e-6
 TELLING = 0.05
 """An input of which a variable explains less than this share in recordings left out is no function of it."""
 STANDS = 0.9
-"""Share of an accepted hypothesis's effect from which on another stands for it."""
+"""Share of an accepted hypothesis's effect, or of a curve's evidence, from which on another stands for it."""
 UNTOLD = 0.5
 """An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
 

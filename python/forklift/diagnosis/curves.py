@@ -19,6 +19,7 @@ from forklift.diagnosis.criteria import (
     MOST_PAST,
     MOST_PLACES,
     MOVES_AT_ALL,
+    STANDS,
 )
 from forklift.diagnosis.dependence import Dependence, dependences
 from forklift.diagnosis.foreseen import foreseen
@@ -46,6 +47,8 @@ class FreeCurves:
     known: dict[Refit, Sequence[UnknownInput]]
     offered: dict[Refit, list[Screened]] = field(default_factory=dict)
     """What was offered already, by refit."""
+    made: dict[Hypothesis, tuple[str, float, float]] = field(default_factory=dict)
+    """Of every curve its variable, and from where to where it goes."""
 
     def __call__(self, refit: Refit) -> list[Screened]:
         """The curves whose evidence is greatest beside what the refit has: at the most credible places, over
@@ -68,7 +71,24 @@ class FreeCurves:
         told = screen(at.problem, at.x, offered, 0, slow=refit.quiet).ranked
         ranked = sorted(told, key=lambda one: -one.evidence)
         worth = [one for one in ranked if one.evidence >= CURVE_NEAR * ranked[0].evidence > 0.0]
-        return sorted(worth, key=lambda one: self.yields_to(one, ranked[0]))[:MOST_CURVES]
+        return self._in_order(worth)[:MOST_CURVES]
+
+    def _in_order(self, worth: Sequence[Screened]) -> list[Screened]:
+        """Those that yield last. Of one variable's curves that stand for each other, that at the place which
+        the machine names first goes first."""
+        if not worth:
+            return []
+        behind = {one: self.yields_to(one, worth[0]) for one in worth}
+        first = min(worth, key=lambda one: behind[one])
+        names = [place.name for place in self.machine.places]
+
+        def key(one: Screened) -> tuple[bool, bool, int]:
+            curve, places = one.hypotheses[0], self.machine.acted_on(one.hypotheses[0])
+            alike = curve.over == first.hypotheses[0].over != "" and bool(places)
+            level = alike and not behind[one] and one.evidence >= STANDS * first.evidence
+            return behind[one], not level, min(map(names.index, places)) if level else 0
+
+        return sorted(worth, key=key)
 
     def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
         """The curve of the greatest evidence over all recordings, of those that have the greatest over the
@@ -81,7 +101,7 @@ class FreeCurves:
         first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
         told = screen(everywhere.problem, everywhere.x, first, 0, slow=True).ranked
         heard = [replace(one, evidence=self._heard(one, everywhere)) for one in told]
-        return max(heard, key=lambda one: one.evidence, default=None)
+        return next(iter(self._in_order(sorted(heard, key=lambda one: -one.evidence))), None)
 
     @staticmethod
     def _heard(curve: Screened, everywhere: Found) -> float:
@@ -143,12 +163,28 @@ class FreeCurves:
         `past` what promises most; of at most so many resolutions."""
         ranges = {part: _ranges(found, part) for part in dict.fromkeys(one.part for one in places)}
         kept = self._of_the_past(refit, places) if past else []
-        return [
-            one
+        made = {
+            one: (variable, *ends)
             for place in places
             for variable, ends in ranges[place.part].items()
             if variable not in self.machine.past or (place.name, variable) in kept
             for one in self.machine.curves(place, variable, *ends)[:most]
+        }
+        self.made.update(made)
+        return list(made)
+
+    def elsewhere(self, curve: Hypothesis) -> list[Hypothesis]:
+        """The same curve at every other place of its part where its variable may plausibly act."""
+        if curve not in self.made:
+            return []
+        own = self.machine.acted_on(curve)
+        parts = {place.part for place in self.machine.places if place.name in own}
+        return [
+            one
+            for place in self.machine.places
+            if place.part in parts and place.name not in own
+            for one in self.machine.curves(place, *self.made[curve])
+            if len(one.amplitudes) == len(curve.amplitudes) and not one.unlikely
         ]
 
     def _of_the_past(self, refit: Refit, places: Sequence[Place]) -> list[tuple[str, str]]:

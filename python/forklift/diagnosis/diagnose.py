@@ -116,7 +116,7 @@ def diagnose(
     with clock.stage("leaving groups out"):
         groups = group_folds(refitter, selection.baseline, selection.final)
     with clock.stage("asking what could stand for it"):
-        stands = confounded(selection.final, asked)
+        stands = confounded(selection.final, asked, found.elsewhere, refitter.start)
     with clock.stage("choosing the next recording"):
         proposed = propose(model, kept, selection, named, stands, findings, refitter)
     with clock.stage("simulating before and after"):

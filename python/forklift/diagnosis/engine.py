@@ -40,6 +40,8 @@ class Investigation:
     causes: tuple[Cause, ...]
     doubted: tuple[Cause, ...]
     """Explanations of which none is more likely than all others together."""
+    elsewhere: tuple[Hypothesis, ...]
+    """What has no name was found as a curve: the same curve at the other places."""
 
 
 def investigate(
@@ -58,14 +60,17 @@ def investigate(
         baseline = refitter.baseline()
     while True:
         refitter.work.grant(BUDGET)
-        inputs, seen, selection, screening = _from(refitter, baseline, hypotheses, machine, clock, hopeless)
+        inputs, seen, selection, screening, general = _from(
+            refitter, baseline, hypotheses, machine, clock, hopeless
+        )
         if selection.baseline is baseline:
             break
         baseline = selection.baseline
     found = causes(selection)
     credible = told(found)
     doubted = tuple(cause for cause in found if cause not in credible)
-    return Investigation(tuple(inputs), tuple(seen), selection, screening, credible, doubted)
+    elsewhere = tuple(other for one in selection.final.hypotheses for other in general.elsewhere(one))
+    return Investigation(tuple(inputs), tuple(seen), selection, screening, credible, doubted, elsewhere)
 
 
 def _from(
@@ -75,7 +80,7 @@ def _from(
     machine: Machine,
     clock: Clock,
     hopeless: bool,
-) -> tuple[list[UnknownInput], list[Dependence], Selection, Screening]:
+) -> tuple[list[UnknownInput], list[Dependence], Selection, Screening, FreeCurves]:
     """Screen, locate and select, from a baseline; where its search went astray, the selection has another."""
     with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
@@ -86,6 +91,7 @@ def _from(
         asked = alarming(screening)
     inputs: list[UnknownInput] = []
     seen: list[Dependence] = []
+    general = FreeCurves(machine, {})
     if hopeless:
         selection = Selection(baseline, (), baseline)
     else:
@@ -96,9 +102,9 @@ def _from(
             inputs = unknown_inputs(early.problem, early.x, places, width_s)
             seen = over_variables(baseline, inputs[0], machine.part_of(inputs[0].port))
         with clock.stage(TRYING):
-            general = FreeCurves(machine, {baseline: inputs})
+            general.known[baseline] = inputs
             selection = select(refitter, baseline, asked, hypotheses, clock, general)
-    return inputs, seen, selection, screening
+    return inputs, seen, selection, screening, general
 
 
 def verdict(selection: Selection, found: Sequence[Cause], *, hopeless: bool = False) -> Verdict:

@@ -155,7 +155,7 @@ def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
     if not best.hypotheses:
         return helps(refit, best, max(share, MOST_OF))
     if set(best.hypotheses) < set(refit.hypotheses):
-        places = {(one.where, one.equation) for one in best.hypotheses}
+        places = {(one.where, equation) for one in best.hypotheses for equation in one.equations}
         new = [one for one in refit.hypotheses if one not in best.hypotheses]
         mends = all((one.where, one.equation) in places for one in new)
         return helps(refit, best, SAME_PLACE if mends else share)
@@ -206,15 +206,15 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     return best.squares - refit.squares >= least_of_a_faint(new, best, refitter)
 
 
-def choice(enough: Sequence[Refit]) -> Refit | None:
+def choice(enough: Sequence[Refit], before: Refit) -> Refit | None:
     """The best of those that help; of those nearly as good the simplest: that is not unlikely, none of whose
     numbers has gone to a bound, and that has the fewest. Where all recordings were asked, that by which they
-    foretell each other best; of those nearly as good, likewise."""
+    foretell each other best; of those nearly as good, likewise. `before` is what they are tried beside.
+    """
     if not enough:
         return None
     first = min(enough, key=rank)
-    gained = SIMPLER * max(max(refit.squares for refit in enough) - first.squares, 0.0)
-    margin = AS_NEAR if first.complete else max(AS_NEAR, gained)
+    margin = AS_NEAR if first.complete else max(AS_NEAR, SIMPLER * (before.squares - first.squares))
     level = [refit for refit in enough if rank(refit)[:2] == rank(first)[:2]]
     near = [refit for refit in level if refit.squares - first.squares < margin]
     asked = {refit: refit.loo_log_score for refit in level if refit.loo_log_score is not None}

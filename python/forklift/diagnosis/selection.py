@@ -174,7 +174,7 @@ def select(
         else without_names(race, baseline, named, best, general, shapes)
     )
     chosen = mended(unnamed, best) or choice(
-        [refit for refit in unnamed if replaces(refit, best, baseline, refitter.later)]
+        [refit for refit in unnamed if replaces(refit, best, baseline, refitter.later)], best
     )
     final = chosen if chosen and foresees(refitter, best, chosen) else best
     if final is not best:
@@ -222,7 +222,7 @@ def _named(
         step = _round(race, best, screening, general, ahead)
         if step.accepted and step.accepted.hypotheses and not ahead and not explains(step.accepted, best):
             ahead = _shape_beside(race, best, general)
-            accepted = choice(_helping(race, step.refits, best, ahead, screening, general))
+            accepted = choice(_helping(race, step.refits, best, ahead, screening, general), best)
             step = replace(step, accepted=accepted)
         shapes += ahead
         accepted = step.accepted
@@ -341,7 +341,7 @@ def _near(
         for one in _beside(best, hypotheses)
         if one.kind == "physics"
         and one.label not in tried
-        and any(one.equation == equation and one.where in (where, "") for where, equation in places)
+        and any(equation in one.equations and one.where in (where, "") for where, equation in places)
     ]
     if not left:
         return None
@@ -355,7 +355,7 @@ def _near(
         if refits and refits[-1].complete and refits[-1].identifiable:
             break
     refits = refits[len(beside) :]
-    accepted = choice(_helping(race, refits, best, beside, screening, general))
+    accepted = choice(_helping(race, refits, best, beside, screening, general), best)
     astray = _astray(race, best, accepted, refits, screening)
     return astray or Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
@@ -398,7 +398,7 @@ def _round(
     for place, entered in enumerate(waves):
         before = len(refits)
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
-        accepted = choice(_helping(race, refits[len(shapes) :], best, shapes, screening, general))
+        accepted = choice(_helping(race, refits[len(shapes) :], best, shapes, screening, general), best)
         astray = None if asked else _astray(race, best, accepted, refits[before:], screening)
         if astray is not None:
             return astray
@@ -410,7 +410,7 @@ def _round(
             refits = race.run(best, others, screening, refits, quick=True)
             break
     refits = refits[len(shapes) :]
-    accepted = choice(_helping(race, refits, best, shapes, screening, general))
+    accepted = choice(_helping(race, refits, best, shapes, screening, general), best)
     return Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
 

@@ -69,7 +69,7 @@ def to_dict(found: Outcome) -> dict[str, Any]:
         ],
         "confounded": [
             {"cause": one.accepted.label, "other": one.other.label, "name": one.other.name,
-             "where": one.other.where, "share": one.share}
+             "where": one.other.where, "equation": one.other.equation, "share": one.share}
             for one in found.confounded
         ],
         "next_recording": found.next_recording and found.next_recording.to_dict(COMMAND),

@@ -135,11 +135,18 @@ class Hypothesis:
     """More unknowns that are zero where it is absent, and act from there on like the amplitude: a curve's."""
     over: str = ""
     """Of a curve: its variable, in words."""
+    also_in: tuple[str, ...] = ()
+    """Further equations in which the same may be written, so that a curve there mends its law."""
 
     @property
     def amplitudes(self) -> tuple[str, ...]:
         """All unknowns that are zero where it is absent."""
         return () if self.amplitude is None else (self.amplitude, *self.further)
+
+    @property
+    def equations(self) -> tuple[str, ...]:
+        """Every equation in which it may be written, first the one that is told."""
+        return (self.equation, *self.also_in)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -284,7 +291,8 @@ class Machine(Protocol):
 
     @property
     def places(self) -> tuple[Place, ...]:
-        """Where an unknown input may enter, sensors apart."""
+        """Where an unknown input may enter, sensors apart. Of those that recordings cannot part what comes
+        first is told, so that the most general comes first."""
 
     def part_of(self, name: str) -> str:
         """The part of a place, or of what a channel's sensor reads."""

@@ -24,6 +24,7 @@ KINDS = {
 LINES = (
     "kind of fault",
     "location",
+    "location, or a tie that holds it",
     "cause, or a tie that holds it",
     "cause told first",
     "unknown called unknown",

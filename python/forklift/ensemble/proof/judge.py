@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Answer = Mapping[str, Any]
 Told = Mapping[str, Any]
+Place = tuple[str | None, str | None]
 
 UNNAMED = ("unknown", "free_shape", "fine_shape", "free_response", "hidden_resonance")
 """Ids of terms that have no name."""
@@ -47,31 +48,40 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
     }
     if refused:
         fine = any(code in told.get("said", "") for one in causes for code in one["refused"])
-        return out | {"verdict": fine, "location": fine if causes else None, "cause": fine if causes
-        else None,
-                      "false_alarm": not causes and not hidden, "unknown": None, "all": fine}  # fmt: skip
+        asked = fine if causes else None
+        return out | {
+            "verdict": fine,
+            "location": asked,
+            "place": asked,
+            "cause": asked,
+            "false_alarm": not causes and not hidden,
+            "unknown": None,
+            "all": fine,
+        }
     verdict = _verdict(told, named, answer)
     if not causes:  # nothing, or what the recordings hide
         fine = verdict == "no-mismatch" or (bool(hidden) and not wrong)
         return out | {
             "verdict": fine,
             "location": None,
+            "place": None,
             "cause": None,
             "unknown": None,
             "false_alarm": verdict != "no-mismatch" and not hidden,
             "all": fine,
         }
     verdict_right = verdict in set().union(*(one["verdicts"] for one in causes))
-    location = _location(told, causes)
-    out |= {"false_alarm": None, "verdict": verdict_right, "location": location}
+    location = _right(_places(told), causes)
+    place = location or _right(_tied(told), causes)
+    out |= {"false_alarm": None, "verdict": verdict_right, "location": location, "place": place}
     if strangers:
         unknown = verdict == "unknown-effect" or any(
             _is_unnamed(one) or one["form"] != "complete" for one in named
         )
-        out |= {"cause": None, "unknown": unknown and location and not out["wrong_complete"]}
+        out |= {"cause": None, "unknown": unknown and place and not out["wrong_complete"]}
     else:
         out |= {"cause": all(_named(one, named) for one in causes), "unknown": None}
-    right = [out["verdict"], out["location"], out["cause"], out["unknown"]]
+    right = [out["verdict"], out["place"], out["cause"], out["unknown"]]
     out["first"] = bool(named) and _is_one(causes, named[0])
     out["all"] = all(one is not False for one in right) and not out["spurious"]
     return out
@@ -106,11 +116,23 @@ def _is_one(causes: Sequence[Answer], first: Told) -> bool:
     return any(_named(one, [first]) for one in causes)
 
 
-def _location(told: Told, causes: Sequence[Answer]) -> bool:
-    """The equation is right of one cause, and the lift is its."""
+def _places(told: Told) -> list[Place]:
+    """Equation and lift that are told: of the location, and of every cause."""
     location = told.get("location") or {}
-    places = [(location.get("equation"), location.get("lift"))]
-    places += [(one["equation"], one["where"]) for one in told.get("causes", ())]
+    return [
+        (location.get("equation"), location.get("lift")),
+        *((one["equation"], one["where"]) for one in told.get("causes", ())),
+    ]
+
+
+def _tied(told: Told) -> list[Place]:
+    """Of the places told to stand for that of a curve without a name: a tie."""
+    rows = told.get("confounded", ())
+    return [(one["equation"], one["where"]) for one in rows if one["other"].rpartition(".")[2] == "unknown"]
+
+
+def _right(places: Sequence[Place], causes: Sequence[Answer]) -> bool:
+    """The equation is right of one cause, and the lift is its."""
     for cause in causes:
         for equation, where in places:
             lift = cause["where"] in ("both", where) or cause["where"] in str(where) or where in ("", "both")

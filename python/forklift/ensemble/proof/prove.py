@@ -53,6 +53,7 @@ KEPT = (
     "fit_summary",
     "untestable",
     "not_separable",
+    "confounded",
 )
 OF_CAUSE = (
     "id", "kind", "name", "where", "equation", "credibility", "form", "parameters",

@@ -68,6 +68,7 @@ def rates(results: Sequence[Result]) -> dict[str, Any]:
         "all right": _rate(one["all"] for one in judged),
         "kind of fault": _rate(one["verdict"] for one in judged),
         "location": _rate(one["location"] for one in judged),
+        "location, or a tie that holds it": _rate(one["place"] for one in judged),
         "cause, or a tie that holds it": _rate(one["cause"] for one in judged),
         "cause told first": _rate(one.get("first", False) for one in asked if one["cause"] is not None),
         "a wrong name": _rate(bool(one["spurious"]) for one in judged),

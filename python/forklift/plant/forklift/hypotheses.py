@@ -154,6 +154,7 @@ def _physics(
                     effect.needs_two_of,
                     unlikely=(apart and effect.id == "valve_delay")
                     or (len(lifts) == 1 and effect.id == "return_back_pressure"),
+                    also_in=effect.also_in,
                 )
 
 

@@ -374,8 +374,8 @@ class Forklift:
         return curves(self.truck, _lift(place.part), port, place.equation, variable, lower, upper)
 
     def acted_on(self, hypothesis: Hypothesis) -> tuple[str, ...]:
-        """The ports of the equation that it changes, on its lift; of the whole truck, on every lift."""
-        alike = [one for one in self.places if one.equation == hypothesis.equation]
+        """The ports of the equations that it changes, on its lift; of the whole truck, on every lift."""
+        alike = [one for one in self.places if one.equation in hypothesis.equations]
         return tuple(one.name for one in alike if hypothesis.where in (one.part, ""))
 
     def unnamed(self, place: Place, cases: Sequence[Case]) -> tuple[Hypothesis, ...]:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from forklift.recordings.channels import LIFTS, Lift
 
 EQUATIONS = {
-    "current": "valve-dynamics",
     "opening": "valve-flow",
+    "current": "valve-dynamics",
     "viscosity": "viscosity",
     "preset_pressure": "compensator",
     "bulk_modulus": "bulk-modulus",
@@ -19,7 +19,8 @@ EQUATIONS = {
     "dry_friction": "friction",
     "force": "force-balance",
 }
-"""By port of a lift: the equation it stands in. Those not listed act as one of these does."""
+"""By port of a lift: the equation it stands in. Those not listed act as one of these does. What acts on the
+valve's flow in any way is told at its opening, if recordings do not tell which way."""
 
 
 def ports(lifts: Sequence[Lift]) -> tuple[str, ...]:

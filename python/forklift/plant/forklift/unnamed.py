@@ -20,15 +20,21 @@ from forklift.recordings.channels import Lift
 RINGS, ANSWERS = "hidden_resonance", "free_response"
 STROKE = "position"
 """The variable along which something may repeat."""
+FRICTION = ("friction", "viscous_friction", "dry_friction")
+FLOW = ("opening", "viscosity", "preset_pressure", "return_pressure")
 NATURAL = {
+    "velocity": (*FLOW, *FRICTION, "force"),
+    "speed": (*FLOW, *FRICTION, "force"),
+    "position": ("cylinder_flow", *FRICTION, "force"),
     "command": ("current",),
     "other_command": ("current",),
     "time_since_command": ("current", "opening", "friction", "dry_friction"),
-    "oil_temperature": ("viscosity", "viscous_friction", "friction", "dry_friction", "bulk_modulus"),
+    "oil_temperature": ("viscosity", *FRICTION, "bulk_modulus"),
 }
 """By variable: the ports at which something that depends on it may plausibly act; elsewhere it is unlikely.
 What enters between the valve's current and its flow looks much the same, and a command acts by way of the
-current. Variables that are not listed may act anywhere."""
+current. How fast the cylinder moves is how much flows and shears, and no current or stiffness of oil; where
+it stands, what its rails and seals are like there. Variables that are not listed may act anywhere."""
 SUDDEN_S = 0.1
 """A change of the command within this time is a step."""
 

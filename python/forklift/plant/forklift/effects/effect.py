@@ -45,6 +45,8 @@ class Effect:
         For a report, with the effect's parameters and, for an effect on one lift, ``lift`` in braces.
     needs_two_of
         Conditions of which recordings with two values at least are needed to tell it, by their channels.
+    also_in
+        Further equations in which the same may be written.
     general
         It has no physics of its own, and is there to say what physics must explain: no hypothesis by name.
     """
@@ -57,3 +59,4 @@ class Effect:
     sentence: str
     general: bool = False
     needs_two_of: tuple[str, ...] = ()
+    also_in: tuple[Equation, ...] = ()

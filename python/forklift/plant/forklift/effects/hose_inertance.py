@@ -20,4 +20,5 @@ EFFECT = Effect(
         "The oil between the {lift} lift's cylinder and its valve is slow to follow: its inertance is "
         "{inertance}."
     ),
+    also_in=("tank",),  # pressure that is lost before a valve is lost behind it
 )

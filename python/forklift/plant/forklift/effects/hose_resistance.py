@@ -21,4 +21,5 @@ EFFECT = Effect(
         "Between the {lift} lift's cylinder and its valve pressure is lost: {coefficient} times the flow "
         "squared."
     ),
+    also_in=("tank",),  # pressure that is lost before a valve is lost behind it
 )
