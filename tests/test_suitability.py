@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
@@ -218,6 +218,7 @@ EFFECTS = (
 
 
 @settings(max_examples=150, deadline=None)
+@example(seed=2193, lift="free", effect={}, kind="prms", loads=(0.0, 0.0), temperature=0.0, duration_s=4.0)
 @given(
     seed=st.integers(0, 10_000),
     lift=st.sampled_from([*LIFTS, "both"]),

@@ -124,10 +124,16 @@ def runs(values: Floats) -> list[tuple[int, int]]:
 
 
 def typical_current(recordings: Sequence[Recording], truck: Truck, lift: Lift) -> float:
-    """The median of the currents that open the lift's valve [A]; infinite if none does."""
+    """The median of the currents that open the lift's valve [A]; infinite if none does.
+
+    It is no less than what opens it in any truck of the make, the first knot of its table that has an area:
+    between that and the one before a valve may still be shut.
+    """
     opened = [found[f"current_{lift}_a"][is_open(found, truck, lift)] for found in recordings]
     pooled = np.concatenate(opened) if opened else np.zeros(0)
-    return float(np.median(pooled)) if len(pooled) else float("inf")
+    currents, areas = (np.asarray(truck.values[f"{lift}.valve.table_{name}"]) for name in ("current", "area"))
+    surely = float(np.min(currents[areas > 0.0], initial=np.inf))
+    return max(float(np.median(pooled)), surely) if len(pooled) else float("inf")
 
 
 def lowest(recordings: Sequence[Recording], truck: Truck, lift: Lift) -> float:
