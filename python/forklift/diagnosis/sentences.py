@@ -117,7 +117,18 @@ def remainder(found: Outcome) -> str:
 def named(found: Outcome, cause: Cause) -> str:
     """A cause with where it acts."""
     law = f", by another law than the catalogue's, a curve over {cause.curve.over}" if cause.curve else ""
-    return f"{as_found(found, cause.hypothesis) or _at(found, cause.hypothesis)}{law}"
+    places = as_well(found, cause)
+    tie = f", or as well on {' or '.join(places)}" if places else ""
+    return f"{as_found(found, cause.hypothesis) or _at(found, cause.hypothesis)}{law}{tie}"
+
+
+def as_well(found: Outcome, cause: Cause) -> list[str]:
+    """Where the same curve would do as much to these recordings, in words."""
+    return [
+        found.machine.words.equation(one.other.equation)
+        for one in found.confounded
+        if one.accepted is cause.hypothesis and one.other.kind == "unknown"
+    ]
 
 
 def as_found(found: Outcome, one: Hypothesis) -> str:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
-from forklift.diagnosis.criteria import AS_GOOD, LIKELY, REDRAWS, TOLD_REGION
+from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.ledger import uncontested
 from forklift.fitting.criteria import AT_NOISE
 from forklift.report.blocks import Fact
+from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing, untold
 from forklift.report.ledger import considered_of, counts
 from forklift.report.words import NOISE
 
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 ENTERED = ("sensor", "parameter")
 """Kinds of cause that are none of the machine's: a sensor, or what was entered."""
 NRMSE = "NRMSE (100 % is perfect; see “Fit” among the words on this page)"
-LIKE = 3
-"""How many names of what could stand for a cause are told here; all are in Doubts."""
 AS_CREDIBLE = 5.0
 """Difference in ln evidence below which two places explain as much."""
 
@@ -38,12 +37,7 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
         what += [_what(found, cause, row), _sure(found, told, cause, row)]
     where = [_where(found, told)] if told["location"] else []
-    return [*what[:1], *where, *what[1:], _better(found, told), _else(found, told), _next(found, told)]
-
-
-def said(found: Diagnosis, one: Hypothesis) -> str:
-    """A hypothesis with where it acts."""
-    return found.machine.words.at(one.name, one.where)
+    return [*what[:1], *where, *what[1:], _better(found, told), instead(found, told), _next(found, told)]
 
 
 def judged(found: Diagnosis) -> str:
@@ -301,15 +295,15 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
         )
         draws = f"{tried}. {why}: there is no credibility to tell. Judged on {judged(found)}."
     out = dict(ruled_out(found, cause))
-    stands = [name for name in _stands(found, cause) if name not in out]
-    first_order = [f"To first order {_some(stands)} could stand for it: see Doubts."] if stands else []
+    stands = [name for name in standing(found, cause) if name not in out]
+    first_order = [f"To first order {some(stands)} could stand for it: see Doubts."] if stands else []
     first_order += [f"“{name}” {told}." for name, told in out.items()]
     groups = _groups(found) if cause is found.causes[0] else []
-    alike = _alike(found, cause)
+    alike = as_good(found, cause)
     if alike:
         return Fact(
             question,
-            f"Not sure: it cannot be told from {_some(alike)}",
+            f"Not sure: it cannot be told from {some(alike)}",
             [
                 *([f"Credibility {row['credibility']:.2f} of 1."] if cause.rivals else []),
                 draws,
@@ -421,66 +415,13 @@ def _errors(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[tuple[str, st
         yield name, number(scale * one["before"], 2), number(scale * one["after"], 2), unit
 
 
-def _else(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
-    question = "What could it be instead?"
-    first = next((alike for cause in found.causes if (alike := _alike(found, cause))), [])
-    open_ = _untold(counts(told))
-    if first:
-        return Fact(
-            question,
-            f"{capital(_some(first, quoted=False))}: these recordings cannot tell.",
-            ["These explain the recordings as well, and are not ruled out.", *open_],
-        )
-    rivals = sorted(
-        (
-            (left, share, names)
-            for cause in found.causes
-            for names, share, left in cause.rivals
-            if not set(names) <= set(found.final.hypotheses)
-            and said(found, cause.hypothesis) not in [said(found, one) for one in names]  # the cause and more
-        ),
-        key=lambda one: one[0],
-    )
-    if not rivals:
-        count = counts(told)
-        none = (
-            "Nothing else was needed."
-            if told["verdict"] == "no-mismatch"
-            else "Nothing that was begun keeps up with it."
-            if count["given_up"]
-            else "Nothing else promises enough."
-            if found.causes
-            else "Nothing that was tried explains it."
-        )
-        return Fact(question, none, [*(_runner_up(found, told) if found.causes else []), *open_])
-    alone = [
-        f"The same by the catalogue's law alone leaves {number(cause.alone)} on average: its law is in "
-        "doubt, not its place."
-        for cause in found.causes
-        if cause.alone is not None
-    ]
-    left, share, names = rivals[0]
-    nearest = " and ".join(said(found, one) for one in names) or "nothing added"
-    return Fact(
-        question,
-        "Nothing that was tried explains it as well.",
-        [
-            f"Nearest: {nearest}. On average over all signals it leaves {number(left)} {NOISE}, "
-            "where what was "
-            f"found leaves {number(found.final.reduced_chi2)}; its credibility is {share:.2f}.",
-            *alone,
-            *open_,
-        ],
-    )
-
-
 def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     question, wanted = "What to record next?", found.next_recording
     use = f"The model with it is {found.machine.file}, beside this page: see Next steps."
-    alike = [name for cause in found.causes for name in _alike(found, cause)]
+    alike = [name for cause in found.causes for name in as_good(found, cause)]
     uncertain = any(cause.form == "uncertain" for cause in found.causes)
     if wanted is None:
-        left = _untold(counts(told))
+        left = untold(counts(told))
         if alike or uncertain:
             name = any(cause.hypothesis.kind == "unknown" for cause in found.causes)
             effect = "Give the catalogue an effect that may act there: the curve in Evidence has its shape."
@@ -509,7 +450,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             use = f"The fitted {found.machine.words.noun}{use.removeprefix('The model with it')}"
         return Fact(question, answer, [prose(found.next_why), *left, *([use] if found.causes else [])])
     if alike:
-        why = f"It would tell the cause from this: {_some(alike)}."
+        why = f"It would tell the cause from this: {some(alike)}."
     elif found.selection.curve:
         why = "It would tell the catalogue's law from the curve."
     elif uncertain:
@@ -532,67 +473,3 @@ def _groups(found: Diagnosis) -> list[str]:
     if found.outlying_groups:
         told.append(f"{', '.join(found.outlying_groups)} fits no law that fits the others: see Doubts.")
     return told
-
-
-def _alike(found: Diagnosis, cause: Cause) -> list[str]:
-    """What explains what was held out as well as a cause."""
-    return list(dict.fromkeys(said(found, one) for one in cause.not_separable_from))
-
-
-def _stands(found: Diagnosis, cause: Cause) -> list[str]:
-    """What could stand for a cause on such recordings, to first order."""
-    other = (said(found, one.other) for one in found.confounded if one.accepted is cause.hypothesis)
-    return [name for name in dict.fromkeys(other) if name not in _alike(found, cause)]
-
-
-def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
-    """What could stand for a cause to first order, but was fitted and explains less: what it came to."""
-    for one in found.confounded:
-        if one.accepted is not cause.hypothesis or one.other in cause.not_separable_from:
-            continue
-        fitted = [
-            (left, share)
-            for names, share, left in cause.rivals
-            if one.other.label in {name.label for name in names}
-            and cause.hypothesis.label not in {name.label for name in names}
-        ]
-        if fitted and max(share for _, share in fitted) < AS_GOOD:
-            left = min(left for left, _ in fitted)
-            yield (
-                said(found, one.other),
-                f"imitates {100.0 * one.share:.0f} % of it to first order, but fitted it leaves "
-                f"{number(left)} "
-                f"on average, where what was found leaves {number(found.final.reduced_chi2)}: it is "
-                "ruled out",
-            )
-
-
-def _some(names: Sequence[str], *, quoted: bool = True) -> str:
-    names = list(dict.fromkeys(names))
-    more = f" and {len(names) - LIKE} more" if len(names) > LIKE else ""
-    return " or ".join(f"“{name}”" if quoted else name for name in names[:LIKE]) + more
-
-
-def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
-    """What promised most of what was neither named nor fitted."""
-    named = max((one["promised"] or 0.0 for one in told["hypotheses"] if one["named"]), default=0.0)
-    other = next(
-        (one for one in told["hypotheses"] if not (one["named"] or one["fitted"] or one["unidentifiable"])),
-        None,
-    )
-    if not other or not named:
-        return []
-    fate = "begun and given up" if other["given_up"] else "not fitted"
-    return [
-        f"Next in promise, and {fate}: {found.machine.words.at(other['name'], other['where'])}, with "
-        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what the cause promised before any fit (list "
-        "below)."
-    ]
-
-
-def _untold(count: Mapping[str, int]) -> list[str]:
-    others = count["unidentifiable"]
-    plural = "hypotheses" if others > 1 else "hypothesis"
-    return (
-        [f"{others} other {plural} could not be tested with these recordings: see Doubts."] if others else []
-    )

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 from forklift.base.typeset import capital, number, printed, prose
 from forklift.diagnosis.ledger import Untold
 from forklift.diagnosis.sentences import remainder
-from forklift.report.answers import judged, ruled_out, said
+from forklift.report.answers import judged
 from forklift.report.blocks import Block, Points, Section, Table
+from forklift.report.instead import ruled_out, said
 from forklift.report.words import NOISE, another_law
 
 if TYPE_CHECKING:

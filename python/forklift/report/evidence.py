@@ -10,9 +10,10 @@ from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.criteria import TOLD_REGION
 from forklift.diagnosis.laws import laws
 from forklift.report import charts, heat, law, parameters, rivals
-from forklift.report.answers import entered, said
+from forklift.report.answers import entered
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
 from forklift.report.fits import every_fit, operating_points
+from forklift.report.instead import said
 from forklift.report.tables import mean_square, percent, share
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 from forklift.report.unseen import beyond

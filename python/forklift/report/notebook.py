@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from forklift.base.typeset import capital
-from forklift.report.answers import said, sizes
+from forklift.report.answers import sizes
 from forklift.report.fits import operating_points
+from forklift.report.instead import said
 from forklift.report.page import fragment
 
 if TYPE_CHECKING:

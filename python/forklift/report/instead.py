@@ -1,0 +1,153 @@
+"""What could be taken for what was found: what explains as much, places that tie, names that stand for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from forklift.base.typeset import capital, number
+from forklift.diagnosis import sentences
+from forklift.diagnosis.criteria import AS_GOOD
+from forklift.report.blocks import Fact
+from forklift.report.ledger import counts
+from forklift.report.words import NOISE
+
+if TYPE_CHECKING:
+    from forklift.diagnosis.causes import Cause
+    from forklift.diagnosis.result import Diagnosis
+    from forklift.plant.protocol import Hypothesis
+
+LIKE = 3
+"""How many names of what could stand for a cause are told here; all are in Doubts."""
+
+
+def said(found: Diagnosis, one: Hypothesis) -> str:
+    """A hypothesis with where it acts."""
+    return found.machine.words.at(one.name, one.where)
+
+
+def instead(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
+    question = "What could it be instead?"
+    first = next((alike for cause in found.causes if (alike := as_good(found, cause))), [])
+    open_ = untold(counts(told))
+    if first:
+        return Fact(
+            question,
+            f"{capital(some(first, quoted=False))}: these recordings cannot tell.",
+            ["These explain the recordings as well, and are not ruled out.", *open_],
+        )
+    places = [place for cause in found.causes for place in sentences.as_well(found, cause)]
+    if places:
+        return Fact(
+            question,
+            f"The same, acting on {some(places, quoted=False)}.",
+            [
+                "There it does as much to these recordings, to first order: they cannot part the places.",
+                *open_,
+            ],
+        )
+    rivals = sorted(
+        (
+            (left, share, names)
+            for cause in found.causes
+            for names, share, left in cause.rivals
+            if not set(names) <= set(found.final.hypotheses)
+            and said(found, cause.hypothesis) not in [said(found, one) for one in names]  # the cause and more
+        ),
+        key=lambda one: one[0],
+    )
+    if not rivals:
+        count = counts(told)
+        none = (
+            "Nothing else was needed."
+            if told["verdict"] == "no-mismatch"
+            else "Nothing that was begun keeps up with it."
+            if count["given_up"]
+            else "Nothing else promises enough."
+            if found.causes
+            else "Nothing that was tried explains it."
+        )
+        return Fact(question, none, [*(_runner_up(found, told) if found.causes else []), *open_])
+    alone = [
+        f"The same by the catalogue's law alone leaves {number(cause.alone)} on average: its law is in "
+        "doubt, not its place."
+        for cause in found.causes
+        if cause.alone is not None
+    ]
+    left, share, names = rivals[0]
+    nearest = " and ".join(said(found, one) for one in names) or "nothing added"
+    return Fact(
+        question,
+        "Nothing that was tried explains it as well.",
+        [
+            f"Nearest: {nearest}. On average over all signals it leaves {number(left)} {NOISE}, "
+            "where what was "
+            f"found leaves {number(found.final.reduced_chi2)}; its credibility is {share:.2f}.",
+            *alone,
+            *open_,
+        ],
+    )
+
+
+def as_good(found: Diagnosis, cause: Cause) -> list[str]:
+    """What explains what was held out as well as a cause."""
+    return list(dict.fromkeys(said(found, one) for one in cause.not_separable_from))
+
+
+def standing(found: Diagnosis, cause: Cause) -> list[str]:
+    """What could stand for a cause on such recordings, to first order."""
+    other = (said(found, one.other) for one in found.confounded if one.accepted is cause.hypothesis)
+    return [name for name in dict.fromkeys(other) if name not in as_good(found, cause)]
+
+
+def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
+    """What could stand for a cause to first order, but was fitted and explains less: what it came to."""
+    for one in found.confounded:
+        if one.accepted is not cause.hypothesis or one.other in cause.not_separable_from:
+            continue
+        fitted = [
+            (left, share)
+            for names, share, left in cause.rivals
+            if one.other.label in {name.label for name in names}
+            and cause.hypothesis.label not in {name.label for name in names}
+        ]
+        if fitted and max(share for _, share in fitted) < AS_GOOD:
+            left = min(left for left, _ in fitted)
+            yield (
+                said(found, one.other),
+                f"imitates {100.0 * one.share:.0f} % of it to first order, but fitted it leaves "
+                f"{number(left)} "
+                f"on average, where what was found leaves {number(found.final.reduced_chi2)}: it is "
+                "ruled out",
+            )
+
+
+def some(names: Sequence[str], *, quoted: bool = True) -> str:
+    names = list(dict.fromkeys(names))
+    more = f" and {len(names) - LIKE} more" if len(names) > LIKE else ""
+    return " or ".join(f"“{name}”" if quoted else name for name in names[:LIKE]) + more
+
+
+def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
+    """What promised most of what was neither named nor fitted."""
+    named = max((one["promised"] or 0.0 for one in told["hypotheses"] if one["named"]), default=0.0)
+    other = next(
+        (one for one in told["hypotheses"] if not (one["named"] or one["fitted"] or one["unidentifiable"])),
+        None,
+    )
+    if not other or not named:
+        return []
+    fate = "begun and given up" if other["given_up"] else "not fitted"
+    return [
+        f"Next in promise, and {fate}: {found.machine.words.at(other['name'], other['where'])}, with "
+        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what the cause promised before any fit (list "
+        "below)."
+    ]
+
+
+def untold(count: Mapping[str, int]) -> list[str]:
+    others = count["unidentifiable"]
+    plural = "hypotheses" if others > 1 else "hypothesis"
+    return (
+        [f"{others} other {plural} could not be tested with these recordings: see Doubts."] if others else []
+    )
