@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -27,13 +28,13 @@ def called(capfd, *arguments: object) -> tuple[int, str, str]:
     return status, told.out, told.err
 
 
-def refused(capfd, *arguments: object) -> str:
-    """The one sentence with which a call is refused."""
+def refused(capfd, *arguments: object, code: str = r" \[[a-z0-9-]+\]") -> str:
+    """The one sentence with which a call is refused, and its code."""
     status, out, err = called(capfd, *arguments)
     assert status == cli.REFUSED, (status, err)
     assert out == ""
     assert err.startswith("forklift: ")
-    assert err.endswith(".\n")
+    assert re.search(rf"[.?]{code}\n$", err), err
     assert err.count("\n") == 1
     assert "Traceback" not in err
     return err
@@ -226,7 +227,7 @@ def test_a_question_ends_with_its_own_mark(capfd, tmp_path):
     path.write_text(path.read_text() + '[mast_coupling]\nfactr = { value = 1.0, source = "a slip" }\n')
     status, _, err = called(capfd, "info", path)
     assert status == cli.REFUSED
-    assert err.endswith("did you mean mast_coupling.factor?\n")
+    assert err.endswith("did you mean mast_coupling.factor? [parameter-unknown]\n")
 
 
 def test_a_recording_of_an_unknown_format_is_told_the_known_ones(capfd, tmp_path):
@@ -274,7 +275,7 @@ def test_an_unforeseen_mistake_is_one_sentence_too(capfd, demo, monkeypatch):
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr("forklift.recordings.campaign.Campaign.read", broken)
-    assert "ZeroDivisionError" in refused(capfd, "compare", demo / "campaign")
+    assert "ZeroDivisionError" in refused(capfd, "compare", demo / "campaign", code="")
 
 
 def test_a_closed_pipe_is_no_traceback(demo):

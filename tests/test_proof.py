@@ -446,7 +446,6 @@ def test_a_fault_may_be_refused_by_its_own_code_only():
 
 
 def test_what_a_campaign_is_refused_with_is_told_by_its_code(tmp_path):
-    """The command line says the sentence alone."""
     campaign = Path(__file__).parent / "campaigns" / "null"
     folder = tmp_path / "campaign"
     shutil.copytree(campaign, folder)

@@ -103,7 +103,7 @@ def run(arguments: list[str] | None = None) -> int:
         return _interrupted()
     except ForkliftError as error:
         if error.code != "interrupted":
-            return _refuse(error.message)
+            return _refuse(error.message, error.code)
         return _interrupted(error.message)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -114,7 +114,9 @@ def run(arguments: list[str] | None = None) -> int:
         if explain := getattr(error, "format_message", None):
             if not explain():  # the help that a call without arguments gets
                 return REFUSED
-            return _refuse(f"{explain().rstrip('.')}; `{_help_for(error)} --help` tells how")
+            return _refuse(
+                f"{explain().rstrip('.')}; `{_help_for(error)} --help` tells how", "argument-invalid"
+            )
         return _refuse(_unforeseen(error))
     return status if isinstance(status, int) else 0
 
@@ -124,9 +126,11 @@ def _interrupted(sentence: str = interruption.NOTHING) -> int:
     return interruption.status()
 
 
-def _refuse(message: str) -> int:
+def _refuse(message: str, code: str = "") -> int:
+    """One sentence, and the error's code for a script, which does not change."""
     sentence = " ".join(message.split())
-    print(f"forklift: {sentence}{'' if sentence.endswith(('.', '?')) else '.'}", file=sys.stderr)
+    end = "" if sentence.endswith((".", "?")) else "."
+    print(f"forklift: {sentence}{end}{f' [{code}]' if code else ''}", file=sys.stderr)
     return REFUSED
 
 

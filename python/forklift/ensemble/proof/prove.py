@@ -38,13 +38,6 @@ SCORE = "score.json"
 PAGE = "report.html"
 LIMIT_S = 3600.0
 """After which a diagnosis counts as none."""
-ASKED = """import json, sys, forklift
-try:
-    forklift.diagnose(sys.argv[1], "thesis", **json.loads(sys.argv[2]))
-except forklift.ForkliftError as error:
-    print(error.code)
-"""
-"""Prints the code of the error that a diagnosis ends with."""
 KEPT = (
     "verdict",
     "sentence",
@@ -269,7 +262,7 @@ def diagnosed(
             check=False,
             env=given,
         )
-        status, said = ran.returncode, (ran.stdout + ran.stderr)[-3000:]
+        status, said = ran.returncode, (ran.stdout + ran.stderr).strip()[-3000:]
     except subprocess.TimeoutExpired:
         status, said = None, f"not finished within {limit_s:g} s"
     seconds = time.monotonic() - began
@@ -277,8 +270,6 @@ def diagnosed(
         raise KeyboardInterrupt
     path = found / "diagnosis.json"
     if not path.exists():
-        if status == 2:  # a mistake in what was given, as the command line has it
-            said += f" [{_code(folder, entered_degc, given)}]"
         return {"verdict": "refused" if status else "timeout", "said": said, "causes": [], "seconds": seconds}
     whole = json.loads(path.read_text(encoding="utf-8"))
     told = {key: whole.get(key) for key in KEPT}
@@ -288,16 +279,6 @@ def diagnosed(
         for one in whole.get("hypotheses") or whole.get("suspects") or ()
     ]
     return told | {"seconds": seconds}
-
-
-def _code(folder: Path, entered_degc: float | None, environment: Mapping[str, str]) -> str:
-    """The code of the error with which a campaign is refused: the command line says its sentence alone."""
-    conditions = {} if entered_degc is None else {"oil_temperature_degc": entered_degc}
-    asked = [sys.executable, "-c", ASKED, str(folder), json.dumps(conditions)]
-    ran = subprocess.run(
-        asked, capture_output=True, text=True, cwd=folder.parent, check=False, env=dict(environment)
-    )
-    return ran.stdout.strip()
 
 
 def predictions(folder: Path) -> dict[str, dict[str, Floats]]:
