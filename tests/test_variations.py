@@ -265,7 +265,7 @@ def test_what_recordings_held_out_are_too_few_to_tell_is_decided_by_all_that_for
     found_alone(found, lift, "valve_current_limit", "share", concealed)
     assert found.baseline.squares - found.final.squares < CONFIRMED
     assert found.final.loo_log_score > CONFIRMED
-    assert "predict each other" in found.sentence
+    assert "leave-one-out" in found.sentence
 
 
 def test_a_name_with_another_law_is_uncertain_and_a_curve_over_the_right_variable_mends_it(tmp_path):

@@ -118,7 +118,7 @@ def named(found: Outcome, cause: Cause) -> str:
     """A cause with where it acts."""
     law = f", by another law than the catalogue's, a curve over {cause.curve.over}" if cause.curve else ""
     places = as_well(found, cause)
-    tie = f", or as well on {' or '.join(places)}" if places else ""
+    tie = f", or equally on {' or '.join(places)}" if places else ""
     return f"{as_found(found, cause.hypothesis) or _at(found, cause.hypothesis)}{law}{tie}"
 
 
@@ -149,16 +149,16 @@ def in_all_alone(found: Outcome) -> bool:
 def _gained(found: Outcome) -> str:
     if not found.final.loo_log_score:
         return _less(found)
-    said = f"; {by_all(found)} in ln probability"
+    said = f"; {by_all(found)}"
     return said if in_all_alone(found) else f"{_less(found)}{said}"
 
 
 def by_all(found: Outcome) -> str:
     """That all recordings together decided, and by how much."""
-    it = "it" if in_all_alone(found) else "what was found last"
+    effect = "the effect" if in_all_alone(found) else "the last effect"
     return (
-        f"{it} shows in no recording alone, but all of them predict each other better with it, by "
-        f"{found.final.loo_log_score or 0.0:.0f}"
+        f"{effect} is too small to see in one recording, but across all recordings it improves the "
+        f"leave-one-out log score by {found.final.loo_log_score or 0.0:.0f}"
     )
 
 

@@ -374,7 +374,7 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         f"({_worst(found, found.final.worst)}) {NOISE}."
     )
     if found.final.loo_log_score:
-        noise += f" {capital(sentences.by_all(found))} in ln probability, which decides here."
+        noise += f" {capital(sentences.by_all(found))}, which decides here."
     all_errors = [f"Root mean square errors, {kept}: {', '.join(changes)}."] if changes else []
     gain = sentences.gain(found)
     if gain is None or not gain.shows:

@@ -68,6 +68,9 @@ PARAMETERS: dict[str, str] = {
 CAUSES: dict[str, str] = {
     "Before, after": "Before: the model with its parameters fitted as well as can be. After: the same with "
     "what was found, fitted anew.",
+    "Leave-one-out log score": "How well all other recordings predict each one: the natural logarithm of the "
+    "probability density of what was measured. An improvement by 5 means that the recordings are 150 times "
+    "as probable.",
     "Credibility": "In which share of random redraws of the recordings held out a cause leaves less over "
     "than everything else that was tried. It compares what was tried, and does not say that nothing else "
     "exists.",
