@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from forklift.diagnosis import selection, sentences
+from forklift.diagnosis import curve_trials, selection, sentences
 from forklift.diagnosis.criteria import ALARM, CONFIRMED
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Refit
@@ -73,7 +73,8 @@ def selected(monkeypatch):
         def screen(problem, x, hypotheses, most=8, slow=False):
             return Screening(0.0, tuple(promised[one] for one in hypotheses), (), ())
 
-        monkeypatch.setattr(selection, "screen", screen)
+        for module in (selection, curve_trials):
+            monkeypatch.setattr(module, "screen", screen)
         refitter: Any = SimpleNamespace(
             together=1.0,
             later=0.5,

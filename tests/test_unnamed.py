@@ -11,11 +11,11 @@ import pytest
 
 from forklift.diagnosis import curves
 from forklift.diagnosis.criteria import DOUBTFUL
+from forklift.diagnosis.curve_trials import General, without_names
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
-from forklift.diagnosis.selection import General, without_names
 
 
 @dataclass(frozen=True, eq=False)

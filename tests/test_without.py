@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "proofs"))
 
 import without
 from forklift import Campaign
-from forklift.diagnosis.selection import General
+from forklift.diagnosis.curve_trials import General
 
 CAMPAIGNS = Path(__file__).parent / "campaigns"
 PLACES = {

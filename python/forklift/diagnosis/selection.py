@@ -8,18 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from forklift.diagnosis.criteria import (
     AHEAD,
-    ALARM_CURVE,
     AS_NEAR,
     BEYOND_DOUBT,
     CLEARLY,
     CONFIRMED,
     FIRST,
     FURTHER,
-    LAW,
     LEAST,
     LEAST_GAIN,
     LITTLE,
@@ -30,16 +27,23 @@ from forklift.diagnosis.criteria import (
     MOST_OF,
     NEAR_PLACES,
     PAIR,
-    SHAPES_BESIDE,
     WORTH,
     alarm,
+)
+from forklift.diagnosis.curve_trials import (
+    General,
+    curve_beside,
+    faint_curve,
+    shape_ahead,
+    shape_beside,
+    with_curve,
+    without_names,
 )
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.rules import (
-    by_chance,
     choice,
     excess_screened,
     explains,
@@ -57,24 +61,7 @@ from forklift.diagnosis.rules import (
     share_asked,
 )
 from forklift.diagnosis.screening import Screened, Screening, screen
-from forklift.fitting.search import Found
 from forklift.plant.protocol import Hypothesis
-
-
-class General(Protocol):
-    """Hypotheses without a name."""
-
-    def __call__(self, refit: Refit) -> Sequence[Screened]:
-        """For what a refit leaves over, those of the greatest evidence first."""
-
-    def beside(self, refit: Refit) -> Sequence[Hypothesis]:
-        """That would mend the law of what the refit has, where it acts."""
-
-    def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
-        """Where next to nothing is left over: the one of the greatest evidence over all recordings."""
-
-    def located(self, refit: Refit) -> Sequence[tuple[str, str]]:
-        """Where and in which equation something acts that a refit leaves over, the most credible first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +120,7 @@ def select(
     all is to be screened anew from there.
     """
     race = Race(refitter, clock)
-    curve = _faint_curve(race, baseline, general)
+    curve = faint_curve(race, baseline, general)
     promised = max((one.gain for one in screening.singles[:1]), default=0.0)
     if curve and baseline.quiet and curve.evidence >= AHEAD * promised:
         found = _unseen(race, baseline, curve, Step(screening, (), None))
@@ -167,9 +154,9 @@ def select(
     curve = None
     if best.quiet and len(best.hypotheses) == 1 and not refitter.work.spent:
         clock.say("checking the law")
-        curve = _curve(refitter, best, general)
+        curve = curve_beside(refitter, best, general)
     unnamed = (
-        _with_curve(refitter, best, curve, clock)
+        with_curve(refitter, best, curve, clock)
         if curve
         else without_names(race, baseline, named, best, general, shapes)
     )
@@ -181,15 +168,6 @@ def select(
         most = baseline.quiet or best.excess <= (1.0 - MOST_OF) * baseline.excess
         final = needed(race, final, kept=best.hypotheses if most else ())
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
-
-
-def _faint_curve(race: Race, baseline: Refit, general: General) -> Screened | None:
-    """Where no channel shows anything, or hardly: a curve whose evidence over all recordings is more than
-    chance and slow noise have. What no catalogue holds may still act."""
-    if not (baseline.quiet or by_chance(baseline)):
-        return None
-    curve = general.faint(baseline, race.refitter.everywhere(baseline))
-    return curve if curve and curve.evidence >= ALARM_CURVE else None
 
 
 def _unseen(race: Race, baseline: Refit, curve: Screened, *steps: Step) -> Selection | None:
@@ -218,10 +196,10 @@ def _named(
     """
     shapes: list[Refit] = []
     while True:
-        ahead = _shape_ahead(race, best, screening, general)
+        ahead = shape_ahead(race, best, screening, general)
         step = _round(race, best, screening, general, ahead)
         if step.accepted and step.accepted.hypotheses and not ahead and not explains(step.accepted, best):
-            ahead = _shape_beside(race, best, general)
+            ahead = shape_beside(race, best, general)
             accepted = choice(_helping(race, step.refits, best, ahead, screening, general), best)
             step = replace(step, accepted=accepted)
         shapes += ahead
@@ -279,30 +257,6 @@ def _beyond_its_law(race: Race, best: Refit, screening: Screening, general: Gene
     law = max((one.evidence for one in curves), default=0.0)
     left = [one for one in screening.singles if one.hypotheses[0].amplitude is None or one.evidence > law]
     return replace(screening, singles=tuple(left))
-
-
-def _shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
-    """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
-    much: what repeats along the stroke, say."""
-    promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
-    if best.quiet or by_chance(best) or not promised:
-        return []
-    if max(promised) >= MOST_OF * excess_screened(best, screening):
-        return []
-    shapes = general(best)
-    if not shapes or shapes[0].evidence < AHEAD * max(promised):
-        return []
-    return race.beside(best, shapes[0].hypotheses[0], [])
-
-
-def _shape_beside(race: Race, best: Refit, general: General) -> list[Refit]:
-    """The curve that promises most, where a name was found that leaves most over: what has a freedom in every
-    recording removes some of anything, and is to remove half of what one curve does."""
-    if best.quiet or by_chance(best):
-        return []
-    return [
-        refit for screened in general(best)[:1] for refit in race.beside(best, screened.hypotheses[0], [])
-    ]
 
 
 def _beside(best: Refit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -492,64 +446,6 @@ def _law_instead(
     if not mended.complete or mended.squares > best.squares + AS_NEAR:
         return None
     return Step(step.screening, tuple(sorted([mended, law, best], key=rank)), mended)
-
-
-def without_names(
-    race: Race,
-    baseline: Refit,
-    named: Sequence[Refit],
-    best: Refit,
-    general: General,
-    shapes: Sequence[Refit] = (),
-) -> tuple[Refit, ...]:
-    """Hypotheses without a name, alone and beside the first name; where more names explain everything, too.
-
-    They may be needed only because the first has another law than the catalogue's. Beside all of them nothing
-    is asked for any more, nor where a machine without any leaves what may be chance. `shapes` were tried
-    before.
-    """
-    first = named[:1]
-    if best.slight and best.hypotheses:
-        beside = []
-    elif best.complete:
-        doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
-        beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
-    else:
-        beside = [*first, *(() if by_chance(baseline) else (baseline,))]
-    refits = list(shapes)
-    for refit in beside:
-        if any(one.complete for one in refits):
-            break
-        tried = [one for one in refits if set(refit.hypotheses) < set(one.hypotheses)]
-        known = {one.hypotheses[-1] for one in tried}
-        curves = general(refit)[: SHAPES_BESIDE if first else None]
-        race.clock.plan(len(curves))
-        for screened in curves:
-            if any(explains(one, refit) for one in tried):
-                break
-            faint = refit.slight and screened.gain < LAW
-            if refit.worst.mean_square <= MISFIT:
-                faint = faint or not may_help(screened, refit, race.refitter)
-            alike = any(
-                one.finished and one.hypotheses[-1].over == screened.hypotheses[0].over != "" for one in tried
-            )  # over the same variable at another place: what gained little here gains little there
-            if screened.hypotheses[0] not in known and not faint and not alike:
-                tried = race.beside(refit, screened.hypotheses[0], tried)
-        refits += [one for one in tried if one not in refits]
-    return tuple(sorted(refits, key=rank))
-
-
-def _curve(refitter: Refitter, best: Refit, general: General) -> Screened | None:
-    """What explains everything may still have another law: the curve beside it that promises most over all
-    recordings, if that is as much as is asked of a hypothesis where no channel shows anything."""
-    at = refitter.everywhere(best)
-    promised = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
-    return next((one for one in promised if one.gain >= LAW), None)
-
-
-def _with_curve(refitter: Refitter, best: Refit, curve: Screened, clock: Clock) -> tuple[Refit, ...]:
-    clock.say(f"fitting {curve.hypotheses[0].name}")
-    return (refitter.slightly((*best.hypotheses, *curve.hypotheses), best),)
 
 
 def needed(race: Race, best: Refit, kept: Sequence[Hypothesis] = ()) -> Refit:

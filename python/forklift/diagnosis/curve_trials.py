@@ -1,0 +1,131 @@
+"""Trials of free curves: ahead of names, beside them, or where no name explains enough."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from forklift.diagnosis.criteria import (
+    AHEAD,
+    ALARM_CURVE,
+    BEYOND_DOUBT,
+    LAW,
+    MISFIT,
+    MOST_OF,
+    SHAPES_BESIDE,
+)
+from forklift.diagnosis.progress import Clock
+from forklift.diagnosis.race import Race, rank
+from forklift.diagnosis.refit import Refit
+from forklift.diagnosis.refitter import Refitter
+from forklift.diagnosis.rules import by_chance, excess_screened, explains, may_help
+from forklift.diagnosis.screening import Screened, Screening, screen
+from forklift.fitting.search import Found
+from forklift.plant.protocol import Hypothesis
+
+
+class General(Protocol):
+    """Hypotheses without a name."""
+
+    def __call__(self, refit: Refit) -> Sequence[Screened]:
+        """For what a refit leaves over, those of the greatest evidence first."""
+
+    def beside(self, refit: Refit) -> Sequence[Hypothesis]:
+        """That would mend the law of what the refit has, where it acts."""
+
+    def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
+        """Where next to nothing is left over: the one of the greatest evidence over all recordings."""
+
+    def located(self, refit: Refit) -> Sequence[tuple[str, str]]:
+        """Where and in which equation something acts that a refit leaves over, the most credible first."""
+
+
+def faint_curve(race: Race, baseline: Refit, general: General) -> Screened | None:
+    """Where no channel shows anything, or hardly: a curve whose evidence over all recordings is more than
+    chance and slow noise have. What no catalogue holds may still act."""
+    if not (baseline.quiet or by_chance(baseline)):
+        return None
+    curve = general.faint(baseline, race.refitter.everywhere(baseline))
+    return curve if curve and curve.evidence >= ALARM_CURVE else None
+
+
+def shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
+    """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
+    much: what repeats along the stroke, say."""
+    promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
+    if best.quiet or by_chance(best) or not promised:
+        return []
+    if max(promised) >= MOST_OF * excess_screened(best, screening):
+        return []
+    shapes = general(best)
+    if not shapes or shapes[0].evidence < AHEAD * max(promised):
+        return []
+    return race.beside(best, shapes[0].hypotheses[0], [])
+
+
+def shape_beside(race: Race, best: Refit, general: General) -> list[Refit]:
+    """The curve that promises most, where a name was found that leaves most over: what has a freedom in every
+    recording removes some of anything, and is to remove half of what one curve does."""
+    if best.quiet or by_chance(best):
+        return []
+    return [
+        refit for screened in general(best)[:1] for refit in race.beside(best, screened.hypotheses[0], [])
+    ]
+
+
+def without_names(
+    race: Race,
+    baseline: Refit,
+    named: Sequence[Refit],
+    best: Refit,
+    general: General,
+    shapes: Sequence[Refit] = (),
+) -> tuple[Refit, ...]:
+    """Hypotheses without a name, alone and beside the first name; where more names explain everything, too.
+
+    They may be needed only because the first has another law than the catalogue's. Beside all of them nothing
+    is asked for any more, nor where a machine without any leaves what may be chance. `shapes` were tried
+    before.
+    """
+    first = named[:1]
+    if best.slight and best.hypotheses:
+        beside = []
+    elif best.complete:
+        doubtful = any(best.deviations(one) < BEYOND_DOUBT for one in best.hypotheses)
+        beside = [refit for refit in first if doubtful and len(refit.hypotheses) < len(best.hypotheses)]
+    else:
+        beside = [*first, *(() if by_chance(baseline) else (baseline,))]
+    refits = list(shapes)
+    for refit in beside:
+        if any(one.complete for one in refits):
+            break
+        tried = [one for one in refits if set(refit.hypotheses) < set(one.hypotheses)]
+        known = {one.hypotheses[-1] for one in tried}
+        curves = general(refit)[: SHAPES_BESIDE if first else None]
+        race.clock.plan(len(curves))
+        for screened in curves:
+            if any(explains(one, refit) for one in tried):
+                break
+            faint = refit.slight and screened.gain < LAW
+            if refit.worst.mean_square <= MISFIT:
+                faint = faint or not may_help(screened, refit, race.refitter)
+            alike = any(
+                one.finished and one.hypotheses[-1].over == screened.hypotheses[0].over != "" for one in tried
+            )  # over the same variable at another place: what gained little here gains little there
+            if screened.hypotheses[0] not in known and not faint and not alike:
+                tried = race.beside(refit, screened.hypotheses[0], tried)
+        refits += [one for one in tried if one not in refits]
+    return tuple(sorted(refits, key=rank))
+
+
+def curve_beside(refitter: Refitter, best: Refit, general: General) -> Screened | None:
+    """What explains everything may still have another law: the curve beside it that promises most over all
+    recordings, if that is as much as is asked of a hypothesis where no channel shows anything."""
+    at = refitter.everywhere(best)
+    promised = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
+    return next((one for one in promised if one.gain >= LAW), None)
+
+
+def with_curve(refitter: Refitter, best: Refit, curve: Screened, clock: Clock) -> tuple[Refit, ...]:
+    clock.say(f"fitting {curve.hypotheses[0].name}")
+    return (refitter.slightly((*best.hypotheses, *curve.hypotheses), best),)
