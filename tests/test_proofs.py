@@ -150,3 +150,30 @@ def test_starts_that_disagree_too_often_or_unsaid_do_not():
     assert not holds
     assert "does not name start 9" in text
     assert not starts.judged(one, ["Start 9 ended elsewhere"])[1]
+
+
+def test_the_picture_of_a_proof_has_the_numbers_of_its_score(tmp_path):
+    drawn = loaded("picture")
+
+    def rate(right: int, of: int) -> dict:
+        return {"right": right, "of": of, "share": right / of, "lower": 0.9 * right / of, "upper": 1.0}
+
+    rates = {name: rate(7 + k, 17 + k) for k, name in enumerate(drawn.RATES)}
+    score = {
+        "seed": 1234567,
+        "campaigns": 43,
+        "rates": rates | {"cause told first": rate(3, 4)},
+        "by_kind": {"complete": {"false alarms": rate(0, 5)}},
+        "baselines": {"criterion": {"cause told first": rate(2, 4), "false alarms": rate(4, 5)}},
+    }
+    drawn.picture(score, path := tmp_path / "proof.svg")
+    said = path.read_text(encoding="utf-8")
+    drawn.picture(score, again := tmp_path / "again.svg")
+    assert again.read_text(encoding="utf-8") == said
+    for words in (
+        "--seed 1234567 --campaigns 43",
+        *(f"{one['right']} of {one['of']}" for one in rates.values()),
+    ):
+        assert words in said
+    assert "BIC" in said
+    assert "sparse" not in said  # this score has none
