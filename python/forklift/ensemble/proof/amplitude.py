@@ -144,28 +144,36 @@ def found_for(
     random: np.random.Generator,
     tick_s: float,
 ) -> tuple[Law, float, float]:
-    """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible."""
+    """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible, and at
+    what makes no truck chatter."""
     chosen = probes(given, conditions)
     plain = [_probe(name, conditions[n]) for n in chosen]
     moved = [given.plans[n].lift for n in chosen]
     top = most(name)
     law = law_of(name, where, top, random)
     key, full = next(iter(law.values.items()))
-    grid = [0.0, *GRID]
-    amplified = [
-        replace(one, values={f"{law.name}.{key}": np.multiply(full, share)})
-        for share in grid
-        for one in plain
-    ]
-    ran = run.simulate(trucks, (law,), amplified, ROUGH, tick_s)
-    each = [ran[n * len(plain) : (n + 1) * len(plain)] for n in range(len(grid))]
+    shares = GRID
+    while True:
+        amplified = [
+            replace(one, values={f"{law.name}.{key}": np.multiply(full, share)})
+            for share in (0.0, *shares)
+            for one in plain
+        ]
+        try:
+            ran = run.simulate(trucks, (law,), amplified, ROUGH, tick_s)
+            break
+        except FloatingPointError:
+            if len(shares) == 1:
+                raise
+            shares = shares[:-1]
+    each = [ran[n * len(plain) : (n + 1) * len(plain)] for n in range(len(shares) + 1)]
     sizes = np.maximum.accumulate([max(size(one, each[0], moved), 1e-9) for one in each[1:]])
     if wanted >= sizes[-1]:
-        share, has = 1.0, float(sizes[-1])
+        share, has = float(shares[-1]), float(sizes[-1])
     elif wanted <= sizes[0]:
-        share, has = float(GRID[0] * wanted / sizes[0]), wanted
+        share, has = float(shares[0] * wanted / sizes[0]), wanted
     else:
-        share, has = float(np.exp(np.interp(np.log(wanted), np.log(sizes), np.log(GRID)))), wanted
+        share, has = float(np.exp(np.interp(np.log(wanted), np.log(sizes), np.log(shares)))), wanted
     law.values[key] = np.multiply(full, share)
     return law, top * share, has
 

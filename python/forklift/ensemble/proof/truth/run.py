@@ -18,6 +18,8 @@ Ints = NDArray[np.int64]
 TICK_S = 0.02
 TOLERANCE = 1e-6  # of a step, in typical sizes
 SHORTEST_S = 1e-9
+MOST_STEPS = 300
+"""Steps a tick, on average over a run: a truck that takes more chatters, and would be at it for an hour."""
 START_M = (0.98, 1.96)
 ZERO_DEGC_K = 273.0  # as the thesis has it
 
@@ -56,7 +58,7 @@ def simulate(
     tick_s: float = TICK_S,
 ) -> list[Trajectory]:
     """The trajectory under each of the conditions, which need not be equally long; `tick_s` is a tick's
-    length."""
+    length. `FloatingPointError` where a truck chatters: steps get too short, or too many."""
     k = parameters(trucks, laws, conditions)
     last = np.array([one.command.shape[1] for one in conditions]) - 1
     command = np.stack([_longer(one.command, last.max() + 1) for one in conditions], axis=-1)
@@ -74,7 +76,11 @@ def simulate(
         np.zeros(len(conditions)),
     )
     h = np.full(len(conditions), tick_s)
+    steps = 0
     while len(column):
+        steps += 1
+        if steps > MOST_STEPS * max(int(last.max()), 1):
+            raise FloatingPointError(f"more than {MOST_STEPS} steps a tick are needed")
         # Each recording takes a step of its own length, not beyond the next tick or change of its command.
         u, until = held(command, tick, since, late[:, column], column, tick_s)
         u, T = u[:, None], (warm[column] + rise[column] * tick)[None, None]
