@@ -227,14 +227,17 @@ def test_light_and_dark_follow_the_system_and_the_button(opened):
     assert page.evaluate(ground) == "rgb(20, 23, 27)"
 
 
-def test_paper_gets_every_figure_as_wide_as_it_is(opened, tmp_path):
+def test_paper_gets_every_figure_as_wide_as_it_is_and_every_table(opened, tmp_path):
     page = opened("diagnosis", scheme="dark")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     widths = page.evaluate("[...document.querySelectorAll('.plot')].map(place => place._fullLayout.width)")
     assert len(set(widths)) == 1
     assert widths[0] <= 700
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    shut = "document.querySelectorAll('details:not([open])').length"
+    assert page.evaluate(shut) == 0
     page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.evaluate(shut) > 0
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 27)"
     page.pdf(path=tmp_path / "page.pdf", format="A4")
     assert (tmp_path / "page.pdf").stat().st_size > 50_000

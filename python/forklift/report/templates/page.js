@@ -202,10 +202,15 @@ button.addEventListener("click", () => {
 });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
-// On paper: light colours, every figure, as wide as the paper.
+// On paper: light colours, every figure, as wide as the paper, and every table that is folded on the screen.
+const folded = new Set();
 const PAPER_PX = 690, PAPER_HIGH_PX = 470;
 function onPaper() {
   paint("light");
+  for (const one of document.querySelectorAll("details:not([open])")) {
+    folded.add(one);
+    one.open = true;
+  }
   for (const place of places) {
     draw(place);
     const high = blocks[place.dataset.place].recordings ? { height: PAPER_HIGH_PX } : {};
@@ -216,6 +221,8 @@ function onPaper() {
 }
 function onScreen() {
   paint(theme);
+  for (const one of folded) one.open = false;
+  folded.clear();
   for (const place of places) Plotly.relayout(place, { width: null, height: null, autosize: true });
   redraw();
 }
