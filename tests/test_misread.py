@@ -53,7 +53,7 @@ def test_a_load_was_entered_too_low_or_too_high(off, way):
     ]
     clause, interval = ForkliftWords().found(hypothesis("load_entered"), rows)
     assert f"{abs(off):.0f} kg {way}" in clause
-    assert "2 of 3 recordings" in clause
+    assert "2 of the 3 recordings fitted" in clause
     assert f"{abs(off) - 0.2:g} to {abs(off) + 0.2:g} kg" in interval
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import dependences
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.refit import Refit
-from forklift.plant.subject import Subject
+from forklift.plant.subject import Subject, Term
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,19 +37,24 @@ def laws(machine: Subject, refit: Refit) -> list[Law]:
     """
     problem, x = refit.found.problem, refit.found.x
     conditions = [problem.conditions(x, k) for k in range(len(problem.samples))]
-    seen = problem.moments(x, "")
     time = tuple(one.recording.time_s for one in problem.samples)
     found = []
-    for term in machine.terms(problem.values(x), problem.samples, conditions, seen):
-        for port, added in term.added.items():
-            every = np.concatenate(added)
-            best = None
-            if np.ptp(every) > 1e-9 * np.abs(every).max():
-                alone = UnknownInput(port, 0.0, 0.0, 0.0, time, tuple(added), tuple(map(np.ones_like, added)))
-                best = next(iter(dependences(alone, seen)), None)
-            if best is None:
-                found.append(Law(term.name, port, "", 0.0, np.concatenate(time), every))
-            else:
-                values = np.concatenate([one[best.variable] for one in seen])
-                found.append(Law(term.name, port, best.variable, best.explained, values, every))
+    for part in dict.fromkeys(machine.part_of(one.name) for one in machine.places):
+        seen = problem.moments(x, part)
+        terms = machine.terms(problem.values(x), problem.samples, conditions, seen, part)
+        found += [_law(term, port, seen, time) for term in terms for port in term.added]
     return found
+
+
+def _law(term: Term, port: str, seen: Sequence[Mapping[str, Floats]], time: tuple[Floats, ...]) -> Law:
+    """One term at a port, against its own variable, or the one that tells it best."""
+    added = term.added[port]
+    every = np.concatenate(added)
+    variable, explained = term.over, 1.0
+    if not variable and np.ptp(every) > 1e-9 * np.abs(every).max():
+        alone = UnknownInput(port, 0.0, 0.0, 0.0, time, tuple(added), tuple(map(np.ones_like, added)))
+        best = next(iter(dependences(alone, seen)), None)
+        variable, explained = (best.variable, best.explained) if best else ("", 0.0)
+    if not variable:
+        return Law(term.name, port, "", 0.0, np.concatenate(time), every)
+    return Law(term.name, port, variable, explained, np.concatenate([one[variable] for one in seen]), every)

@@ -69,7 +69,7 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
     if not (mean or off):
         return Found()
     unit = printed((mean or off[0])["unit"])
-    some = "" if len(off) == len(each) else f" in {len(off)} of {len(each)} recordings"
+    some = "" if len(off) == len(each) else f" in {len(off)} of the {len(each)} recordings fitted"
     if mean:
         told = (mean["value"], mean["lower"], mean["upper"])
         way = "low" if told[0] > 0.0 else "high"
@@ -82,7 +82,7 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
         f"the {what} is not what was {entered}: by {_signed(low['value'])} to "
         f"{_signed(high['value'])} {unit}, "
         f"differing from recording to recording",
-        f"In {len(off)} of {len(each)} recordings it is off, each known to ±{number(0.5 * wide, 2)} "
+        f"In {len(off)} of {len(each)} recordings fitted it is off, each known to ±{number(0.5 * wide, 2)} "
         f"{unit} (95 % "
         f"interval); positive: it was {entered} too low.",
     )

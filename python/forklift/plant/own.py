@@ -304,6 +304,7 @@ class PlantSubject(NumpyMachine):
         cases: Sequence[Case],
         conditions: Sequence[Floats],
         moments: Sequence[Mapping[str, Floats]],
+        part: str,
     ) -> Sequence[Term]:
         """Each effect's own terms, at every moment."""
         present = self.present(values)

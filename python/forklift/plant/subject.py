@@ -165,6 +165,8 @@ class Term(NamedTuple):
     name: str
     added: Mapping[str, Sequence[Floats]]
     """By port, of every recording (times,), in the port's unit."""
+    over: str = ""
+    """The variable that it is a function of; empty if that is not known."""
 
 
 class Use(NamedTuple):
@@ -379,8 +381,12 @@ class Subject(Machine, Protocol):
         cases: Sequence[Case],
         conditions: Sequence[Floats],
         moments: Sequence[Mapping[str, Floats]],
+        part: str,
     ) -> Sequence[Term]:
-        """What each effect that these values bring adds, moment by moment; none if the machine cannot say."""
+        """What each effect that these values bring adds on a part, whose `moments` these are.
+
+        None if the machine cannot say.
+        """
 
     def physical(self, one: Hypothesis, values: Mapping[str, float], recordings: Sequence[Any]) -> str:
         """What a cause comes to in quantities that a reader knows: a sentence, or nothing."""

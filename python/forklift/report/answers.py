@@ -227,8 +227,11 @@ def _unknown(found: Diagnosis) -> str:
     ]
     doubt = f" (one at {' or '.join(near[:LIKE])} would explain as much)" if near else ""
     telling = next((one for one in found.dependences if one.explained >= TOLD_REGION), None)
+    over = found.causes[0].hypothesis.over if found.causes else ""
     told = (
-        f"{100 * telling.explained:.0f} % of that input is a function of "
+        f"Of the curves that were screened, one over {over} explains the recordings best"
+        if over
+        else f"{100 * telling.explained:.0f} % of that input is a function of "
         f"“{words.variable(telling.variable, found.machine.part_of(best.port)).name}”"
         if telling
         else "No variable tells most of that input"
@@ -341,7 +344,7 @@ def _doubt(found: Diagnosis, cause: Cause) -> str:
             f"{'' if cause.curve else '; those held out alone do not decide'}"
         )
     if not found.final.complete:
-        return "something is left over, so that neither the place nor the law is settled"
+        return "something is left over, so that its law is not settled"
     if cause.hypothesis.kind == "unknown":
         return f"it has no name, but with it {sentences.remainder(found)}"
     return f"the catalogue's alone leaves something over; with a curve beside it {sentences.remainder(found)}"

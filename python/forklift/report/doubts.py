@@ -98,11 +98,12 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
             yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
         elif found.final.complete and found.selection.curve:
             yield f"{name}: uncertain. {another_law(found.selection.curve, bool(cause.curve))}"
+        elif found.final.complete:
+            yield f"{name}: uncertain. It needed a curve without a name; the law may be another."
         else:
             yield (
                 f"{name}: uncertain. The place is supported, but the final model leaves up to "
-                f"{number(told['left_over']['worst_after'])} {NOISE} in a signal, or needed a curve without "
-                "a name beside it; the law may be another."
+                f"{number(told['left_over']['worst_after'])} {NOISE} in a signal; the law may be another."
             )
     if not found.causes:
         yield "No law was added."

@@ -38,9 +38,9 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     blocks: list[Block] = [
         explorer(found, told, changed=changed),
         *_heat(found, changed=changed),
-        *_asked_for(found),
-        *_conditions(found),
         *_laws(found),
+        *(_asked_for(found) if told["verdict"] != "no-mismatch" else ()),
+        *_conditions(found),
         *_added(found),
         *rivals.contests(list(_contests(found)), lambda one: said(found, one), f"; {REST}"),
         *rivals.places(
@@ -147,11 +147,13 @@ def _laws(found: Diagnosis) -> Iterator[Figure]:
     """What was found, as the final model has it."""
     words, panels = found.machine.words, []
     for one in laws(found.machine, found.final):
-        x = Quantity(*words.variable(one.variable, "")) if one.variable else Quantity("time", "s")
-        y = Quantity(*words.variable(one.port, ""))
-        telling = f" ({100 * max(one.explained, 0.0):.0f} % told by it)" if one.variable else ", a constant"
+        part = found.machine.part_of(one.port)
+        x = Quantity(*words.variable(one.variable, part)) if one.variable else Quantity("time", "s")
+        y = Quantity(*(words.place(one.port) if part else words.variable(one.port, "")))
+        telling = "" if one.explained == 1.0 else f" ({100 * max(one.explained, 0.0):.0f} % told by it)"
+        telling = telling if one.variable else ", a constant"
         label = f"{one.name}, against {x.name}{telling}"
-        panels.append(charts.scattered(label, x, y, one.values, one.added))
+        panels.append(charts.scattered(label, x, y, x.scale * one.values, y.scale * one.added))
     if panels:
         yield Figure(
             "The law that was found",
