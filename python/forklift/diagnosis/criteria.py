@@ -177,7 +177,8 @@ act goes first: what enters between a valve's current and its flow looks much th
 MOVES_AT_ALL = 1e-6
 """Share of its size by which a variable moves if it is one."""
 TELLING = 0.05
-"""An input of which a variable explains less than this share in recordings left out is no function of it."""
+"""An input of which a variable explains less than this share in recordings left out is no function of it; and
+what a variable was a while ago must explain so much more than one of the moment to be told before it."""
 STANDS = 0.9
 """Share of an accepted hypothesis's effect, or of a curve's evidence, from which on another stands for it."""
 UNTOLD = 0.5

@@ -240,7 +240,8 @@ def variables(problem: Problem, x: Floats, part: str, at: Sequence[Floats]) -> l
 def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Dependence]:
     """An unknown input as a function of each variable, the best first."""
     early = refit.early
-    return dependences(found, variables(early.problem, early.x, part, found.centres))
+    seen = variables(early.problem, early.x, part, found.centres)
+    return dependences(found, seen, early.problem.machine.past)
 
 
 def _ranges(found: Found, part: str) -> dict[str, tuple[float, float]]:

@@ -7,13 +7,13 @@ share of its square that is explained in a recording the curve was not drawn fro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.diagnosis.criteria import TELLING as TELLING
+from forklift.diagnosis.criteria import TELLING
 from forklift.diagnosis.locate import UnknownInput
 
 KNOTS = 7
@@ -42,14 +42,20 @@ class Dependence:
         return float(self.at[strong[0]]), float(self.at[strong[-1]])
 
 
-def dependences(found: UnknownInput, variables: Sequence[Mapping[str, Floats]]) -> list[Dependence]:
+def dependences(
+    found: UnknownInput, variables: Sequence[Mapping[str, Floats]], past: Collection[str] = ()
+) -> list[Dependence]:
     """The input against every variable, the best first.
 
-    `variables` holds each recording's, at the times of its hats; what not all of them have is none.
+    `variables` holds each recording's, at the times of its hats; what not all of them have is none. What is
+    of the `past` must explain `TELLING` more than one of the moment, to come first.
     """
     names = [name for name in variables[0] if all(name in given for given in variables)]
     fitted = [_shape(found, name, [given[name] for given in variables]) for name in names]
-    return sorted((shape for shape in fitted if shape), key=lambda shape: -shape.explained)
+    return sorted(
+        (shape for shape in fitted if shape),
+        key=lambda shape: TELLING * (shape.variable in past) - shape.explained,
+    )
 
 
 def _shape(found: UnknownInput, name: str, columns: Sequence[Floats]) -> Dependence | None:

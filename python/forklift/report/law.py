@@ -35,6 +35,6 @@ def against(found: Diagnosis, best: UnknownInput) -> list[curves.Against]:
     """An unknown input against the variables that explain most of it."""
     problem, x = found.baseline.early.problem, found.baseline.early.x
     given = variables(problem, x, problem.machine.part_of(best.port), best.centres)
-    seen = found.dependences if best is found.inputs[0] else dependences(best, given)
+    seen = found.dependences if best is found.inputs[0] else dependences(best, given, problem.machine.past)
     final = curves.had_it_been(found.baseline, found.final, best.port)
     return curves.against(best, seen, given, final)
