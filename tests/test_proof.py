@@ -507,4 +507,5 @@ def test_the_score_counts_what_is_asked():
     bins = {(one["from"], one["to"]): (one["right"], one["of"]) for one in reliability(results)}
     assert bins[0.9, 1.0] == (1, 2)
     assert bins[0.5, 0.7] == (0, 1)
+    assert [one["by_another_law"] for one in reliability(results)][-1] == 1  # the stranger's place, uncertain
     assert {"concealed": "leakage", "told": "valve_lag", "count": 1} in found["confusion"]

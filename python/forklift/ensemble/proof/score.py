@@ -117,8 +117,9 @@ def confusion(results: Sequence[Result]) -> list[dict[str, Any]]:
 
 
 def reliability(results: Sequence[Result]) -> list[dict[str, Any]]:
-    """Of the named causes told with a credibility in each bin: how many were right."""
-    told: list[tuple[float, bool]] = []
+    """Of the named causes told with a credibility in each bin: how many were right; and of the others, how
+    many named a stranger's place, with their form uncertain (`by_another_law`)."""
+    told: list[tuple[float, bool, bool]] = []
     for one in results:
         wanted = {name for cause in one["answer"]["causes"] for name in cause["names"]}
         for cause in one["told"]["causes"]:
@@ -129,11 +130,15 @@ def reliability(results: Sequence[Result]) -> list[dict[str, Any]]:
             ):
                 continue
             if cause["credibility"] is not None:
-                told.append((float(cause["credibility"]), cause["id"] in wanted))
+                right = cause["id"] in wanted
+                relative = cause["form"] != "complete" and bool(one["judged"]["unknown"])
+                told.append((float(cause["credibility"]), right, relative and not right))
     rows = []
     for low, high in pairwise(BINS):
-        inside = [right for value, right in told if low <= value < high or (value == high == 1.0)]
-        rows.append({"from": low, "to": high, **share(sum(inside), len(inside))})
+        inside = [rest for value, *rest in told if low <= value < high or (value == high == 1.0)]
+        count = sum(named for named, _ in inside)
+        related = sum(other for _, other in inside)
+        rows.append({"from": low, "to": high, **share(count, len(inside)), "by_another_law": related})
     return rows
 
 
