@@ -93,7 +93,8 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
-            yield f"{name}: complete. With it {remainder(found)}."
+            with_it = "With it" if len(found.causes) == 1 else "With all that was found"
+            yield f"{name}: complete. {with_it} {remainder(found)}."
         elif found.final.complete and cause.hypothesis.kind == "unknown":
             yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
         elif found.final.complete and found.selection.curve:
@@ -278,8 +279,10 @@ def _regime_table(told: Mapping[str, Any]) -> Table:
 
 def _tests(found: Diagnosis, told: Mapping[str, Any]) -> Table:
     words = found.machine.words
-    rows = [(when, test) for when in ("before", "after") for test in told["deficient"][when]["tests"]]
-    each = " and ".join(f"{len(told['deficient'][when]['tests'])} {when}" for when in ("before", "after"))
+    times = ("before", "after") if found.final.hypotheses else ("after",)
+    rows = [(when, test) for when in times for test in told["deficient"][when]["tests"]]
+    each = " and ".join(f"{len(told['deficient'][when]['tests'])} {when}" for when in times)
+    each = each if len(times) > 1 else each.removesuffix(" after")
     return Table(
         f"Every test of what is left over: {each}",
         ["Model", "Test", "Signal", "Against", "Statistic", "p", "p, corrected", "Passed"],
