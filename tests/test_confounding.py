@@ -78,9 +78,7 @@ def test_pressure_that_is_lost_before_the_valve_is_mended_by_a_curve_behind_it(c
     for one in lost:
         assert one.equations == ("valve-flow", "tank")
         assert set(machine.acted_on(one)) == {"free.opening", "free.return_pressure"}
-    assert [one.id for one in EFFECTS if one.also_in] == [
-        one.id for one in EFFECTS if one.id in ("hose_resistance", "hose_inertance")
-    ]
+    assert {one.id for one in EFFECTS if one.also_in} == {"hose_resistance", "hose_inertance"}
 
 
 def test_the_page_draws_a_curve_as_the_machine_has_it_against_its_own_variable(complete):

@@ -62,7 +62,8 @@ def confounded(
             if hypothesis.amplitude is not None and hypothesis.kind != "unknown":
                 found += _of(refit, hypothesis, others)
             elif hypothesis.over:
-                found += _of_a_curve(refit, hypothesis, elsewhere, start)
+                alike = [other for other in elsewhere if other.over == hypothesis.over]
+                found += _of_a_curve(refit, hypothesis, alike, start) if alike else []
     return tuple(found)
 
 

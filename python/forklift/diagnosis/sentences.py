@@ -114,6 +114,11 @@ def remainder(found: Outcome) -> str:
     )
 
 
+def with_it(found: Outcome) -> str:
+    """What is left over with the cause, or with all of several."""
+    return f"{'With it' if len(found.causes) == 1 else 'With all that was found'} {remainder(found)}"
+
+
 def named(found: Outcome, cause: Cause) -> str:
     """A cause with where it acts."""
     law = f", by another law than the catalogue's, a curve over {cause.curve.over}" if cause.curve else ""

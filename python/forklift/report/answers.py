@@ -324,8 +324,7 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
     if row["form"] != "complete":
         return f"Its law is uncertain: {_doubt(found, cause)}."
     if row["kind"] in ENTERED:
-        with_it = "With it" if len(found.causes) == 1 else "With all that was found"
-        return f"{with_it} {sentences.remainder(found)}."
+        return f"{sentences.with_it(found)}."
     if sentences.in_all_alone(found):
         return (
             f"{capital(sentences.remainder(found))}, as without it: these recordings tell little of its law."

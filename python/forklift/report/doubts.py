@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose
 from forklift.diagnosis.ledger import Untold
-from forklift.diagnosis.sentences import remainder
+from forklift.diagnosis.sentences import remainder, with_it
 from forklift.report.answers import judged
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.instead import ruled_out, said
@@ -93,8 +93,7 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
-            with_it = "With it" if len(found.causes) == 1 else "With all that was found"
-            yield f"{name}: complete. {with_it} {remainder(found)}."
+            yield f"{name}: complete. {with_it(found)}."
         elif found.final.complete and cause.hypothesis.kind == "unknown":
             yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
         elif found.final.complete and found.selection.curve:

@@ -150,8 +150,8 @@ def _laws(found: Diagnosis) -> Iterator[Figure]:
         part = found.machine.part_of(one.port)
         x = Quantity(*words.variable(one.variable, part)) if one.variable else Quantity("time", "s")
         y = Quantity(*(words.place(one.port) if part else words.variable(one.port, "")))
-        telling = "" if one.explained == 1.0 else f" ({100 * max(one.explained, 0.0):.0f} % told by it)"
-        telling = telling if one.variable else ", a constant"
+        share = "" if one.explained == 1.0 else f" ({100 * max(one.explained, 0.0):.0f} % told by it)"
+        telling = share if one.variable else ", a constant"
         label = f"{one.name}, against {x.name}{telling}"
         panels.append(charts.scattered(label, x, y, x.scale * one.values, y.scale * one.added))
     if panels:
