@@ -14,7 +14,6 @@ from forklift.diagnosis.criteria import STANDS
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.plant.forklift.effects import EFFECTS
-from forklift.plant.forklift.free_curve import FreeCurve
 from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.plant.protocol import Hypothesis
 
@@ -79,18 +78,3 @@ def test_pressure_that_is_lost_before_the_valve_is_mended_by_a_curve_behind_it(c
         assert one.equations == ("valve-flow", "tank")
         assert set(machine.acted_on(one)) == {"free.opening", "free.return_pressure"}
     assert {one.id for one in EFFECTS if one.also_in} == {"hose_resistance", "hose_inertance"}
-
-
-def test_the_page_draws_a_curve_as_the_machine_has_it_against_its_own_variable(complete):
-    machine = complete.found.problem.machine
-    shape = FreeCurve(
-        "free", "viscosity", "pressure", 10.0 * BARS, 120.0 * BARS, 0.0, (0.1, 0.2, 0.3, 0.1, 0.0, 0.1, 0.2)
-    )
-    moments = [{"pressure": np.linspace(20.0, 100.0, 9) * BARS}]
-    (term,) = machine.terms(shape.parameters(), [], [], moments, "free")
-    assert term.over == "pressure"
-    assert list(term.added) == ["free.viscosity"]
-    assert term.added["free.viscosity"][0] == pytest.approx(
-        shape.at(moments[0]["pressure"]) - 1.0
-    )  # a factor
-    assert machine.terms(shape.parameters(), [], [], moments, "main") == ()

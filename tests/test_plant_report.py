@@ -163,7 +163,7 @@ def test_what_is_asked_for_the_law_and_the_rivals_are_drawn(bent, page, said):
     assert "What the recordings ask for: law, a law" in titles
     assert "The law that was found" in titles
     law = next(block for block in drawn(page) if block["title"] == "The law that was found")
-    dots = law["panels"][0]["data"][0]
+    dots = next(one for one in law["panels"][0]["data"] if one["mode"] == "markers")
     np.testing.assert_allclose(dots["y"], bent.numbers[-1].value * np.square(dots["x"]), rtol=1e-3, atol=1e-3)
     assert words.number(bent.baseline.reduced_chi2) in said.of("b")
     assert any("Source: a book." in item for item in said.of("li"))

@@ -184,6 +184,17 @@ class Truck:
     ) -> list[tuple[_Floats, _Floats]]:
         """Per case outputs (n, outputs) and derivatives (n, outputs, directions)."""
 
+    def added(
+        self,
+        case: Case,
+        unknowns: _Floats,  # as of responses
+        others: Sequence[Truck],  # of the same parameters' names
+        *,
+        substeps: int = ...,
+    ) -> list[tuple[str, str, _Floats]]:
+        """What each effect adds at a port it moves, "main.leakage" at "main.cylinder_flow": (1 + others, n),
+        of this truck and of the others in its states; in a sum's unit, of a factor the relative change."""
+
     def hat_responses(
         self,
         case: Case,

@@ -4,6 +4,7 @@ use hydro_core::error::Error;
 use hydro_core::mast::LiftName;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::ports::PORTS;
+use hydro_core::run::added;
 use hydro_core::run::responses::{Hats, Responses};
 use hydro_core::run::sensitivity::{self, differentiate_all, Case, Direction, Input};
 use hydro_core::run::Inputs;
@@ -217,4 +218,25 @@ pub fn differentiate<'py>(
             Ok((outputs, derivatives))
         })
         .collect()
+}
+
+/// An effect, a port, and what the effect adds there: (draws, times).
+pub type Shares<'py> = Vec<(String, String, Bound<'py, PyArray2<f64>>)>;
+
+/// What the effects of the first truck add along a recording, and what those of the others would add there.
+pub fn added<'py>(
+    py: Python<'py>,
+    draws: &[Truck],
+    case: &PyCase,
+    unknowns: &PyReadonlyArray1<'py, f64>,
+    substeps: usize,
+) -> PyResult<Shares<'py>> {
+    let run = case.at(&unknowns.as_array().to_vec()).map_err(|e| raise(py, &e))?;
+    let found = watched(py, |interrupt| added::added(draws, &run, substeps, interrupt)).map_err(|e| raise(py, &e))?;
+    let of = |one: added::Added| {
+        let port = format!("{}.{}", one.lift.as_str(), PORTS[one.port].name);
+        let rows = one.values.into_pyarray(py).reshape([draws.len(), case.time.len()])?;
+        Ok((one.effect, port, rows))
+    };
+    found.into_iter().map(of).collect()
 }

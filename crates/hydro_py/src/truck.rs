@@ -230,4 +230,17 @@ impl PyTruck {
     ) -> PyResult<Bound<'py, PyArray4<f64>>> {
         case::responses(py, &self.0, &case, &unknowns, &ports, &centres, width, substeps)
     }
+
+    #[pyo3(signature = (case, unknowns, others, *, substeps=Solver::DEFAULT_SUBSTEPS))]
+    fn added<'py>(
+        &self,
+        py: Python<'py>,
+        case: PyRef<'py, PyCase>,
+        unknowns: PyReadonlyArray1<'py, f64>,
+        others: Vec<PyRef<'py, PyTruck>>,
+        substeps: usize,
+    ) -> PyResult<case::Shares<'py>> {
+        let draws: Vec<Truck> = [&self.0].into_iter().chain(others.iter().map(|one| &one.0)).cloned().collect();
+        case::added(py, &draws, &case, &unknowns, substeps)
+    }
 }

@@ -11,6 +11,7 @@ from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import dependences
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.refit import Refit
+from forklift.fitting.intervals import QUANTILE
 from forklift.plant.subject import Subject, Term
 
 
@@ -28,6 +29,23 @@ class Law:
     """(moments,) of the variable; of a constant the time [s]."""
     added: Floats
     """(moments,) what the effect adds, in the port's unit."""
+    band: Floats
+    """(moments,) half of its 95 % interval."""
+
+    @property
+    def slope(self) -> float | None:
+        """How much it rises per one of its variable [port's unit over the variable's], if it lies on a
+        straight line."""
+        if not self.variable or np.ptp(self.values) == 0.0:
+            return None
+        line = np.polynomial.Polynomial.fit(self.values, self.added, 1)
+        left = np.square(self.added - line(self.values)).sum()
+        straight = left <= (1.0 - STRAIGHT) * np.square(self.added - self.added.mean()).sum()
+        return float(line.convert().coef[1]) if straight else None
+
+
+STRAIGHT = 0.99
+"""Share of a law's square that a straight line explains where its slope is told."""
 
 
 def laws(machine: Subject, refit: Refit) -> list[Law]:
@@ -38,23 +56,48 @@ def laws(machine: Subject, refit: Refit) -> list[Law]:
     problem, x = refit.found.problem, refit.found.x
     conditions = [problem.conditions(x, k) for k in range(len(problem.samples))]
     time = tuple(one.recording.time_s for one in problem.samples)
+    draws = [problem.values(one) for one in _apart(refit)]
     found = []
     for part in dict.fromkeys(machine.part_of(one.name) for one in machine.places):
         seen = problem.moments(x, part)
-        terms = machine.terms(problem.values(x), problem.samples, conditions, seen, part)
-        found += [_law(term, port, seen, time) for term in terms for port in term.added]
+        terms = machine.terms(draws, problem.samples, conditions, seen, part)
+        found += [_law(one, port, seen, time) for one in zip(*terms, strict=True) for port in one[0].added]
     return found
 
 
-def _law(term: Term, port: str, seen: Sequence[Mapping[str, Floats]], time: tuple[Floats, ...]) -> Law:
+def _apart(refit: Refit) -> list[Floats]:
+    """The unknown vector, and pairs either side of it: one standard deviation along each principal axis of
+    what is known of the unknowns that the hypotheses brought."""
+    problem, x = refit.found.problem, refit.found.x
+    brought = {name for one in refit.hypotheses for free in one.addition.free for name in free.names}
+    own = [k for k, unknown in enumerate(problem.unknowns) if brought & set(unknown.names)]
+    if not own:
+        return [x]
+    squares, axes = np.linalg.eigh(refit.knowledge.covariance[np.ix_(own, own)])
+    lower, upper = problem.bounds()
+    found = [x]
+    for square, axis in zip(squares.clip(0.0), axes.T, strict=True):
+        for sign in (1.0, -1.0):
+            moved = x.copy()
+            moved[own] += sign * np.sqrt(square) * axis
+            found.append(np.clip(moved, lower, upper))
+    return found
+
+
+def _law(
+    draws: Sequence[Term], port: str, seen: Sequence[Mapping[str, Floats]], time: tuple[Floats, ...]
+) -> Law:
     """One term at a port, against its own variable, or the one that tells it best."""
+    term, *apart = draws
     added = term.added[port]
     every = np.concatenate(added)
+    moved = [np.concatenate(one.added[port]) for one in apart]
+    pairs = zip(moved[::2], moved[1::2], strict=True)
+    band = QUANTILE * np.sqrt(sum((np.square(0.5 * (up - down)) for up, down in pairs), 0.0 * every))
     variable, explained = term.over, 1.0
     if not variable and np.ptp(every) > 1e-9 * np.abs(every).max():
         alone = UnknownInput(port, 0.0, 0.0, 0.0, time, tuple(added), tuple(map(np.ones_like, added)))
         best = next(iter(dependences(alone, seen)), None)
         variable, explained = (best.variable, best.explained) if best else ("", 0.0)
-    if not variable:
-        return Law(term.name, port, "", 0.0, np.concatenate(time), every)
-    return Law(term.name, port, variable, explained, np.concatenate([one[variable] for one in seen]), every)
+    values = np.concatenate([one[variable] for one in seen] if variable else time)
+    return Law(term.name, port, variable, explained if variable else 0.0, values, every, band)

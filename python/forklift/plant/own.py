@@ -300,13 +300,22 @@ class PlantSubject(NumpyMachine):
 
     def terms(
         self,
-        values: Mapping[str, float],
+        draws: Sequence[Mapping[str, float]],
         cases: Sequence[Case],
         conditions: Sequence[Floats],
         moments: Sequence[Mapping[str, Floats]],
         part: str,
-    ) -> Sequence[Term]:
+    ) -> Sequence[Sequence[Term]]:
         """Each effect's own terms, at every moment."""
+        return [self._terms(values, cases, conditions, moments) for values in draws]
+
+    def _terms(
+        self,
+        values: Mapping[str, float],
+        cases: Sequence[Case],
+        conditions: Sequence[Floats],
+        moments: Sequence[Mapping[str, Floats]],
+    ) -> list[Term]:
         present = self.present(values)
         found = [Term(one.name, {port: [] for port in one.ports}) for one in present.effects]
         for case, own, seen in zip(cases, conditions, moments, strict=True):

@@ -377,15 +377,14 @@ class Subject(Machine, Protocol):
 
     def terms(
         self,
-        values: Mapping[str, float],
+        draws: Sequence[Mapping[str, float]],
         cases: Sequence[Case],
         conditions: Sequence[Floats],
         moments: Sequence[Mapping[str, Floats]],
         part: str,
-    ) -> Sequence[Term]:
-        """What each effect that these values bring adds on a part, whose `moments` these are.
-
-        None if the machine cannot say.
+    ) -> Sequence[Sequence[Term]]:
+        """Of each draw of values, what every effect that they bring adds on a part, whose `moments` these
+        are with the first draw's values: the same terms in the same order. None if the machine cannot say.
         """
 
     def physical(self, one: Hypothesis, values: Mapping[str, float], recordings: Sequence[Any]) -> str:

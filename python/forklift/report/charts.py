@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 MOST_DOTS = 1000
 """Of a cloud."""
+AXIS_LETTERS = 36
+"""A line of what stands beside a vertical axis."""
 ROW_PX = 17
 """Height of a row of the correlations."""
 
@@ -145,20 +148,36 @@ def over_time(what: Quantity, time: Floats, values: Floats) -> Panel:
     return Panel(what.name, [line], _over_time(what))
 
 
-def scattered(label: str, x: Quantity, y: Quantity, values: Floats, added: Floats) -> Panel:
-    """One quantity against another, as dots, thinned evenly."""
+def scattered(
+    label: str, x: Quantity, y: Quantity, values: Floats, added: Floats, band: Floats | None = None
+) -> Panel:
+    """One quantity against another, as dots, thinned evenly; `band`: half the width of one around a line on
+    which they lie."""
     kept = np.unique(np.linspace(0, len(values) - 1, min(len(values), MOST_DOTS)).astype(int))
-    dots = {
+    dots: dict[str, Any] = {
         "type": "scatter", "mode": "markers", "name": label, "x": numbers(values[kept]),
         "y": numbers(added[kept]), "marker": {"size": 4, "color": "@after", "opacity": 0.6},
         "hovertemplate": "%{x:.3g}: %{y:.3g}<extra></extra>",
     }  # fmt: skip
+    data = [dots]
+    if band is not None and band.any():
+        along = kept[np.argsort(values[kept])]
+        over, under = (added + sign * band for sign in (1.0, -1.0))
+        data.insert(
+            0,
+            {
+                "type": "scatter", "mode": "lines", "name": "95 % interval", "hoverinfo": "skip",
+                "x": numbers(np.concatenate([values[along], values[along][::-1]])),
+                "y": numbers(np.concatenate([over[along], under[along][::-1]])),
+                "fill": "toself", "fillcolor": "@band", "line": {"width": 0},
+            },
+        )  # fmt: skip
     layout = {
         "hovermode": "closest",
         "xaxis": {"title": {"text": x.titled}},
-        "yaxis": {"title": {"text": y.titled}},
+        "yaxis": {"title": {"text": "<br>".join(wrap(y.titled, AXIS_LETTERS))}},
     }
-    return Panel(label, [dots], layout)
+    return Panel(label, data, layout)
 
 
 def _over_time(what: Quantity) -> dict[str, Any]:

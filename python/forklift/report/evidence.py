@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from forklift.base.typeset import capital, number
+from forklift.base.typeset import capital, number, printed
 from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.criteria import TOLD_REGION
 from forklift.diagnosis.laws import laws
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 MOST_ROWS = 60
 """A map of more recordings, or stretches, is not drawn."""
 HELD = {"validate": "held out", "estimate": "fitted on"}
+ON_A_LINE = 0.995
+"""Share of a law's square that its variable tells where all of it lies on one line."""
 BEYOND = 3.0
 """An unknown input that moves readings so many times as far as they are off is mostly made up for."""
 
@@ -145,21 +147,29 @@ def _asked_for(found: Diagnosis) -> Iterator[Figure]:
 
 def _laws(found: Diagnosis) -> Iterator[Figure]:
     """What was found, as the final model has it."""
-    words, panels = found.machine.words, []
+    words, panels, slopes = found.machine.words, [], []
     for one in laws(found.machine, found.final):
         part = found.machine.part_of(one.port)
         x = Quantity(*words.variable(one.variable, part)) if one.variable else Quantity("time", "s")
         y = Quantity(*(words.place(one.port) if part else words.variable(one.port, "")))
-        share = "" if one.explained == 1.0 else f" ({100 * max(one.explained, 0.0):.0f} % told by it)"
+        share = "" if one.explained > ON_A_LINE else f" ({100 * max(one.explained, 0.0):.0f} % told by it)"
         telling = share if one.variable else ", a constant"
         label = f"{one.name}, against {x.name}{telling}"
-        panels.append(charts.scattered(label, x, y, x.scale * one.values, y.scale * one.added))
+        values, added = x.scale * one.values, y.scale * one.added
+        band = y.scale * one.band if one.explained > ON_A_LINE else None
+        panels.append(charts.scattered(label, x, y, values, added, band))
+        if one.slope is not None:
+            rise = number(y.scale / x.scale * one.slope, 2)
+            slopes.append(f"{one.name}: {rise} {printed(y.unit)} per {printed(x.unit) or 'one'}")
     if panels:
+        straight = f" Slopes of straight lines: {'; '.join(slopes)}." if slopes else ""
         yield Figure(
             "The law that was found",
             "What each effect that was found adds, at every moment of the recordings fitted, against the "
-            "variable that tells it best. Where dots do not lie on a line, it depends on more than that.",
+            "variable that tells it best, with the 95 % interval of its own parameters as a band. Where dots "
+            f"do not lie on a line, it depends on more than that.{straight}",
             panels,
+            height=400,
             choose="Effect",
         )
 

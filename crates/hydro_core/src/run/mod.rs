@@ -1,6 +1,7 @@
 //! A run: a truck under recorded or generated inputs, read at given times.
 
 mod adaptive;
+pub mod added;
 pub mod closed_loop;
 mod controllers;
 mod differentiable;

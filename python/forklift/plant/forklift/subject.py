@@ -15,6 +15,7 @@ from forklift.base.derivative import WINDOW
 from forklift.base.errors import ForkliftError
 from forklift.plant.findings import Caution, Findings
 from forklift.plant.forklift import phases
+from forklift.plant.forklift.added import added
 from forklift.plant.forklift.candidates import NextRecording, candidates, elsewhere, wanted
 from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
@@ -22,7 +23,6 @@ from forklift.plant.forklift.checks.suitability import suitability
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.curve_tables import per_output
 from forklift.plant.forklift.dither import dither
-from forklift.plant.forklift.free_curve import FreeCurve
 from forklift.plant.forklift.hypotheses import OIL, clocks_apart, hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.phases import IN_WORDS
@@ -35,7 +35,6 @@ from forklift.plant.forklift.speed_table import SpeedTable, speed_to_current
 from forklift.plant.forklift.splits import splits
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.forklift.unknowns import unknowns
-from forklift.plant.forklift.variables import PAST
 from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis
@@ -259,22 +258,14 @@ class ForkliftSubject(Forklift):
 
     def terms(
         self,
-        values: Mapping[str, float],
+        draws: Sequence[Mapping[str, float]],
         cases: Sequence[Case],
         conditions: Sequence[Floats],
         moments: Sequence[Mapping[str, Floats]],
         part: str,
-    ) -> Sequence[Term]:
-        """A lift's free curve; what effects add the core knows, where they act."""
-        curve = FreeCurve.of(self.at(values), "free" if part == "free" else "main")
-        if curve is None:
-            return ()
-        past = (one.name for one in PAST.values() if (one.variable, one.lag_s, one.fades) == curve.over)
-        variable = next(past, curve.variable)
-        if not all(variable in one for one in moments):
-            return ()
-        added = [curve.change(one[variable]) for one in moments]
-        return (Term("the curve", {f"{curve.lift}.{curve.port}": added}, variable),)
+    ) -> Sequence[Sequence[Term]]:
+        """See `forklift.plant.forklift.added`."""
+        return added(self, draws, cases, conditions, moments, "free" if part == "free" else "main")
 
     def physical(self, one: Hypothesis, values: Mapping[str, float], recordings: Sequence[Recording]) -> str:
         """See `forklift.plant.forklift.physical`."""
