@@ -348,7 +348,32 @@ pub struct Mast<S, X, const L: usize> {
     pub oil_temperature_degc: S,
 }
 
+/// A state vector of `dim` with the lifts at rest at `from` [m], kept within their strokes, and zeros after them.
+pub fn resting<S: Scalar, const L: usize>(lifts: &[Lift<S>; L], from: [S; L], dim: usize) -> Vec<S> {
+    let mut x = vec![S::zero(); dim];
+    for ((lift, from), own) in lifts.iter().zip(from).zip(x.chunks_exact_mut(STATES)) {
+        lift.at_rest(from.clamp_to(lift.stop.lower, lift.stop.upper)).write(own);
+    }
+    x
+}
+
 impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
+    /// The mast under the inputs with which a run starts, [`Mast::set_inputs`], and the state vector there: lifts at
+    /// rest at `from` [m], kept within their strokes, effects as they start.
+    pub fn at_rest(
+        lifts: [Lift<S>; L],
+        physics: X,
+        from: [S; L],
+        command: [S; L],
+        oil_temperature_degc: S,
+    ) -> (Self, Vec<S>) {
+        let mut start = resting(&lifts, from, L * STATES + physics.states());
+        let mut mast = Mast { lifts, physics, command, oil_temperature_degc };
+        mast.set_inputs(command, oil_temperature_degc);
+        mast.start_effects(&mut start);
+        (mast, start)
+    }
+
     /// Length of the state vector.
     pub fn dim(&self) -> usize {
         L * STATES + self.physics.states()

@@ -251,19 +251,12 @@ impl Block<'_, '_> {
         let trial = self.trial;
         let warmer = Warmer { by: self.each(|m| m.condition(Condition::OilTemperature)), warming: S::zero() };
         let starts = [Condition::StartFree, Condition::StartMain];
-        let mut start = vec![S::zero(); L * STATES + physics.states()];
-        for (k, lift) in lifts.iter().enumerate() {
-            let from: S = self.each(|m| m.condition(starts[usize::from(which[k] == LiftName::Main)]));
-            lift.at_rest(from.clamp_to(lift.stop.lower, lift.stop.upper))
-                .write(&mut start[k * STATES..(k + 1) * STATES]);
-        }
+        let from = which.map(|lift| self.each(|m| m.condition(starts[usize::from(lift == LiftName::Main)])));
         let time: Vec<f64> = (0..trial.ticks).map(|k| k as f64 * trial.tick_s).collect();
         let oil = vec![0.0; trial.ticks];
         let clock = Clock { time: &time, oil_temperature_degc: &oil };
         let landed = std::array::from_fn(|k| lifts[k].stop.lower + S::constant(LANDED_M));
-        let mut mast = Mast { lifts, physics, command: [S::zero(); L], oil_temperature_degc: S::zero() };
-        mast.set_inputs([S::zero(); L], warmer.at(&clock, 0));
-        mast.start_effects(&mut start);
+        let (mast, start) = Mast::at_rest(lifts, physics, from, [S::zero(); L], warmer.at(&clock, 0));
         let mut seats = self.members.iter().map(|drawn| self.seat(drawn)).collect::<Result<Vec<_>, _>>()?.into_iter();
         let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
         let readings = Readings::new(&which, trial.makeup.truck.effects());

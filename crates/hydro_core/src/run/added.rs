@@ -6,7 +6,7 @@ use super::ticks::{Clock, Ticks, Warmer};
 use super::{check, commanded_names, Interrupt, Solver};
 use crate::effects::{Instance, MastPorts, Term};
 use crate::error::Error;
-use crate::mast::{Extended, LiftName, LiftState, Mast, Physics, STATES};
+use crate::mast::{Extended, LiftName, LiftState, Mast, STATES};
 use crate::ports::{Join, PORTS};
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
@@ -41,16 +41,9 @@ pub fn added(draws: &[Truck], case: &Case, substeps: usize, interrupt: Interrupt
     let which = LiftName::BOTH;
     let (lifts, effects) = first.build(which, case.inputs.load_kg, |_, value| value)?;
     let physics = Extended::new(&effects, &lifts);
-    let mut start = vec![0.0; which.len() * STATES + physics.states()];
-    for (k, lift) in lifts.iter().enumerate() {
-        let position = case.start[k].clamp(lift.stop.lower, lift.stop.upper);
-        lift.at_rest(position).write(&mut start[k * STATES..(k + 1) * STATES]);
-    }
     let (clock, warmer) = (Clock::from(&case.inputs), Warmer { by: case.warmer, warming: case.warming });
     let mut drive = Replay::new(which, &case.inputs);
-    let mut mast = Mast { lifts, physics, command: [0.0; 2], oil_temperature_degc: 0.0 };
-    mast.set_inputs(drive.command(0), warmer.at(&clock, 0));
-    mast.start_effects(&mut start);
+    let (mast, start) = Mast::at_rest(lifts, physics, case.start, drive.command(0), warmer.at(&clock, 0));
     // Of each draw its effects: which, and how many states each has.
     let terms = draws.iter().map(|draw| {
         let (lifts, effects) = draw.build(which, case.inputs.load_kg, |_, value| value)?;

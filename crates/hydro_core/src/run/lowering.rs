@@ -7,7 +7,7 @@ use super::ticks::{Clock, Ticks, Warmer};
 use super::{commanded_names, Interrupt, Lifts};
 use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
-use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
@@ -118,14 +118,7 @@ fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
 ) -> Result<Vec<Trace>, Error> {
     let Group { members, clock, substeps, interrupt, .. } = group;
     let (count, truck) = (members.len(), members[0].truck);
-    let mut start = vec![S::zero(); L * STATES + physics.states()];
-    for (k, lift) in lifts.iter().enumerate() {
-        let position = from[k].clamp_to(lift.stop.lower, lift.stop.upper);
-        lift.at_rest(position).write(&mut start[k * STATES..(k + 1) * STATES]);
-    }
-    let mut mast = Mast { lifts, physics, command: [S::zero(); L], oil_temperature_degc: S::zero() };
-    mast.set_inputs([S::zero(); L], warmer.at(&clock, 0));
-    mast.start_effects(&mut start);
+    let (mast, start) = Mast::at_rest(lifts, physics, from, [S::zero(); L], warmer.at(&clock, 0));
     let mut seats = members.into_iter().map(|member| member.seat);
     let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
     let mut drive = ClosedLoop::<S, N, L>::new(which, truck, seats);

@@ -16,7 +16,7 @@ pub mod variants;
 
 use crate::effects::StateSpec;
 use crate::error::Error;
-use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
+use crate::mast::{resting, Extended, Lift, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
 use crate::scalar::Scalar;
 use crate::solver::statistics::Statistics;
 use crate::solver::vectors::widest;
@@ -307,13 +307,7 @@ fn start_state<const L: usize>(
             }),
         };
     }
-    let mut x = vec![0.0; names.len()];
-    for (k, &lift) in which.iter().enumerate() {
-        let stop = lifts[k].stop;
-        let position = lift.start_position().clamp_to(stop.lower, stop.upper);
-        lifts[k].at_rest(position).write(&mut x[k * STATES..(k + 1) * STATES]);
-    }
-    Ok(x)
+    Ok(resting(lifts, which.map(LiftName::start_position), names.len()))
 }
 
 fn commands_of<const L: usize>(which: &[LiftName; L], both: [f64; 2]) -> [f64; L] {

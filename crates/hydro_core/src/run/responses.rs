@@ -14,7 +14,7 @@ use super::ticks::{Between, Pausing, Ticks, Warmer};
 use super::{check, commanded_names, commands_of, Lifts, Solver};
 use crate::dual::Dual;
 use crate::error::Error;
-use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::scalar::Scalar;
 use crate::solver::fixed::{memory, Fixed};
@@ -248,18 +248,11 @@ impl Run<'_> {
         all: &mut Answers,
         intervals: &mut [usize],
     ) -> Result<(), Error> {
-        let zero = Dual::zero();
-        let mut start = vec![zero; L * STATES + physics.states()];
-        for (k, &lift) in which.iter().enumerate() {
-            let stop = lifts[k].stop;
-            let x = Dual::constant(self.case.start[usize::from(lift == LiftName::Main)]);
-            lifts[k].at_rest(x.clamp_to(stop.lower, stop.upper)).write(&mut start[k * STATES..(k + 1) * STATES]);
-        }
         let clock = (&self.case.inputs).into();
         let warmer = Warmer { by: Dual::constant(self.case.warmer), warming: Dual::constant(self.case.warming) };
-        let mut mast = Mast { lifts, physics, command: [zero; L], oil_temperature_degc: zero };
-        mast.set_inputs(commands_of(&which, self.case.inputs.command[0]).map(Dual::constant), warmer.at(&clock, 0));
-        mast.start_effects(&mut start);
+        let of = |both| commands_of(&which, both).map(Dual::constant);
+        let command = of(self.case.inputs.command[0]);
+        let (mut mast, start) = Mast::at_rest(lifts, physics, of(self.case.start), command, warmer.at(&clock, 0));
         mast.physics.move_inputs([f64::NEG_INFINITY, self.hats.centres.first().copied().unwrap_or(f64::INFINITY)]);
         let readings = Readings::new(&which, self.truck.effects());
         let interval = Cell::new(0);

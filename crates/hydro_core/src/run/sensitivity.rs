@@ -13,7 +13,7 @@ use super::ticks::{Ticks, Warmer};
 use super::{check, commanded_names, commands_of, Inputs, Lifts, Solver};
 use crate::dual::Dual;
 use crate::error::Error;
-use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::scalar::Scalar;
 use crate::slopes::Slopes;
@@ -301,13 +301,8 @@ impl<'a> Task<'a> {
         number: impl Fn(Direction, f64) -> Number<E, P>,
         job: &Job,
     ) -> Result<Share, Error> {
-        let zero = Dual::zero();
-        let mut start = vec![zero; L * STATES + physics.states()];
-        for (k, &lift) in which.iter().enumerate() {
-            let stop = lifts[k].stop;
-            let x = number(Direction::Start(lift), self.case.start[usize::from(lift == LiftName::Main)]);
-            lifts[k].at_rest(x.clamp_to(stop.lower, stop.upper)).write(&mut start[k * STATES..(k + 1) * STATES]);
-        }
+        let from =
+            which.map(|lift| number(Direction::Start(lift), self.case.start[usize::from(lift == LiftName::Main)]));
         let warmer = Warmer {
             by: number(Direction::OilTemperature, self.case.warmer),
             warming: number(Direction::OilWarming, self.case.warming),
@@ -318,9 +313,8 @@ impl<'a> Task<'a> {
             by: number(Direction::Command, 0.0),
             slope: self.case.command_slope,
         };
-        let mut mast = Mast { lifts, physics, command: [zero; L], oil_temperature_degc: zero };
-        mast.set_inputs(drive.command(0), warmer.at(&(&self.case.inputs).into(), 0));
-        mast.start_effects(&mut start);
+        let oil = warmer.at(&(&self.case.inputs).into(), 0);
+        let (mast, start) = Mast::at_rest(lifts, physics, from, drive.command(0), oil);
         let (rows, columns) = (self.case.wanted.len() * OUTPUTS.len(), job.along.len());
         let mut outputs = vec![0.0; if job.values { rows } else { 0 }];
         let mut derivatives = vec![0.0; rows * columns];

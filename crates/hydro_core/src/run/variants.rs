@@ -7,7 +7,7 @@ use super::ticks::{substep_s, Stopped, Ticks, Warmer};
 use super::{check, commands_of, Inputs, Interrupt, Lifts, Solver};
 use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
-use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, STATES};
+use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::solver::fixed::{ValveRates, ValveSteps};
 use crate::solver::vectors::widest;
@@ -139,14 +139,9 @@ impl Group<'_> {
         let (count, oil) = (self.variants.len(), vec![0.0; time.len()]);
         let inputs = Inputs { time, command, oil_temperature_degc: &oil, load_kg: 0.0 };
         let warmer = Warmer { by: self.each(|one| one.oil_temperature_degc), warming: S::zero() };
-        let mut start = vec![S::zero(); L * STATES + physics.states()];
-        for (k, lift) in lifts.iter().enumerate() {
-            let position = S::constant(which[k].start_position()).clamp_to(lift.stop.lower, lift.stop.upper);
-            lift.at_rest(position).write(&mut start[k * STATES..(k + 1) * STATES]);
-        }
-        let mut mast = Mast { lifts, physics, command: [S::zero(); L], oil_temperature_degc: S::zero() };
-        mast.set_inputs(commands_of(&which, command[0]).map(S::constant), warmer.at(&(&inputs).into(), 0));
-        mast.start_effects(&mut start);
+        let from = which.map(|lift| S::constant(lift.start_position()));
+        let (first, oil) = (commands_of(&which, command[0]).map(S::constant), warmer.at(&(&inputs).into(), 0));
+        let (mast, start) = Mast::at_rest(lifts, physics, from, first, oil);
         let readings = Readings::new(&which, truck.effects());
         let mut outputs = vec![Vec::with_capacity(wanted.len() * OUTPUTS.len()); count];
         let mut record = |_, x: &[S]| {

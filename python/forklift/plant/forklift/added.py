@@ -39,6 +39,8 @@ def added(
     something.
     """
     trucks = [machine.at(values) for values in draws]
+    if not trucks[0].effects:
+        return [[] for _ in draws]
     first, *others = (truck.core for truck in trucks)
     dither_a = draws[0].get(DITHER, 0.0)
     runs = [

@@ -140,10 +140,6 @@ class FreeCurve:
         """Its variable, how late that is [s], and whether it is what the variable changed by since."""
         return self.variable, self.lag_s, self.fades
 
-    def change(self, variable: ArrayLike) -> Floats:
-        """(n,) what it adds there: in a sum's unit, or the relative change of what it multiplies."""
-        return self.at(variable) - 1.0 if self._factor else self.at(variable)
-
     def curve(self, count: int = 101) -> tuple[Floats, Floats]:
         """The shape over its range: values of the variable, and what the port has there."""
         at = np.linspace(self.lower, self.upper, count)
