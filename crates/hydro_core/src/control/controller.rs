@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 
 use super::config::Config;
-use super::fixed::{clamped, rounded};
+use super::fixed::{clamped, rounded, Word};
 use super::lift::{LiftReading, LiftState};
 use super::numbers::Numbers;
 use super::reference::ReferenceState;
@@ -54,9 +54,9 @@ impl<I: Integer> State<I> {
 
     /// The lowering speeds of the forks [mm/s] that the last tick meant the lifts to have.
     #[inline(always)]
-    pub fn meant(&self, numbers: &Numbers<I>) -> [I; 2] {
+    pub fn meant(&self, word: Word) -> [I; 2] {
         let [free, main] = self.wanted;
-        [rounded(free, numbers.word.speed()), rounded(main, numbers.word.speed())]
+        [rounded(free, word.speed()), rounded(main, word.speed())]
     }
 }
 
@@ -64,28 +64,27 @@ impl<I: Integer> State<I> {
 #[derive(Debug, Clone)]
 pub struct FixedPoint<C> {
     config: C,
-    numbers: Numbers<i64>,
     state: State,
-    started: bool,
+    /// From the first tick on: lanes that run together never need them.
+    numbers: Option<Numbers<i64>>,
 }
 
 impl<C: Borrow<Config>> FixedPoint<C> {
     /// Before its first tick.
     pub fn new(config: C) -> Self {
-        let numbers = Numbers::of([config.borrow()]);
-        FixedPoint { config, numbers, state: State::at_rest(), started: false }
+        FixedPoint { config, state: State::at_rest(), numbers: None }
     }
 }
 
 impl<C: Borrow<Config> + Send> closed_loop::Controller for FixedPoint<C> {
     fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
-        self.started = true;
-        self.state.tick_of(&self.numbers, i64::from(request), &reading.whole()).map(|current| current as i32)
+        let numbers = self.numbers.get_or_insert_with(|| Numbers::of([self.config.borrow()]));
+        self.state.tick_of(numbers, i64::from(request), &reading.whole()).map(|current| current as i32)
     }
     fn reference(&self) -> [i32; 2] {
-        self.state.meant(&self.numbers).map(|speed| speed as i32)
+        self.state.meant(self.config.borrow().word).map(|speed| speed as i32)
     }
     fn in_integers(&self) -> Option<&Config> {
-        (!self.started).then(|| self.config.borrow())
+        self.numbers.is_none().then(|| self.config.borrow())
     }
 }

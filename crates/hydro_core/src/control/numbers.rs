@@ -32,7 +32,7 @@ pub struct Tables<I> {
     /// From the first knot to the last, and the last segment.
     span: I,
     last: I,
-    /// Of each segment the knot at which it begins, and how much higher the next one is.
+    /// Of each segment the knot at which it begins, and how much higher the next one is; none where `everywhere` is.
     segments: Vec<[I; 2]>,
     /// The value, where every lane has the same one everywhere.
     everywhere: Option<I>,
@@ -193,13 +193,14 @@ impl<const N: usize> Beside<'_, N> {
         let most = self.0.iter().map(|config| of(config).knots.len()).max().unwrap_or(0);
         let segments = |config: &Config| of(config).knots.len() as i64 - 1;
         let flat = self.0.iter().all(|config| of(config).knots.iter().all(|&y| y == of(config).knots[0]));
+        let looked_up = if flat { 0 } else { most - 1 };
         Tables {
             first: self.each(|config| i64::from(of(config).first)),
             spacing: self.each(|config| i64::from(of(config).spacing)),
             half: self.each(|config| (1i64 << of(config).spacing) >> 1),
             span: self.each(|config| segments(config) << of(config).spacing),
             last: self.each(|config| segments(config) - 1),
-            segments: (0..most - 1)
+            segments: (0..looked_up)
                 .map(|k| {
                     [self.each(|config| knot(config, k)), self.each(|config| knot(config, k + 1) - knot(config, k))]
                 })

@@ -414,7 +414,6 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
     fn run(self) {
         let Look { watched, k, x } = self;
         let request = thousandths::<S, N>(watched.inner.request(k));
-        let order = *watched.inner.order(k);
         let step = request - watched.request;
         let same = S::zero().lt(step.abs()).not();
         let since = if k == 0 { S::zero() } else { S::select(same, watched.since + S::one(), S::zero()) };
@@ -429,6 +428,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Work for Look<'_, '_, '_,
             }
             let [velocity, pressure, position] = read;
             let lift = watched.places[l];
+            let order = watched.inner.order(k);
             let (reference, current) =
                 (thousandths::<S, N>(order.reference[lift]), thousandths::<S, N>(order.current[lift]));
             let finite = velocity.is_finite().and(pressure.is_finite());

@@ -79,6 +79,8 @@ pub struct ClosedLoop<'a, S: LaneScalar<N>, const N: usize, const L: usize> {
     controllers: Controllers<'a, S, N>,
     sensing: Sensing<S, N, L>,
     requests: [&'a [i32]; N],
+    /// Of all lanes, where it is one.
+    one_request: Option<&'a [i32]>,
     delays: [usize; N],
     /// Of all lanes, where it is one.
     one_delay: Option<usize>,
@@ -87,6 +89,11 @@ pub struct ClosedLoop<'a, S: LaneScalar<N>, const N: usize, const L: usize> {
     orders: Vec<Order<S::Integer>>,
     /// What the valves get, by tick.
     commands: Vec<[S; L]>,
+}
+
+/// What is asked for in a tick [mm/s]: the last stays.
+fn asked(request: &[i32], k: usize) -> i64 {
+    i64::from(request.get(k).or(request.last()).copied().unwrap_or(0))
 }
 
 pub(super) fn place(lift: LiftName) -> usize {
@@ -107,6 +114,7 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
             controllers: Controllers::of(controllers),
             sensing: Sensing::new(which, truck, sensors),
             requests,
+            one_request: requests.iter().all(|&request| std::ptr::eq(request, requests[0])).then_some(requests[0]),
             delays,
             one_delay: delays.iter().all(|&delay| delay == delays[0]).then_some(delays[0]),
             which,
@@ -134,8 +142,10 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     /// What is asked of each lane in a tick [mm/s].
     #[inline(always)]
     pub fn request(&self, k: usize) -> S::Integer {
-        let of = |request: &[i32]| i64::from(request.get(k).or(request.last()).copied().unwrap_or(0));
-        S::Integer::from_lanes(self.requests.map(of))
+        if let Some(request) = self.one_request {
+            return S::Integer::constant(asked(request, k));
+        }
+        S::Integer::from_lanes(std::array::from_fn(|lane| asked(self.requests[lane], k)))
     }
 
     /// The currents [mA] that reach a lift's valves in tick `k`.
@@ -155,7 +165,9 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     fn tick_here(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
         let reading = self.sensing.read(x, oil_temperature_degc);
         let request = self.request(k);
-        self.orders.push(self.controllers.tick(request, &reading));
+        let none = [S::Integer::zero(); 2];
+        self.orders.push(Order { reference: none, current: none });
+        self.controllers.tick(request, &reading, &mut self.orders[k]);
         let mut command = [S::zero(); L];
         for l in 0..L {
             command[l] = S::of_integer(self.arrived(k, place(self.which[l]))) * S::constant(1e-3);

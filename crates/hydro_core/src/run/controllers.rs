@@ -56,13 +56,15 @@ impl<'a, S: LaneScalar<N>, const N: usize> Controllers<'a, S, N> {
         }
     }
 
-    pub(super) fn tick(&mut self, request: S::Integer, reading: &Reading<S::Integer>) -> Order<S::Integer> {
+    /// Writes the order where it stays: that of many lanes is too large to be handed round.
+    #[inline(always)]
+    pub(super) fn tick(&mut self, request: S::Integer, reading: &Reading<S::Integer>, order: &mut Order<S::Integer>) {
         match self {
             Controllers::Lanes(block) => {
                 let Block { numbers, state } = &mut **block;
-                widest(Answer::<S, N> { numbers, state, request, reading })
+                widest(Answer::<S, N> { numbers, state, request, reading, order });
             }
-            Controllers::Each(controllers) => one_by_one(controllers, request, reading),
+            Controllers::Each(controllers) => *order = one_by_one(controllers, request, reading),
         }
     }
 }
@@ -73,15 +75,16 @@ struct Answer<'n, S: LaneScalar<N>, const N: usize> {
     state: &'n mut State<S::Integer>,
     request: S::Integer,
     reading: &'n Reading<S::Integer>,
+    order: &'n mut Order<S::Integer>,
 }
 
 impl<S: LaneScalar<N>, const N: usize> Work for Answer<'_, S, N> {
     type Number = S;
-    type Output = Order<S::Integer>;
+    type Output = ();
     #[inline(always)]
-    fn run(self) -> Order<S::Integer> {
-        let current = self.state.tick_of(self.numbers, self.request, self.reading);
-        Order { reference: self.state.meant(self.numbers), current }
+    fn run(self) {
+        self.order.current = self.state.tick_of(self.numbers, self.request, self.reading);
+        self.order.reference = self.state.meant(self.numbers.word);
     }
 }
 
