@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from forklift.base.arrays import Floats
 from forklift.base.threads import on_one_thread
 from forklift.diagnosis import files, sentences
 from forklift.diagnosis.causes import Cause
@@ -18,6 +19,7 @@ from forklift.diagnosis.dependence import Dependence
 from forklift.diagnosis.engine import investigate, loudest, verdict
 from forklift.diagnosis.group_validation import group_folds
 from forklift.diagnosis.hypothesis import with_hypotheses
+from forklift.diagnosis.in_use import InUse, in_use
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
 from forklift.diagnosis.outcome import Location
@@ -33,7 +35,8 @@ from forklift.fitting.agreement import Agreement, agreement
 from forklift.fitting.criteria import FAR
 from forklift.fitting.origin import given
 from forklift.fitting.posing import pose
-from forklift.fitting.predict import predict_all
+from forklift.fitting.predict import predict_all, settled_within
+from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import MOST_MOVES
 from forklift.plant.hypotheses import invalid_hypothesis
 from forklift.plant.subject import Subject
@@ -121,8 +124,10 @@ def diagnose(
         proposed = propose(model, kept, selection, named, stands, findings, refitter)
     with clock.stage("simulating before and after"):
         before = after = _agreement(refitter, selection.baseline, model, kept)
+        used: tuple[InUse | None, ...] = (None,) * len(named)
         if selection.final is not selection.baseline:
             after = _agreement(refitter, selection.final, model, kept)
+            used = _in_use(refitter, selection.final, model, named)
     said = verdict(selection, named, hopeless=bool(findings.unexcited))
     where = (
         None
@@ -153,6 +158,7 @@ def diagnose(
         proposed.proposal,
         before,
         after,
+        used,
         every,
         clock.seconds,
     )
@@ -216,10 +222,25 @@ def _location(
 
 def _agreement(refitter: Refitter, refit: Refit, model: Subject, recordings: Sequence[Any]) -> Agreement:
     """What a refit says of every recording, those held out too."""
+    problem, x = _settled(refitter, refit)
+    predicted = predict_all(problem, x)
+    adjusted = [[one.names[k] for k in one.free] for one in problem.samples]
+    return agreement(model, recordings, predicted, adjusted)
+
+
+def _in_use(
+    refitter: Refitter, refit: Refit, model: Subject, causes: Sequence[Cause]
+) -> tuple[InUse | None, ...]:
+    """What each cause does, with the curve that mends its law."""
+    problem, x = _settled(refitter, refit)
+    together = [[one.hypothesis, *((one.curve,) if one.curve else ())] for one in causes]
+    return tuple(in_use(model, problem, x, together))
+
+
+def _settled(refitter: Refitter, refit: Refit) -> tuple[LeastSquares, Floats]:
+    """Every recording with the hypotheses of a refit, and the unknowns with each one's own at their best."""
     found = refit.found.problem
     problem = with_hypotheses(refitter.everyone, refit.hypotheses).weighted(found.sigma, found.substeps)
     theta = refit.found.x[: len(found.unknowns)]
     far, moves = (NEAR, MOVES) if refitter.strict else (FAR, MOST_MOVES)
-    predicted = predict_all(problem, theta, far=far, moves=moves)
-    adjusted = [[one.names[k] for k in one.free] for one in problem.samples]
-    return agreement(model, recordings, predicted, adjusted)
+    return problem, settled_within(problem, theta, far=far, moves=moves)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from forklift.diagnosis.dependence import Dependence
     from forklift.diagnosis.engine import Verdict
     from forklift.diagnosis.group_validation import GroupFold
+    from forklift.diagnosis.in_use import InUse
     from forklift.diagnosis.locate import UnknownInput
     from forklift.diagnosis.misfit import Share
     from forklift.diagnosis.next_recording import Proposal
@@ -102,6 +103,8 @@ class Outcome:
         What it would part, by pairs.
     before, after
         Every recording by the fitted machine, and by the final model.
+    in_use
+        What each cause does to the machine, in the order of `causes`; None of what is none of its parts.
     sensors
         By channel, noise and count.
     seconds
@@ -131,6 +134,7 @@ class Outcome:
     proposal: Proposal | None
     before: Agreement
     after: Agreement
+    in_use: tuple[InUse | None, ...]
     sensors: Mapping[str, Sensor]
     seconds: Mapping[str, float]
 

@@ -25,7 +25,7 @@ from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, knowledge
 from forklift.fitting.origin import Origin, given
 from forklift.fitting.posing import pose
-from forklift.fitting.predict import predict_all
+from forklift.fitting.predict import predict_all, settled_within
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
@@ -301,7 +301,7 @@ def _fitted(
 ) -> Comparison:
     """The comparison with the model as it was judged: see `forklift.fitting.predict`."""
     problem = everyone.weighted(found.problem.sigma, found.problem.substeps)
-    predicted = predict_all(problem, found.x[: len(found.problem.unknowns)])
+    predicted = predict_all(problem, settled_within(problem, found.x[: len(found.problem.unknowns)]))
     adjusted = [[one.names[k] for k in one.free] for one in problem.samples]
     return Comparison(model, origin, agreement(model, recordings, predicted, adjusted))
 

@@ -46,17 +46,13 @@ class Predicted:
         return self.recording.time_s  # type: ignore[no-any-return]
 
 
-def predict_all(
-    problem: LeastSquares, theta: Floats, *, far: float = FAR, moves: int = MOST_MOVES
-) -> tuple[Predicted, ...]:
-    """Every recording of a problem at these shared unknowns.
+def predict_all(problem: LeastSquares, x: Floats) -> tuple[Predicted, ...]:
+    """Every recording of a problem.
 
     Parameters
     ----------
-    theta
-        (unknowns,) at their best.
-    far, moves
-        As `forklift.fitting.residuals.judge` takes them.
+    x
+        The whole unknown vector, see `settled_within`.
 
     Raises
     ------
@@ -64,7 +60,6 @@ def predict_all(
         If a run fails.
     """
     with one_thread():
-        x = np.clip(settled(problem, theta, far=far, moves=moves), *problem.bounds())
         own, read = problem.run(x, read=False), problem.run(x)
     names = problem.machine.outputs
     return tuple(
@@ -76,3 +71,21 @@ def predict_all(
         )
         for k, sample in enumerate(problem.samples)
     )
+
+
+def settled_within(
+    problem: LeastSquares, theta: Floats, *, far: float = FAR, moves: int = MOST_MOVES
+) -> Floats:
+    """The whole unknown vector within its bounds: the shared unknowns given, every recording's own where they
+    explain it best.
+
+    Parameters
+    ----------
+    theta
+        (unknowns,) at their best.
+    far, moves
+        As `forklift.fitting.residuals.judge` takes them.
+    """
+    with one_thread():
+        x: Floats = np.clip(settled(problem, theta, far=far, moves=moves), *problem.bounds())
+    return x

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
+from forklift.base.typeset import amount, capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.ledger import uncontested
@@ -17,6 +18,7 @@ from forklift.report.words import NOISE
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
+    from forklift.diagnosis.in_use import InUse
     from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.protocol import Hypothesis
@@ -34,8 +36,12 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     if found.findings.unexcited:
         return _unexcited(found, told)
     what = [] if found.causes else [_nothing(found, told), _tested(told)]
-    for cause, row in zip(found.causes, told["causes"], strict=True):
-        what += [_what(found, cause, row), _sure(found, told, cause, row)]
+    for cause, row, used in zip(found.causes, told["causes"], found.in_use, strict=True):
+        fact = _what(found, cause, row)
+        what += [
+            replace(fact, details=[*fact.details, *_in_use(found, used)]),
+            _sure(found, told, cause, row),
+        ]
     where = [_where(found, told)] if told["location"] else []
     return [*what[:1], *where, *what[1:], _better(found, told), instead(found, told), _next(found, told)]
 
@@ -168,6 +174,20 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
         f"What is wrong{', and how much' if told else ''}?",
         capital(name),
         [*details, *([shown] if shown else [])],
+    )
+
+
+def _in_use(found: Diagnosis, used: InUse | None) -> Iterator[str]:
+    """What it does to the machine, where it does most."""
+    if used is None:
+        return
+    fine = found.machine.words.fine(used.signal, used.unit)
+    present, absent, most = (
+        amount(fine.scale * value, fine.unit) for value in (used.present, used.absent, used.most)
+    )
+    yield (
+        f"In use: in {used.file} the {fine.name} is {present} on average, and would be {absent} without it; "
+        f"the two differ by up to {most}."
     )
 
 
