@@ -186,8 +186,8 @@ def _in_use(found: Diagnosis, used: InUse | None) -> Iterator[str]:
         amount(fine.scale * value, fine.unit) for value in (used.present, used.absent, used.most)
     )
     yield (
-        f"In use: in {used.file} the {fine.name} is {present} on average, and would be {absent} without it; "
-        f"the two differ by up to {most}."
+        f"In use: in {used.file} the {fine.name} is {present} on average, and would be {absent} without it, "
+        f"all else as it was found; the two differ by up to {most}."
     )
 
 
