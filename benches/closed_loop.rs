@@ -167,7 +167,7 @@ impl<const N: usize> LaneWork<N> for Compare {
             });
             ClosedLoop::<S, N, 1>::new([LiftName::Free], &truck, seats)
         };
-        let mut first = closed(false);
+        let mut first = closed(false).remembering();
         let (_, ended) = run(&mut first);
         let orders: [_; N] = std::array::from_fn(|lane| first.orders(lane));
         let ordered = |k: usize, lane: usize| k.checked_sub(2).map_or(0, |then| orders[lane][then].current[0]);

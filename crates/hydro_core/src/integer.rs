@@ -21,6 +21,12 @@ pub trait Integer:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// The bits that both have.
     fn and(self, other: Self) -> Self;
+    /// The bits that one of them has.
+    fn xor(self, other: Self) -> Self;
+    /// The sums of the upper and of the lower 32 bits, each without what it carries.
+    fn add_halves(self, other: Self) -> Self;
+    /// The upper and the lower 32 bits turned left, each by itself, by 0 to 31 bits.
+    fn turn_halves<const BITS: i32>(self) -> Self;
     /// The product of two numbers that 32 bits hold, cheaper than any two's.
     fn product(self, other: Self) -> Self;
     /// x·2^bits, bits below 64.
@@ -69,6 +75,13 @@ pub trait LaneInteger<const N: usize>: Integer {
     fn lanes(self) -> [i64; N];
 }
 
+/// What is done with the upper 32 bits of two numbers, and with the lower ones.
+#[inline(always)]
+pub(crate) fn of_halves(x: i64, f: impl Fn(u32, u32) -> u32, y: i64) -> i64 {
+    let (low, high) = (f(x as u32, y as u32), f((x >> 32) as u32, (y >> 32) as u32));
+    (i64::from(high) << 32) | i64::from(low)
+}
+
 impl Integer for i64 {
     type Mask = bool;
 
@@ -95,6 +108,18 @@ impl Integer for i64 {
     #[inline(always)]
     fn and(self, other: i64) -> i64 {
         self & other
+    }
+    #[inline(always)]
+    fn xor(self, other: i64) -> i64 {
+        self ^ other
+    }
+    #[inline(always)]
+    fn add_halves(self, other: i64) -> i64 {
+        of_halves(self, |half, other| half.wrapping_add(other), other)
+    }
+    #[inline(always)]
+    fn turn_halves<const BITS: i32>(self) -> i64 {
+        of_halves(self, |half, _| half.rotate_left(BITS as u32), self)
     }
     #[inline(always)]
     fn product(self, other: i64) -> i64 {

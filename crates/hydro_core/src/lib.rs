@@ -29,4 +29,5 @@ pub mod sensors;
 pub mod slopes;
 pub mod solver;
 pub mod steady;
+pub mod streams;
 pub mod truck;

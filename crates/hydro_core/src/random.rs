@@ -40,6 +40,18 @@ impl Random {
         }
     }
 
+    /// What ChaCha makes its first block of: four constants, the key, the counter, and the stream.
+    pub(crate) fn start(&self) -> [u32; 16] {
+        let (seed, stream) = (self.0.get_seed(), self.0.get_stream());
+        let mut start = [0; 16];
+        start[..4].copy_from_slice(&[0x6170_7865, 0x3320_646e, 0x7962_2d32, 0x6b20_6574]); // "expand 32-byte k"
+        for (word, bytes) in start[4..12].iter_mut().zip(seed.chunks_exact(4)) {
+            *word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+        }
+        (start[14], start[15]) = (stream as u32, (stream >> 32) as u32);
+        start
+    }
+
     /// Standard normal (Box & Muller 1958), through functions that round alike everywhere.
     pub fn normal(&mut self) -> f64 {
         let (u, angle) = (1.0 - self.uniform(), 2.0 * std::f64::consts::PI * self.uniform());

@@ -261,6 +261,7 @@ impl Block<'_, '_> {
         let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
         let readings = Readings::new(&which, trial.makeup.truck.effects());
         let inner = ClosedLoop::<S, N, L>::new(which, &trial.makeup.truck, seats);
+        let inner = if self.trace.is_some() { inner.remembering() } else { inner };
         let mut drive = Watched::new(trial, which, inner, &readings, landed);
         let last = [time[time.len() - 1]];
         let mut outputs = Vec::new();

@@ -281,6 +281,24 @@ impl Integer for FourIntegers {
         FourIntegers(unsafe { _mm256_and_si256(self.0, other.0) })
     }
     #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        // SAFETY: as above.
+        FourIntegers(unsafe { _mm256_xor_si256(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn add_halves(self, other: Self) -> Self {
+        // SAFETY: as above.
+        FourIntegers(unsafe { _mm256_add_epi32(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn turn_halves<const BITS: i32>(self) -> Self {
+        // SAFETY: as above.
+        unsafe {
+            let left = _mm256_sll_epi32(self.0, _mm_cvtsi32_si128(BITS));
+            FourIntegers(_mm256_or_si256(left, _mm256_srl_epi32(self.0, _mm_cvtsi32_si128(32 - BITS))))
+        }
+    }
+    #[inline(always)]
     fn product(self, other: Self) -> Self {
         // SAFETY: as above.
         FourIntegers(unsafe { _mm256_mul_epi32(self.0, other.0) })

@@ -260,6 +260,21 @@ impl Integer for EightIntegers {
         EightIntegers(unsafe { _mm512_and_si512(self.0, other.0) })
     }
     #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        // SAFETY: as above.
+        EightIntegers(unsafe { _mm512_xor_si512(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn add_halves(self, other: Self) -> Self {
+        // SAFETY: as above.
+        EightIntegers(unsafe { _mm512_add_epi32(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn turn_halves<const BITS: i32>(self) -> Self {
+        // SAFETY: as above.
+        EightIntegers(unsafe { _mm512_rol_epi32::<BITS>(self.0) })
+    }
+    #[inline(always)]
     fn product(self, other: Self) -> Self {
         // SAFETY: as above.
         EightIntegers(unsafe { _mm512_mul_epi32(self.0, other.0) })

@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 use super::LaneMask;
-use crate::integer::{Integer, LaneInteger};
+use crate::integer::{of_halves, Integer, LaneInteger};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(64))]
@@ -74,6 +74,18 @@ impl<const N: usize> Integer for Integers<N> {
     #[inline(always)]
     fn and(self, other: Self) -> Self {
         zip(self, other, |a, b| a & b)
+    }
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        zip(self, other, |a, b| a ^ b)
+    }
+    #[inline(always)]
+    fn add_halves(self, other: Self) -> Self {
+        zip(self, other, |a, b| of_halves(a, |a, b| a.wrapping_add(b), b))
+    }
+    #[inline(always)]
+    fn turn_halves<const BITS: i32>(self) -> Self {
+        zip(self, self, |a, b| of_halves(a, |a, _| a.rotate_left(BITS as u32), b))
     }
     #[inline(always)]
     fn product(self, other: Self) -> Self {

@@ -150,6 +150,18 @@ impl<A: Integer> Integer for Pair<A> {
         Pair(self.0.and(other.0), self.1.and(other.1))
     }
     #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        Pair(self.0.xor(other.0), self.1.xor(other.1))
+    }
+    #[inline(always)]
+    fn add_halves(self, other: Self) -> Self {
+        Pair(self.0.add_halves(other.0), self.1.add_halves(other.1))
+    }
+    #[inline(always)]
+    fn turn_halves<const BITS: i32>(self) -> Self {
+        Pair(self.0.turn_halves::<BITS>(), self.1.turn_halves::<BITS>())
+    }
+    #[inline(always)]
     fn product(self, other: Self) -> Self {
         Pair(self.0.product(other.0), self.1.product(other.1))
     }

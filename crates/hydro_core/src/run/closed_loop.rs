@@ -85,8 +85,11 @@ pub struct ClosedLoop<'a, S: LaneScalar<N>, const N: usize, const L: usize> {
     /// Of all lanes, where it is one.
     one_delay: Option<usize>,
     which: [LiftName; L],
-    /// What the controllers ordered, by tick.
+    /// What the controllers ordered, by tick: of as many of the last ticks as are looked back on.
     orders: Vec<Order<S::Integer>>,
+    /// The bits of a tick's number that tell its place among them.
+    kept: usize,
+    begun: usize,
     /// What the valves get, by tick.
     commands: Vec<[S; L]>,
 }
@@ -101,7 +104,8 @@ pub(super) fn place(lift: LiftName) -> usize {
 }
 
 impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, L> {
-    /// The lifts `which` of trucks of one make: `truck` says which effects show in its outputs.
+    /// The lifts `which` of trucks of one make: `truck` says which effects show in its outputs. It remembers orders as
+    /// long as they are on their way.
     pub fn new(which: [LiftName; L], truck: &Truck, seats: [Seat<'a>; N]) -> Self {
         let (requests, delays) = (seats.each_ref().map(|seat| seat.request), seats.each_ref().map(|seat| seat.delay));
         let longest = requests.iter().map(|request| request.len()).max().unwrap_or(0);
@@ -118,23 +122,36 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
             delays,
             one_delay: delays.iter().all(|&delay| delay == delays[0]).then_some(delays[0]),
             which,
-            orders: Vec::with_capacity(longest),
+            orders: Vec::new(),
+            kept: (1 + delays.iter().max().unwrap_or(&0)).next_power_of_two() - 1,
+            begun: 0,
             commands: Vec::with_capacity(longest),
         }
     }
 
-    /// How many ticks there were.
-    pub fn ticks(&self) -> usize {
-        self.orders.len()
+    /// The same, remembering every order.
+    pub fn remembering(mut self) -> Self {
+        self.kept = usize::MAX;
+        self
     }
 
-    /// What the controllers ordered in a tick.
+    /// How many ticks there were.
+    pub fn ticks(&self) -> usize {
+        self.begun
+    }
+
+    /// What the controllers ordered in a tick that is remembered.
+    #[inline(always)]
     pub fn order(&self, k: usize) -> &Order<S::Integer> {
-        &self.orders[k]
+        &self.orders[k & self.kept]
     }
 
     /// What a lane's controller ordered so far, by tick.
+    ///
+    /// # Panics
+    /// If it did not remember every order.
     pub fn orders(&self, lane: usize) -> Vec<Order> {
+        assert_eq!(self.orders.len(), self.begun, "every order is remembered");
         let of = |both: [S::Integer; 2]| both.map(|value| value.lanes()[lane] as i32);
         self.orders.iter().map(|order| Order { reference: of(order.reference), current: of(order.current) }).collect()
     }
@@ -152,11 +169,11 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     #[inline(always)]
     fn arrived(&self, k: usize, lift: usize) -> S::Integer {
         if let Some(delay) = self.one_delay {
-            return if k < delay { S::Integer::zero() } else { self.orders[k - delay].current[lift] };
+            return if k < delay { S::Integer::zero() } else { self.order(k - delay).current[lift] };
         }
         S::Integer::from_lanes(std::array::from_fn(|lane| {
             let then = k.checked_sub(self.delays[lane]);
-            then.map_or(0, |then| self.orders[then].current[lift].lanes()[lane])
+            then.map_or(0, |then| self.order(then).current[lift].lanes()[lane])
         }))
     }
 
@@ -165,9 +182,13 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
     fn tick_here(&mut self, k: usize, x: &[S], oil_temperature_degc: S) {
         let reading = self.sensing.read(x, oil_temperature_degc);
         let request = self.request(k);
-        let none = [S::Integer::zero(); 2];
-        self.orders.push(Order { reference: none, current: none });
-        self.controllers.tick(request, &reading, &mut self.orders[k]);
+        let at = k & self.kept;
+        if at == self.orders.len() {
+            let none = [S::Integer::zero(); 2];
+            self.orders.push(Order { reference: none, current: none });
+        }
+        self.controllers.tick(request, &reading, &mut self.orders[at]);
+        self.begun = k + 1;
         let mut command = [S::zero(); L];
         for l in 0..L {
             command[l] = S::of_integer(self.arrived(k, place(self.which[l]))) * S::constant(1e-3);

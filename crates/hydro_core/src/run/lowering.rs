@@ -121,7 +121,7 @@ fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
     let (mast, start) = Mast::at_rest(lifts, physics, from, [S::zero(); L], warmer.at(&clock, 0));
     let mut seats = members.into_iter().map(|member| member.seat);
     let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
-    let mut drive = ClosedLoop::<S, N, L>::new(which, truck, seats);
+    let mut drive = ClosedLoop::<S, N, L>::new(which, truck, seats).remembering();
     let readings = Readings::new(&which, truck.effects());
     let mut traces = vec![Trace::default(); count];
     let mut record = |_, x: &[S]| {

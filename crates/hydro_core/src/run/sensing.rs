@@ -7,6 +7,7 @@ use crate::mast::LiftName;
 use crate::outputs::{Readings, OUTPUTS};
 use crate::random::{bell, Random};
 use crate::sensors::{ENCODER_COUNT, PRESSURE_STEP, TEMPERATURE_STEP};
+use crate::streams::Streams;
 use crate::truck::Truck;
 
 /// Sensors that read wrong, after all else.
@@ -59,11 +60,6 @@ impl Sensors {
 /// Places of a channel among the states, with factors.
 type Channel = Vec<(usize, f64)>;
 
-/// Ticks whose noise is drawn at once.
-const AHEAD: usize = 16;
-/// Words of a tick: a pressure for each lift, the temperature.
-const MOST_WORDS: usize = 3 * AHEAD;
-
 /// The sensors of N trucks.
 pub(super) struct Sensing<S: LaneScalar<N>, const N: usize, const L: usize> {
     which: [LiftName; L],
@@ -72,13 +68,10 @@ pub(super) struct Sensing<S: LaneScalar<N>, const N: usize, const L: usize> {
     zero: [S; L],
     pressure_noise: S,
     temperature_noise: S,
-    /// No lane has noise: none is drawn.
-    silent: bool,
+    /// None where no lane has noise: none is drawn. A tick takes a word for each pressure, then the temperature's.
+    random: Option<Streams<S, N>>,
     /// Any lane's, else they are as they should be.
     misread: Option<Faults<S, S::Integer>>,
-    random: [Random; N],
-    words: [[i64; MOST_WORDS]; N],
-    used: usize,
 }
 
 /// [`Misread`] of each lane.
@@ -99,6 +92,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
         let each = |of: &dyn Fn(&Sensors) -> f64| S::from_lanes(sensors.each_ref().map(of));
         let whole =
             |of: &dyn Fn(&Sensors) -> i32| S::Integer::from_lanes(sensors.each_ref().map(|own| i64::from(of(own))));
+        let silent = sensors.iter().all(|own| own.pressure_noise_pa == 0.0 && own.temperature_noise_k == 0.0);
         let exact = sensors.iter().all(|own| own.misread == Misread::NONE);
         Sensing {
             which,
@@ -107,52 +101,38 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
             zero: which.map(|lift| each(&|own| own.encoder_zero_m[place(lift)])),
             pressure_noise: each(&|own| own.pressure_noise_pa),
             temperature_noise: each(&|own| own.temperature_noise_k),
-            silent: sensors.iter().all(|own| own.pressure_noise_pa == 0.0 && own.temperature_noise_k == 0.0),
+            random: (!silent).then(|| Streams::of(sensors.each_ref().map(|own| &own.random))),
             misread: (!exact).then(|| Faults {
                 encoder_factor: each(&|own| own.misread.encoder_factor),
                 pressure_offset: whole(&|own| own.misread.pressure_offset),
                 temperature_offset: whole(&|own| own.misread.temperature_offset),
             }),
-            random: sensors.map(|own| own.random),
-            words: [[0; MOST_WORDS]; N],
-            used: AHEAD,
         }
     }
 
-    /// The noise of the tick's `k`-th signal.
+    /// The noise of the tick's next signal.
     #[inline(always)]
-    fn noise(&self, k: usize, deviation: S) -> S {
-        if self.silent {
-            return S::zero();
+    fn noise(&mut self, deviation: S) -> S {
+        match &mut self.random {
+            Some(random) => deviation * bell::<S, N>(random.next()),
+            None => S::zero(),
         }
-        let mut words = [0; N];
-        for lane in 0..N {
-            words[lane] = self.words[lane][self.used * (L + 1) + k];
-        }
-        deviation * bell::<S, N>(S::Integer::from_lanes(words))
     }
 
     /// One tick's readings.
     #[inline(always)]
     pub(super) fn read(&mut self, x: &[S], oil_temperature_degc: S) -> Reading<S::Integer> {
-        if !self.silent && self.used == AHEAD {
-            for (random, words) in self.random.iter_mut().zip(&mut self.words) {
-                random.words(&mut words[..AHEAD * (L + 1)]);
-            }
-            self.used = 0;
-        }
         let zero = S::Integer::zero();
         let mut reading = Reading { position: [zero; 2], pressure: [zero; 2], temperature: zero };
         for l in 0..L {
             let lift = place(self.which[l]);
             let from_zero = sum(&self.position[l], x) - self.zero[l];
             reading.position[lift] = (from_zero / S::constant(ENCODER_COUNT)).floor();
-            let read = sum(&self.pressure[l], x) + self.noise(l, self.pressure_noise);
+            let read = sum(&self.pressure[l], x) + self.noise(self.pressure_noise);
             reading.pressure[lift] = (read / S::constant(PRESSURE_STEP)).nearest();
         }
-        let read = oil_temperature_degc + self.noise(L, self.temperature_noise);
+        let read = oil_temperature_degc + self.noise(self.temperature_noise);
         reading.temperature = (read / S::constant(TEMPERATURE_STEP)).nearest();
-        self.used += usize::from(!self.silent);
         if let Some(faults) = &self.misread {
             for lift in 0..2 {
                 let counts = S::of_integer(reading.position[lift]) * faults.encoder_factor;
