@@ -11,7 +11,8 @@ from forklift.diagnosis.in_use import in_use
 
 def test_a_leak_lets_the_forks_sink_by_its_flow_over_the_area():
     found = diagnosed("leak")
-    (cause,), (used,) = found.causes, found.in_use
+    (cause,) = found.causes
+    used = found.in_use[cause.hypothesis.label]
     lift = cause.hypothesis.where
     assert used.signal == f"velocity_{lift}_m_s"
     told = next(one for one in found.after.predictions if one.recording.file == used.file)
@@ -28,7 +29,7 @@ def test_a_leak_lets_the_forks_sink_by_its_flow_over_the_area():
 def test_of_a_complete_machine_there_is_nothing_to_tell():
     found = diagnosed("null")
     assert found.causes == ()
-    assert found.in_use == ()
+    assert found.in_use == {}
 
 
 def test_of_causes_taken_out_together_each_group_is_told_and_a_sensor_does_nothing():

@@ -124,7 +124,7 @@ def diagnose(
         proposed = propose(model, kept, selection, named, stands, findings, refitter)
     with clock.stage("simulating before and after"):
         before = after = _agreement(refitter, selection.baseline, model, kept)
-        used: tuple[InUse | None, ...] = (None,) * len(named)
+        used: Mapping[str, InUse] = {}
         if selection.final is not selection.baseline:
             after = _agreement(refitter, selection.final, model, kept)
             used = _in_use(refitter, selection.final, model, named)
@@ -228,13 +228,12 @@ def _agreement(refitter: Refitter, refit: Refit, model: Subject, recordings: Seq
     return agreement(model, recordings, predicted, adjusted)
 
 
-def _in_use(
-    refitter: Refitter, refit: Refit, model: Subject, causes: Sequence[Cause]
-) -> tuple[InUse | None, ...]:
+def _in_use(refitter: Refitter, refit: Refit, model: Subject, causes: Sequence[Cause]) -> dict[str, InUse]:
     """What each cause does, with the curve that mends its law."""
     problem, x = _settled(refitter, refit)
     together = [[one.hypothesis, *((one.curve,) if one.curve else ())] for one in causes]
-    return tuple(in_use(model, problem, x, together))
+    found = zip(causes, in_use(model, problem, x, together), strict=True)
+    return {cause.hypothesis.label: used for cause, used in found if used}
 
 
 def _settled(refitter: Refitter, refit: Refit) -> tuple[LeastSquares, Floats]:

@@ -104,7 +104,7 @@ class Outcome:
     before, after
         Every recording by the fitted machine, and by the final model.
     in_use
-        What each cause does to the machine, in the order of `causes`; None of what is none of its parts.
+        By the label of a cause, what it does to the machine; nothing of what is none of its parts.
     sensors
         By channel, noise and count.
     seconds
@@ -134,7 +134,7 @@ class Outcome:
     proposal: Proposal | None
     before: Agreement
     after: Agreement
-    in_use: tuple[InUse | None, ...]
+    in_use: Mapping[str, InUse]
     sensors: Mapping[str, Sensor]
     seconds: Mapping[str, float]
 

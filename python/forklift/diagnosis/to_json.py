@@ -53,11 +53,8 @@ def to_dict(found: Outcome) -> dict[str, Any]:
             "region": found.location.region,
             "share_of_misfit": found.location.share,
         },
-        "causes": [
-            _cause(found, cause) | {"in_use": used and used.to_dict()}
-            for cause, used in zip(found.causes, found.in_use, strict=True)
-        ],
-        "doubted": [_cause(found, cause) | {"in_use": None} for cause in found.doubted],
+        "causes": [_cause(found, cause) for cause in found.causes],
+        "doubted": [_cause(found, cause) for cause in found.doubted],
         "untestable": [hypothesis.label for hypothesis in found.untestable]
         + [one.sentence for one in found.findings.cautions if one.code.startswith("one-")],
         "cautions": [one.to_dict() for one in found.findings.cautions],
@@ -131,6 +128,7 @@ def _finite(told: Any) -> Any:
 
 
 def _cause(found: Outcome, cause: Cause) -> dict[str, Any]:
+    used = found.in_use.get(cause.hypothesis.label)
     return {
         "id": cause.hypothesis.id,
         "label": cause.hypothesis.label,
@@ -157,6 +155,7 @@ def _cause(found: Outcome, cause: Cause) -> dict[str, Any]:
             }
             for hypotheses, share, left in cause.rivals
         ],
+        "in_use": used and used.to_dict(),
     }
 
 

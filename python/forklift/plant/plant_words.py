@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -53,6 +53,10 @@ class PlantWords:
     def signal(self, channel: str) -> str:
         """As it is called."""
         return channel
+
+    def circuit(self, marked: Collection[str], tied: Collection[str], part: str) -> str:
+        """None."""
+        return ""
 
     def like(self, channel: str) -> str:
         """As any."""

@@ -201,6 +201,10 @@ class Words(Protocol):
     def signal(self, channel: str) -> str:
         """A channel in words."""
 
+    def circuit(self, marked: Collection[str], tied: Collection[str], part: str) -> str:
+        """A drawing (SVG) of a part, with the places of equations marked, and of those that stand for them;
+        empty if there is none."""
+
     def like(self, channel: str) -> str:
         """What a table of a channel's fits is laid out as; empty if it is as any."""
 

@@ -36,8 +36,8 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     if found.findings.unexcited:
         return _unexcited(found, told)
     what = [] if found.causes else [_nothing(found, told), _tested(told)]
-    for cause, row, used in zip(found.causes, told["causes"], found.in_use, strict=True):
-        fact = _what(found, cause, row)
+    for cause, row in zip(found.causes, told["causes"], strict=True):
+        fact, used = _what(found, cause, row), found.in_use.get(cause.hypothesis.label)
         what += [
             replace(fact, details=[*fact.details, *_in_use(found, used)]),
             _sure(found, told, cause, row),

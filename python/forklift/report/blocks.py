@@ -102,6 +102,16 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class Sketch:
+    """A drawing that is whole as it stands."""
+
+    kind: ClassVar = "sketch"
+    title: str
+    note: str
+    svg: str
+
+
+@dataclass(frozen=True)
 class Signal:
     """One signal of one recording: measured beside what one or two models say, at common times."""
 
@@ -152,7 +162,7 @@ class Explorer:
     """Recording and signal that are seen first."""
 
 
-Block = Text | Points | Code | Table | Bars | Figure | Explorer
+Block = Text | Points | Code | Table | Bars | Figure | Sketch | Explorer
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from forklift.diagnosis.criteria import TOLD_REGION
 from forklift.diagnosis.laws import laws
 from forklift.report import charts, heat, law, parameters, rivals
 from forklift.report.answers import entered
-from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Table
+from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Sketch, Table
 from forklift.report.fits import every_fit, operating_points
 from forklift.report.instead import said
 from forklift.report.tables import mean_square, percent, share
@@ -40,6 +40,7 @@ def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     blocks: list[Block] = [
         explorer(found, told, changed=changed),
         *_heat(found, changed=changed),
+        *_circuit(found),
         *_laws(found),
         *(_asked_for(found) if told["verdict"] != "no-mismatch" else ()),
         *_conditions(found),
@@ -143,6 +144,21 @@ def _asked_for(found: Diagnosis) -> Iterator[Figure]:
         else ""
     )
     yield charts.law(Quantity(*words.place(one.port)), words.noun, variables, own, more)
+
+
+def _circuit(found: Diagnosis) -> Iterator[Sketch]:
+    """Where in the circuit something is wrong."""
+    if found.location is None:
+        return
+    marked = {cause.hypothesis.equation for cause in found.causes} or {found.location.equation}
+    alike = [one for cause in found.causes for one in cause.not_separable_from]
+    tied = {one.equation for one in (*alike, *(row.other for row in found.confounded))} - marked
+    drawn = found.machine.words.circuit(marked, tied, found.location.part)
+    if drawn:
+        dashed = (
+            " Dashed: where these recordings would let it lie as well." if 'class="tied"' in drawn else ""
+        )
+        yield Sketch("Where in the circuit", f"Marked is what the answer is about.{dashed}", drawn)
 
 
 def _laws(found: Diagnosis) -> Iterator[Figure]:

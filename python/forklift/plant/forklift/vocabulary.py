@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from forklift.base.typeset import amount, drawn
+from forklift.plant.forklift.circuit import circuit
 from forklift.plant.forklift.effects import EFFECTS, Equation
 from forklift.plant.forklift.free_curve import ports
 from forklift.plant.forklift.hypotheses import effect_specs
@@ -109,6 +110,10 @@ class ForkliftWords:
         """Velocities as Tables 5.4 and 5.5 of the thesis that the model is from."""
         tables = {"velocity_free_m_s": "5.4", "velocity_main_m_s": "5.5"}
         return f"as Table {tables[channel]} of {THESIS}" if channel in tables else ""
+
+    def circuit(self, marked: Collection[str], tied: Collection[str], part: str) -> str:
+        """One lift's: of both, the drawing is the same."""
+        return circuit(marked, tied, self.part(part))
 
     def parameters_like(self, part: str) -> str:
         """As its Tables 5.1 and 5.2."""
