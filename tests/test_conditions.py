@@ -16,7 +16,7 @@ from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.numbers import numbers, of_hypothesis
 from forklift.diagnosis.refitter import Refitter
 from forklift.fitting.posing import pose
-from forklift.fitting.predict import predict_all
+from forklift.fitting.predict import predict_all, settled_within
 from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
@@ -135,7 +135,7 @@ def test_what_is_predicted_has_the_load_that_was_found(found):
     problem = with_hypotheses(refitter.everyone, [load]).weighted(
         refit.found.problem.sigma, refit.found.problem.substeps
     )
-    for one in predict_all(problem, refit.found.x[: len(problem.unknowns)]):
+    for one in predict_all(problem, settled_within(problem, refit.found.x[: len(problem.unknowns)])):
         entered = one.recording.load_kg
         assert one.conditions["load"] == pytest.approx(entered + (wrong_by if entered else 0.0), abs=10.0)
         off = one.outputs["pressure_free_pa"] - one.recording["pressure_free_pa"]

@@ -7,9 +7,11 @@ import pytest
 
 from diagnosed import diagnosed
 from forklift import _core
+from forklift.diagnosis.laws import law as law_of
 from forklift.diagnosis.laws import laws
 from forklift.plant.forklift.free_curve import FreeCurve
 from forklift.plant.forklift.model import OWN
+from forklift.plant.subject import Term
 
 BARS = 1e5
 EFFECTS = {one["id"]: one for one in _core.effect_table()}
@@ -121,3 +123,13 @@ def test_a_cause_and_the_curve_that_joined_it_are_told_together(a_case):
     ((name, together),) = terms(law | curve).items()
     assert name.endswith(", with the curve that joined it")
     np.testing.assert_allclose(1.0 + together, (1.0 + alone) * (1.0 + bent), rtol=1e-6)
+
+
+def test_of_a_curve_the_shape_is_drawn_and_a_level_that_nobody_knows_widens_no_band():
+    time, pressure = np.linspace(0.0, 5.0, 50), np.linspace(0.0, 1.0, 50)
+    draws = [
+        Term("a curve", {"free.force": [pressure**2 + level]}, "pressure") for level in (3.0, 90.0, -90.0)
+    ]
+    law = law_of(draws, "free.force", [{"pressure": pressure}], (time,))
+    np.testing.assert_allclose(law.added, pressure**2 - np.mean(pressure**2), atol=1e-12)
+    np.testing.assert_allclose(law.band, 0.0, atol=1e-12)

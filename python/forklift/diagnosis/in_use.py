@@ -1,7 +1,8 @@
 """What a cause does in use: the machine as it was found beside the same machine without it.
 
 Nothing is fitted anew: every recording is simulated twice with the load, oil temperature, start and
-parameters that were found, once with the cause and once with it taken out.
+parameters that were found, once with the cause and once with it taken out. Those held out speak, if there are
+any.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ class InUse:
         Which, and the unit of what follows.
     present, absent
         Its mean over the recording with the cause, and without it.
-    most
-        By how much the two differ at most.
+    most, at_s
+        By how much the two differ at most, and when.
     """
 
     file: str
@@ -42,6 +43,7 @@ class InUse:
     present: float
     absent: float
     most: float
+    at_s: float
 
     def to_dict(self) -> dict[str, Any]:
         """As ``diagnosis.json`` has it."""
@@ -61,6 +63,7 @@ def in_use(
     together
         Of each cause its hypothesis, and the curve that mends its law.
     """
+    held = any(sample.recording.role == "validate" for sample in problem.samples)
     with one_thread():
         present = problem.run(x, read=False)
         found: list[InUse | None] = []
@@ -76,6 +79,7 @@ def in_use(
             every = [
                 one
                 for sample, here, there in zip(problem.samples, present, without, strict=False)
+                if not held or sample.recording.role == "validate"
                 for one in _changes(machine, sample.recording, here.outputs, there.outputs)
             ]
             found.append(max(every, key=lambda one: one[0])[1] if every else None)
@@ -103,5 +107,6 @@ def _changes(
         share = float(np.sqrt(np.nanmean(np.square(change)))) / size if size else 0.0
         if share > 0.0:
             means = float(np.nanmean(here.simulated)), float(np.nanmean(there.simulated))
-            most = float(np.nanmax(np.abs(change)))
-            yield share, InUse(recording.file, here.channel, here.unit, *means, most)
+            at = int(np.nanargmax(np.abs(change)))
+            most, at_s = float(np.abs(change[at])), float(recording.time_s[at] - recording.time_s[0])
+            yield share, InUse(recording.file, here.channel, here.unit, *means, most, at_s)

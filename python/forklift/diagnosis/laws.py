@@ -28,7 +28,8 @@ class Law:
     values: Floats
     """(moments,) of the variable; of a constant the time [s]."""
     added: Floats
-    """(moments,) what the effect adds, in the port's unit."""
+    """(moments,) what the effect adds, in the port's unit; with a curve in it, less its mean: another
+    parameter makes up for that, and only the shape is told."""
     band: Floats
     """(moments,) half of its 95 % interval."""
 
@@ -61,7 +62,7 @@ def laws(machine: Subject, refit: Refit) -> list[Law]:
     for part in dict.fromkeys(machine.part_of(one.name) for one in machine.places):
         seen = problem.moments(x, part)
         terms = machine.terms(draws, problem.samples, conditions, seen, part)
-        found += [_law(one, port, seen, time) for one in zip(*terms, strict=True) for port in one[0].added]
+        found += [law(one, port, seen, time) for one in zip(*terms, strict=True) for port in one[0].added]
     return found
 
 
@@ -84,14 +85,15 @@ def _apart(refit: Refit) -> list[Floats]:
     return found
 
 
-def _law(
+def law(
     draws: Sequence[Term], port: str, seen: Sequence[Mapping[str, Floats]], time: tuple[Floats, ...]
 ) -> Law:
     """One term at a port, against its own variable, or the one that tells it best."""
-    term, *apart = draws
+    term = draws[0]
     added = term.added[port]
-    every = np.concatenate(added)
-    moved = [np.concatenate(one.added[port]) for one in apart]
+    every, *moved = (np.concatenate(one.added[port]) for one in draws)
+    if term.over:
+        every, *moved = (one - one.mean() for one in (every, *moved))
     pairs = zip(moved[::2], moved[1::2], strict=True)
     band = QUANTILE * np.sqrt(sum((np.square(0.5 * (up - down)) for up, down in pairs), 0.0 * every))
     variable, explained = term.over, 1.0

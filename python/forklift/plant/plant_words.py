@@ -70,6 +70,10 @@ class PlantWords:
         """In its own unit."""
         return Shown(channel, printed(unit))
 
+    def used(self, channel: str, unit: str) -> Shown:
+        """As it is called."""
+        return self.fine(channel, unit)._replace(name=f"{channel} is at")
+
     def fine(self, channel: str, unit: str) -> Shown:
         """In its own unit."""
         return Shown(channel, printed(unit))

@@ -214,6 +214,9 @@ class Words(Protocol):
     def drawn(self, channel: str, unit: str) -> Shown:
         """A signal as a figure has it."""
 
+    def used(self, channel: str, unit: str) -> Shown:
+        """What a driven channel is to who uses the machine: words that its value comes after."""
+
     def fine(self, channel: str, unit: str) -> Shown:
         """An error of a signal, in the unit that suits its size."""
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from forklift.base.typeset import amount, capital, number, printed, prose, size, spans, stretches
+from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.ledger import uncontested
@@ -18,7 +18,6 @@ from forklift.report.words import NOISE
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
-    from forklift.diagnosis.in_use import InUse
     from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.protocol import Hypothesis
@@ -26,9 +25,10 @@ if TYPE_CHECKING:
 
 ENTERED = ("sensor", "parameter")
 """Kinds of cause that are none of the machine's: a sensor, or what was entered."""
-NRMSE = "NRMSE (100 % is perfect; see “Fit” among the words on this page)"
 AS_CREDIBLE = 5.0
 """Difference in ln evidence below which two places explain as much."""
+HARDLY = 0.01
+"""Share of a mean by less than which it hardly changes."""
 
 
 def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
@@ -37,13 +37,11 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
         return _unexcited(found, told)
     what = [] if found.causes else [_nothing(found, told), _tested(told)]
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        fact, used = _what(found, cause, row), found.in_use.get(cause.hypothesis.label)
-        what += [
-            replace(fact, details=[*fact.details, *_in_use(found, used)]),
-            _sure(found, told, cause, row),
-        ]
+        what += [_what(found, cause, row), _sure(found, told, cause, row)]
     where = [_where(found, told)] if told["location"] else []
-    return [*what[:1], *where, *what[1:], _better(found, told), instead(found, told), _next(found, told)]
+    better = _better(found, told)
+    better = replace(better, details=[*better.details, *_in_use(found)])
+    return [*what[:1], *where, *what[1:], better, instead(found, told), _next(found, told)]
 
 
 def judged(found: Diagnosis) -> str:
@@ -177,18 +175,24 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
     )
 
 
-def _in_use(found: Diagnosis, used: InUse | None) -> Iterator[str]:
-    """What it does to the machine, where it does most."""
-    if used is None:
-        return
-    fine = found.machine.words.fine(used.signal, used.unit)
-    present, absent, most = (
-        amount(fine.scale * value, fine.unit) for value in (used.present, used.absent, used.most)
-    )
-    yield (
-        f"In use: in {used.file} the {fine.name} is {present} on average, and would be {absent} without it, "
-        f"all else as it was found; the two differ by up to {most}."
-    )
+def _in_use(found: Diagnosis) -> Iterator[str]:
+    """What each cause does to the machine, where it does most."""
+    for cause in found.causes:
+        used = found.in_use.get(cause.hypothesis.label)
+        if used is None:
+            continue
+        shown = found.machine.words.used(used.signal, used.unit)
+        unit = printed(shown.unit)
+        present, absent = (f"{number(shown.scale * one)} {unit}" for one in (used.present, used.absent))
+        most = f"{number(abs(shown.scale) * used.most, 2)} {unit} apart {number(used.at_s)} s after the start"
+        hardly = abs(used.present - used.absent) < HARDLY * abs(used.absent)
+        means = (
+            f"{present} on average with and without it; {most}"
+            if hardly
+            else f"{present}, without it at {absent}"
+        )
+        which = f", “{cause.hypothesis.name}”" if len(found.causes) > 1 else ""
+        yield f"In use{which} ({used.file}): {shown.name} {means}."
 
 
 def _entered(found: Diagnosis, cause: Cause) -> Iterator[str]:
@@ -411,7 +415,7 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             [
                 *all_errors,
                 f"{capital(found.machine.headline)} fit: a gain of {summary['gain']:.2f} points (95 % "
-                f"interval {summary['gain_lower']:.2f} to {summary['gain_upper']:.2f}) of {NRMSE}.",
+                f"interval {summary['gain_lower']:.2f} to {summary['gain_upper']:.2f}) of NRMSE.",
                 noise,
             ],
         )
@@ -428,7 +432,8 @@ def _worst(found: Diagnosis, one: ChannelResidual) -> str:
     """Which signal of which recording; and how much of it is the cost of implausible conditions."""
     cost = one.strain / one.samples
     of = f"{found.machine.words.signal(one.channel)}, {one.file}"
-    return f"{of}; {number(cost)} of it for conditions beyond what is plausible" if cost >= 0.05 else of
+    told = cost >= max(0.05, 0.05 * one.mean_square)
+    return f"{of}; {number(cost)} of it for conditions beyond what is plausible" if told else of
 
 
 def _errors(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[tuple[str, str, str, str]]:

@@ -153,12 +153,13 @@ def _circuit(found: Diagnosis) -> Iterator[Sketch]:
     marked = {cause.hypothesis.equation for cause in found.causes} or {found.location.equation}
     alike = [one for cause in found.causes for one in cause.not_separable_from]
     tied = {one.equation for one in (*alike, *(row.other for row in found.confounded))} - marked
-    drawn = found.machine.words.circuit(marked, tied, found.location.part)
+    words, part = found.machine.words, found.location.part
+    drawn = words.circuit(marked, tied, part)
     if drawn:
-        dashed = (
-            " Dashed: where these recordings would let it lie as well." if 'class="tied"' in drawn else ""
-        )
-        yield Sketch("Where in the circuit", f"Marked is what the answer is about.{dashed}", drawn)
+        here, there = ("; ".join(sorted(map(words.equation, one))) for one in (marked, tied))
+        dashed = f" Dashed, as these recordings do not part it from that: {there}." if tied else ""
+        title = f"Where in the circuit: {words.part(part)}" if words.part(part) else "Where in the circuit"
+        yield Sketch(title, f"Marked: {here}.{dashed}", drawn)
 
 
 def _laws(found: Diagnosis) -> Iterator[Figure]:
@@ -183,7 +184,8 @@ def _laws(found: Diagnosis) -> Iterator[Figure]:
             "The law that was found",
             "What each effect that was found adds, at every moment of the recordings fitted, against the "
             "variable that tells it best, with the 95 % interval of its own parameters as a band. Where dots "
-            f"do not lie on a line, it depends on more than that.{straight}",
+            "do not lie on a line, it depends on more than that. Of a curve the mean is taken off: only its "
+            f"shape is told.{straight}",
             panels,
             height=400,
             choose="Effect",

@@ -9,6 +9,7 @@ from forklift.base.typeset import amount, drawn
 from forklift.plant.forklift.circuit import circuit
 from forklift.plant.forklift.effects import EFFECTS, Equation
 from forklift.plant.forklift.free_curve import ports
+from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
 from forklift.plant.forklift.hypotheses import effect_specs
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.variables import words as variable_words
@@ -123,6 +124,14 @@ class ForkliftWords:
     def drawn(self, channel: str, unit: str) -> Shown:
         """With the unit and scale of its kind."""
         return Shown(self.signal(channel), *SHOWN[unit][1:])
+
+    def used(self, channel: str, unit: str) -> Shown:
+        """Of a lift's velocity, how fast it lowers the forks."""
+        for lift, forks in FORKS_PER_SENSOR.items():
+            if channel == f"velocity_{lift}_m_s":
+                return Shown("the forks lower at", "mm/s", -1e3 * forks)
+        fine = self.fine(channel, unit)
+        return fine._replace(name=f"{fine.name} at")
 
     def fine(self, channel: str, unit: str) -> Shown:
         """Millimetres for metres."""
