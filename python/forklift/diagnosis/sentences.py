@@ -160,9 +160,12 @@ def _gained(found: Outcome) -> str:
 
 def by_all(found: Outcome) -> str:
     """That all recordings together decided, and by how much."""
-    effect = "the effect" if in_all_alone(found) else "the last effect"
+    small = "is too small to see in one recording"
+    effect = f"the effect {small}" if in_all_alone(found) else f"the last effect {small}"
+    if len(found.causes) == 1 and not in_all_alone(found):
+        effect = "it hardly shows in any one recording"
     return (
-        f"{effect} is too small to see in one recording, but across all recordings it improves the "
+        f"{effect}, but across all recordings it improves the "
         f"leave-one-out log score by {found.final.loo_log_score or 0.0:.0f}"
     )
 
