@@ -12,9 +12,9 @@ heavy tails let go of what they contradict.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from math import cos, log
+from math import cos, inf, log
 from typing import NamedTuple
 
 import numpy as np
@@ -62,6 +62,9 @@ class Unknown:
     lower: float
     """Least θ, from the parameter table's bounds."""
     upper: float
+    least: tuple[float, ...] = field(default=(-inf,), kw_only=True)
+    """These bounds themselves, one per name or one for all: no value at a bound is rounded beyond it."""
+    most: tuple[float, ...] = field(default=(inf,), kw_only=True)
 
     @property
     def name(self) -> str:
@@ -73,7 +76,7 @@ class Unknown:
 
     def values(self, theta: float) -> Floats:
         """(names,) what the parameters are at θ."""
-        return SCALES[self.scale].back(self._origin + self.width * theta)
+        return np.clip(SCALES[self.scale].back(self._origin + self.width * theta), self.least, self.most)
 
     def slopes(self, theta: float) -> Floats:
         """(names,) derivatives of `values` along θ."""
@@ -107,4 +110,11 @@ def moved_together(group: Sequence[Unknown]) -> Unknown:
         width,
         max(one.lower * one.width for one in group) / width,
         min(one.upper * one.width for one in group) / width,
+        least=_each(group, "least"),
+        most=_each(group, "most"),
     )
+
+
+def _each(group: Sequence[Unknown], end: str) -> tuple[float, ...]:
+    """That bound of every name."""
+    return tuple(float(one) for of in group for one in np.broadcast_to(getattr(of, end), len(of.names)))

@@ -180,7 +180,9 @@ def unknown(truck: Truck, name: str) -> Unknown:
     scale, width = _shape(name, value)
     if scale == "logcos":
         value = min(max(value, LEAST_ANGLE), 0.5 * pi - LEAST_ANGLE)
-    return Unknown((name,), _spec(name)["unit"], scale, (value,), width, *_ends(name, value, scale, width))
+    spec, ends = _spec(name), _ends(name, value, scale, width)
+    least, most = (spec["lower"],), (spec["upper"],)
+    return Unknown((name,), spec["unit"], scale, (value,), width, *ends, least=least, most=most)
 
 
 def _spec(name: str) -> ParameterSpec:
