@@ -35,7 +35,7 @@ impl<S: LaneScalar<N>, const N: usize> Streams<S, N> {
 
     /// The next word of each lane.
     #[inline(always)]
-    pub fn next(&mut self) -> S::Integer {
+    pub fn word(&mut self) -> S::Integer {
         if self.used == WORDS {
             widest(Draw(self));
         }
@@ -108,7 +108,7 @@ mod tests {
         fn run<S: LaneScalar<N>>(self) {
             let mut alone: Vec<Random> = (0..N as u64).map(|lane| Random::new(7 + lane / 3, lane << 33)).collect();
             let mut side_by_side = Streams::<S, N>::of(std::array::from_fn(|lane| &alone[lane]));
-            let drawn: Vec<[i64; N]> = (0..1000).map(|_| side_by_side.next().lanes()).collect();
+            let drawn: Vec<[i64; N]> = (0..1000).map(|_| side_by_side.word().lanes()).collect();
             for (lane, random) in alone.iter_mut().enumerate() {
                 let mut words = [0; 1000];
                 random.words(&mut words);

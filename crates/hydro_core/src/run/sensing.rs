@@ -114,7 +114,7 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
     #[inline(always)]
     fn noise(&mut self, deviation: S) -> S {
         match &mut self.random {
-            Some(random) => deviation * bell::<S, N>(random.next()),
+            Some(random) => deviation * bell::<S, N>(random.word()),
             None => S::zero(),
         }
     }
