@@ -45,8 +45,9 @@ class Law:
         return float(line.convert().coef[1]) if straight else None
 
 
-STRAIGHT = 0.99
-"""Share of a law's square that a straight line explains where its slope is told."""
+STRAIGHT = 0.9999
+"""Share of a law's square that a straight line explains where its slope is told: all of it but what a simulation
+is off by. An exponential is no straight line."""
 
 
 def laws(machine: Subject, refit: Refit) -> list[Law]:
