@@ -46,8 +46,8 @@ class Law:
 
 
 STRAIGHT = 0.9999
-"""Share of a law's square that a straight line explains where its slope is told: all of it but what a simulation
-is off by. An exponential is no straight line."""
+"""Share of a law's square that a straight line explains where its slope is told: all but what a simulation is
+off by. An exponential is no straight line."""
 
 
 def laws(machine: Subject, refit: Refit) -> list[Law]:
