@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed
 from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.criteria import TOLD_REGION
-from forklift.diagnosis.laws import laws
+from forklift.diagnosis.laws import Law, laws
 from forklift.report import charts, heat, law, parameters, rivals
 from forklift.report.answers import entered
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Sketch, Table
@@ -36,13 +36,13 @@ BEYOND = 3.0
 def evidence(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks for the verdict."""
     changed = bool(found.final.hypotheses)
-    noun = found.machine.words.noun
+    noun, drawn = found.machine.words.noun, laws(found.machine, found.final)
     blocks: list[Block] = [
         explorer(found, told, changed=changed),
         *_heat(found, changed=changed),
         *_circuit(found),
-        *_laws(found),
-        *(_asked_for(found) if told["verdict"] != "no-mismatch" else ()),
+        *_laws(found, drawn),
+        *(_asked_for(found, drawn) if told["verdict"] != "no-mismatch" else ()),
         *_conditions(found),
         *_added(found),
         *rivals.contests(list(_contests(found)), lambda one: said(found, one), f"; {REST}"),
@@ -124,8 +124,11 @@ def _heat(found: Diagnosis, *, changed: bool) -> Iterator[Figure]:
         yield heat.heat(found.machine, found.recordings, models if changed else {"": found.final.judged})
 
 
-def _asked_for(found: Diagnosis) -> Iterator[Figure]:
-    """At the place of the cause, if an unknown input can act there, else where the recordings want one."""
+def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:
+    """At the place of the cause, if an unknown input can act there, else where the recordings want one.
+
+    Nothing where only bends tell, and what was found has none.
+    """
     one = law.place_of(found)
     drawn = law.against(found, one) if one else []
     telling = [of for of in drawn if of.explained >= TOLD_REGION]
@@ -135,6 +138,8 @@ def _asked_for(found: Diagnosis) -> Iterator[Figure]:
     own = not found.causes or law.is_at(found.machine, one.port, found.causes[0].hypothesis)
     variables = [(of, Quantity(*words.variable(of.variable, part))) for of in telling]
     far = beyond(found.baseline, one)
+    if far > BEYOND and named and all(of.slope is not None for of in named):
+        return
     more = (
         " Its size is not to be trusted here: acting alone, it would move the readings "
         f"{number(far, 2)} times "
@@ -162,10 +167,10 @@ def _circuit(found: Diagnosis) -> Iterator[Sketch]:
         yield Sketch(title, f"Marked: {here}.{dashed}", drawn)
 
 
-def _laws(found: Diagnosis) -> Iterator[Figure]:
+def _laws(found: Diagnosis, drawn: Sequence[Law]) -> Iterator[Figure]:
     """What was found, as the final model has it."""
     words, panels, slopes = found.machine.words, [], []
-    for one in laws(found.machine, found.final):
+    for one in drawn:
         part = found.machine.part_of(one.port)
         x = Quantity(*words.variable(one.variable, part)) if one.variable else Quantity("time", "s")
         y = Quantity(*(words.place(one.port) if part else words.variable(one.port, "")))
