@@ -58,6 +58,7 @@ class Tried:
     complete: bool = False
     slight: bool = False
     strained: bool = False
+    strains_alone: bool = False
     finished: bool = True
     identifiable: bool = True
     at_bounds: tuple[str, ...] = ()

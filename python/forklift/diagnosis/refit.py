@@ -99,6 +99,11 @@ class Refit:
         return any(found.strain > STRAIN for found in self.held_out)
 
     @property
+    def strains_alone(self) -> bool:
+        """Whether conditions that far off are all that is left over."""
+        return self.strained and self.worst.mean_square <= SLIGHT
+
+    @property
     def slight(self) -> bool:
         """Whether what is left over is so little that no parameter needs to go far to make up for it."""
         return self.finished and self.worst.mean_square <= SLIGHT and not self.strained

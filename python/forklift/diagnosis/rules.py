@@ -202,6 +202,8 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     borne_out = best.slight and (refit.loo_log_score or 0.0) >= CONFIRMED
     if not (refit.complete or borne_out or refit.missing < (1.0 - MOST_OF) * best.missing):
         return False
+    if best.strains_alone and refit.complete and freer(refit, best):
+        return refit.squares < best.squares  # that chance does not strain conditions so far is known already
     new = [one for one in refit.hypotheses if one not in best.hypotheses]
     return best.squares - refit.squares >= least_of_a_faint(new, best, refitter)
 

@@ -319,6 +319,9 @@ def _round(
 ) -> Step:
     """The most promising; further ones while none explains everything; what the winner is confused with.
 
+    Where nothing is left over but conditions further from what was entered than is plausible, and nothing
+    promises enough, they are doubted whatever they promise: each recording's own has made up for them.
+
     Beside a curve that promised far more than any name, fewer names are tried, and one counts only if it
     removes nearly as much.
 
@@ -338,6 +341,8 @@ def _round(
         for place, one in enumerate(screening.singles)
         if (place == 0 or one.gain >= least) and (sure or may_help(one, best, race.refitter))
     ]
+    if best.strains_alone and not ranked:
+        ranked = [one for one in screening.singles if one.hypotheses[0].amplitude is None]
     pairs = [
         pair
         for pair in screening.pairs[:1]
