@@ -169,9 +169,8 @@ fn lowering<S: Scalar>(load_kg: S) -> (f64, S) {
     let time: Vec<f64> = (0..TICKS).map(|k| 0.02 * k as f64).collect();
     let oil = vec![40.0; TICKS];
     let (lifts, _) = truck.build([LiftName::Free], load_kg, |_, v| S::constant(v)).expect("no effects");
-    let mut start = vec![S::zero(); STATES];
-    lifts[0].at_rest(S::constant(LiftName::Free.start_position())).write(&mut start);
-    let mast = Mast { lifts, physics: Thesis, command: [S::zero()], oil_temperature_degc: S::constant(40.0) };
+    let from = [S::constant(LiftName::Free.start_position())];
+    let (mast, start) = Mast::at_rest(lifts, Thesis, from, [S::zero()], S::constant(40.0));
     let mut end = S::zero();
     let mut record = |_, x: &[S]| end = x[0];
     let ticks = Ticks {

@@ -59,3 +59,11 @@ def test_every_file_that_the_pages_name_exists():
             assert (ROOT / name).exists(), f"{page.name} names {name}"
             found += 1
     assert found > 50
+
+
+def test_the_tables_that_pages_take_or_point_to_have_rows():
+    tables = [ROOT / "proofs" / "variations.md", *sorted((ROOT / "benches").glob("*.md"))]
+    assert len(tables) > 4
+    for path in tables:
+        rows = [line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("|")]
+        assert len(rows) > 2, path.name

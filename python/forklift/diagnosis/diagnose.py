@@ -123,11 +123,12 @@ def diagnose(
     with clock.stage("choosing the next recording"):
         proposed = propose(model, kept, selection, named, stands, findings, refitter)
     with clock.stage("simulating before and after"):
-        before = after = _agreement(refitter, selection.baseline, model, kept)
+        before = after = _agreement(model, kept, *_settled(refitter, selection.baseline))
         used: Mapping[str, InUse] = {}
         if selection.final is not selection.baseline:
-            after = _agreement(refitter, selection.final, model, kept)
-            used = _in_use(refitter, selection.final, model, named)
+            problem, x = _settled(refitter, selection.final)
+            after = _agreement(model, kept, problem, x)
+            used = _in_use(model, problem, x, named)
     said = verdict(selection, named, hopeless=bool(findings.unexcited))
     where = (
         None
@@ -220,17 +221,15 @@ def _location(
     )
 
 
-def _agreement(refitter: Refitter, refit: Refit, model: Subject, recordings: Sequence[Any]) -> Agreement:
+def _agreement(model: Subject, recordings: Sequence[Any], problem: LeastSquares, x: Floats) -> Agreement:
     """What a refit says of every recording, those held out too."""
-    problem, x = _settled(refitter, refit)
     predicted = predict_all(problem, x)
     adjusted = [[one.names[k] for k in one.free] for one in problem.samples]
     return agreement(model, recordings, predicted, adjusted)
 
 
-def _in_use(refitter: Refitter, refit: Refit, model: Subject, causes: Sequence[Cause]) -> dict[str, InUse]:
+def _in_use(model: Subject, problem: LeastSquares, x: Floats, causes: Sequence[Cause]) -> dict[str, InUse]:
     """What each cause does, with the curve that mends its law."""
-    problem, x = _settled(refitter, refit)
     together = [[one.hypothesis, *((one.curve,) if one.curve else ())] for one in causes]
     found = zip(causes, in_use(model, problem, x, together), strict=True)
     return {cause.hypothesis.label: used for cause, used in found if used}

@@ -194,6 +194,8 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     explained, or of what hardly shows something that all recordings bear out; and gains as much on recordings
     held out as a hypothesis must promise where no channel shows anything.
 
+    A condition that takes away strain that was all there was need not gain as much.
+
     A model that explains everything still leaves something beside the noise that was measured, channel by
     channel: where a mismatch is faint, that is no small share of it.
     """
