@@ -79,7 +79,7 @@ def circuit(marked: Collection[str], tied: Collection[str], lift: str) -> str:
     marked, tied
         Equations whose places are marked, and those that recordings do not part from them.
     lift
-        What the drawing is called after.
+        What the drawing is called after; of an entered condition, nothing.
     """
     if not set(marked) & set(PARTS):
         return ""
@@ -97,6 +97,6 @@ def circuit(marked: Collection[str], tied: Collection[str], lift: str) -> str:
     ]
     return (
         f'<svg class="circuit" viewBox="0 0 760 316" role="img" '
-        f'aria-label="The circuit of {lift}, marked: {said}">'
+        f'aria-label="The circuit{f" of {lift}" if lift else ""}, marked: {said}">'
         f'<path d="{" ".join(LINES)}"/>{"".join(pressures)}{"".join(groups)}</svg>'
     )
