@@ -18,6 +18,8 @@ import time
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 CLOSED_LOOP = Path(__file__).parents[1] / "benches" / "closed_loop.toml"
 SETTINGS = tomllib.loads(CLOSED_LOOP.read_text(encoding="utf-8")) | {"seed": 3, "worst": 5}
 """What `benches/sweeps.py` times."""
@@ -112,6 +114,15 @@ print(json.dumps({"s": spent, "mib": resource.getrusage(resource.RUSAGE_SELF).ru
 """
 
 
+def line(points: list[tuple[int, float]]) -> tuple[float, float, float]:
+    """Start [s] and time a member [s] that fit all sizes alike (least squares of relative errors), and the
+    largest relative error."""
+    members, seconds = np.array(points, float).T
+    shares = np.stack([1.0 / seconds, members / seconds], axis=1)
+    (start, slope), *_ = np.linalg.lstsq(shares, np.ones(len(points)), rcond=None)
+    return start, slope, float(np.max(np.abs(shares @ [start, slope] - 1.0)))
+
+
 def scale(largest: int = 100_000, chunk: int = 4096) -> bool:
     """Time a member and memory over the number of members; one thread against two; again, bit-equal."""
     rows, digests = [], {}
@@ -137,6 +148,15 @@ def scale(largest: int = 100_000, chunk: int = 4096) -> bool:
                     f"{told['mib']:>6.0f} MiB",
                     flush=True,
                 )
+    if len(sizes) > 2:
+        start, slope, furthest = line([(n, spent) for n, threads, spent, _ in rows if threads == 2])
+        print(
+            f"{'holds' if furthest <= 0.1 else 'FAILS'}  linear: {1e3 * start:.1f} ms and "
+            f"{1e6 * slope:.2f} us a member, every size within {100 * furthest:.1f} % of that line"
+        )
+    spent = {(n, threads): seconds for n, threads, seconds, _ in rows}
+    gain = spent[sizes[-1], 1] / spent[sizes[-1], 2]
+    print(f"{'holds' if gain >= 1.9 else 'FAILS'}  two threads: {gain:.3f} times one, at {sizes[-1]} members")
     same = all(digests[n, 1] == digests[n, 2] for n, threads in digests if threads == 1)
     print(f"{'holds' if same else 'FAILS'}  one thread and two: the same bytes")
     return same

@@ -55,7 +55,7 @@ def frame(
     data: dict[str, object] = {"index": np.arange(first, first + len(values), dtype=np.uint64)}
     data |= {name: values[:, k] for k, name in enumerate(names["vary"])}
     words = list(verdicts())
-    data["verdict"] = pl.Series([words[k] for k in verdict.tolist()], dtype=pl.Enum(words))
+    data["verdict"] = pl.Series(words, dtype=pl.Enum(words)).gather(verdict)
     data |= {name: numbers[:, k] for k, name in enumerate(names["margins"] + names["measures"])}
     return pl.DataFrame(data)
 

@@ -101,30 +101,46 @@ class Tally:
 
     def add(self, table: pl.DataFrame) -> None:
         """The next chunk."""
-        failed = table["verdict"].cast(pl.String).to_numpy() != STABLE
+        codes = table["verdict"].cast(pl.Enum(list(self.verdicts))).to_physical().to_numpy()
+        failed = codes != list(self.verdicts).index(STABLE)
         self.members += len(table)
-        for name, count in table["verdict"].cast(pl.String).value_counts().iter_rows():
-            self.verdicts[name] += count
+        for name, count in zip(self.verdicts, np.bincount(codes, minlength=len(self.verdicts)), strict=True):
+            self.verdicts[name] += int(count)
         for require in self.specification.require:
             margin = table[f"margin.{require.name}"].to_numpy()
             self.broken[require.name] += int((margin < 0.0).sum())
             self.unasked[require.name] += int((margin == np.inf).sum())
+        rank = scaled(self.specification, table)
+        rank[np.isnan(rank)] = -np.inf  # what has no number at all fails the most
         if self.axes:
             places = tuple(axis.of(table[axis.name].to_numpy()) for axis in self.axes)
-            np.add.at(self.seen, places, 1)
-            np.add.at(self.failed, places, failed.astype(np.int64))
-            np.minimum.at(self.least, places, np.nan_to_num(scaled(self.specification, table), nan=-np.inf))
+            cells = np.ravel_multi_index(places, self.seen.shape)
+            self.seen += _counted(cells, self.seen.shape)
+            self.failed += _counted(cells[failed], self.seen.shape)
+            np.minimum.at(self.least, places, rank)
         if self.scramble:
             first = int(table["index"][0]) // self.scramble
             self.shares[first] = self.shares.get(first, 0) + int(failed.sum())
-        self._keep(table)
+        self._keep(table, rank)
 
-    def _keep(self, table: pl.DataFrame) -> None:
-        ranked = table.with_columns(pl.Series(SCALED, scaled(self.specification, table)))
-        # What has no number at all fails the most.
-        ranked = ranked.with_columns(pl.col(SCALED).fill_nan(-np.inf))
+    def _keep(self, table: pl.DataFrame, rank: Floats) -> None:
+        """The worst so far: of this chunk only those are sorted that may be among them."""
+        most = self.specification.worst
+        if self.worst is not None and len(self.worst) >= most > 0:
+            bound = self.worst[SCALED][-1]
+        elif 0 < most < len(rank):
+            bound = np.partition(rank, most - 1)[most - 1]
+        else:
+            bound = np.inf
+        chosen = np.flatnonzero(rank <= bound)
+        ranked = table[chosen].with_columns(pl.Series(SCALED, rank[chosen]))
         both = ranked if self.worst is None else pl.concat([self.worst, ranked])
-        self.worst = both.sort(SCALED, "index").head(self.specification.worst)
+        self.worst = both.sort(SCALED, "index").head(most)
+
+
+def _counted(cells: NDArray[np.intp], shape: tuple[int, ...]) -> Counts:
+    """How many of the members lie in each cell."""
+    return np.bincount(cells, minlength=int(np.prod(shape))).reshape(shape)
 
 
 def scaled(specification: Specification, table: pl.DataFrame) -> Floats:
