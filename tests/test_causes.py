@@ -10,10 +10,13 @@ import pytest
 from forklift.base.typeset import number
 from forklift.diagnosis.causes import causes
 from forklift.diagnosis.hypothesis import Hypothesis
+from forklift.diagnosis.numbers import Number
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.rules import rivals
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import Selection, Step
+from forklift.plant.forklift.hypotheses import hypotheses
+from forklift.plant.forklift.truck import Truck
 
 NOTHING = Screening(0.0, (), (), ())
 
@@ -112,3 +115,35 @@ def test_a_rival_that_ended_in_no_number_is_none():
 )
 def test_what_is_no_number_is_printed(value, said):
     assert number(value) == said
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "beyond"),
+    [(0.011, 0.019, True), (0.011, 0.021, False), (0.16, 0.3, True), (0.1, 0.16, False), (0.01, 0.2, False)],
+)
+def test_what_no_such_part_has_leaves_a_law_uncertain(
+    monkeypatch: pytest.MonkeyPatch, lower: float, upper: float, beyond: bool
+) -> None:
+    """A damping ratio of tyres lies between 0.02 and 0.15: only an interval with nothing in common speaks
+    against it, and the size of the effect is asked for nothing."""
+    name = replace(hypothesis("chassis"), plausible=(("damping_ratio", 0.02, 0.15),))
+    told = [
+        Number("compliance", "m/N", 0.0, 1e-9, 0.9e-9, 1.1e-9),
+        Number("damping_ratio", "1", 0.05, (lower * upper) ** 0.5, lower, upper),
+    ]
+    monkeypatch.setattr("forklift.diagnosis.causes.of_hypothesis", lambda refit, one: iter(told))
+    (cause,) = causes(selected(refit(name, left=100.0, complete=True)))
+    assert cause.form == ("uncertain" if beyond else "complete")
+    assert [one.number.name for one in cause.beyond] == (["damping_ratio"] if beyond else [])
+
+
+def test_a_place_is_plausible_where_the_lift_came_by_and_the_rest_as_the_catalogue_has_it() -> None:
+    truck = Truck.read("thesis")
+    told = [
+        one
+        for one in hypotheses(truck, ["main"], ["position_main_m"], {"main": (0.2, 2.9)})
+        if one.id == "friction_position"
+    ]
+    assert {one.plausible for one in told} == {
+        (("main.friction_position.centre", 0.2, 2.9), ("main.friction_position.width", 0.05, 0.5))
+    }

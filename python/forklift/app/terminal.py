@@ -18,6 +18,7 @@ import typer
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from forklift.control.tune import Progress as Tuning
     from forklift.diagnosis.progress import Progress as Diagnosing
     from forklift.ensemble.sweep import Progress as SweepProgress
     from forklift.fitting.fit import Progress
@@ -81,6 +82,27 @@ def searching() -> Iterator[Callable[[Progress], None] | None]:
                 completed=now.start * now.stages + now.stage - 1,
                 description=f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise",
             )
+
+        yield told
+
+
+@contextmanager
+def tuning() -> Iterator[Callable[[Tuning], None] | None]:
+    """How far the search of a controller is, on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeRemainingColumn())
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Setting up the pressure's feedback", total=None)
+
+        def told(now: Tuning) -> None:
+            said = f"{now.lift} lift, generation {now.generation} of {now.generations}, cost {now.cost:.5g}"
+            bar.update(task, total=now.generations, completed=now.generation, description=said)
 
         yield told
 

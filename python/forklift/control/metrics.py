@@ -45,7 +45,8 @@ class Plateau:
     wanted_m_s, mean_m_s
         Speed asked for, and its mean.
     oscillation_m_s
-        Half of what lies between the least and the greatest speed.
+        Half of what lies between the least and the greatest speed, counted from the straight line through
+        them (least squares): a speed that drifts does not swing.
     """
 
     start: int
@@ -58,6 +59,13 @@ class Plateau:
     def error_percent(self) -> float:
         """Of the mean, of the speed asked for."""
         return 100.0 * (self.mean_m_s - self.wanted_m_s) / self.wanted_m_s
+
+
+def swing(speed: Floats) -> float:
+    """Half of what lies between the least and the greatest speed, counted from their straight line."""
+    time = np.arange(len(speed)) - (len(speed) - 1) / 2.0
+    slope = float(time @ speed) / float(time @ time)
+    return float(np.ptp(speed - slope * time)) / 2.0
 
 
 def plateaus(request_mm_s: NDArray[np.int32], speed: Floats, tick_s: float) -> list[Plateau]:
@@ -77,7 +85,7 @@ def plateaus(request_mm_s: NDArray[np.int32], speed: Floats, tick_s: float) -> l
                 last,
                 float(request_mm_s[start]) * 1e-3,
                 float(part.mean()),
-                float(np.ptp(part)) / 2.0,
+                swing(part),
             )
         )
     return found

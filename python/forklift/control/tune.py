@@ -8,19 +8,20 @@ Singer & Seering (1990). A predictor: Smith (1957).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from forklift import _core
+from forklift import __version__, _core
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
 from forklift.control.controller import Controller, Shaper, Swing
-from forklift.control.evolution import minimised
 from forklift.control.metrics import WINDOW_S, plateaus
 from forklift.control.presets import today
+from forklift.control.search import Journal, Sought, minimised
 from forklift.control.trial import SIGNALS, SUBSTEPS, TEMPERATURES_DEGC, TRUCKS, Trial
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS, Lift
@@ -52,26 +53,26 @@ CURVE_LOADS_KG = (400.0, 800.0, 1200.0, 1600.0)
 FIRST_IMPULSE = 0.54
 """The shaper's first impulse, 1 / (1 + K), K = exp(-pi zeta / sqrt(1 - zeta^2)) (Singer & Seering 1990, (8)),
 of a damping of 0.05: between the 0.09 of a slow and the 0.01 of a fast lowering."""
-GENERATIONS = {"free": 35, "main": 24}
+GENERATIONS = {"free": 250, "main": 120}
 CANDIDATES = 18
 
 
 @dataclass(frozen=True)
-class Sought:
-    """A number that is searched: where from, how far at first, and within which bounds."""
+class Progress:
+    """How far a search is: which lift, how many generations of how many, and the least cost so far."""
 
-    start: float
-    width: float
-    lower: float
-    upper: float
+    lift: Lift
+    generation: int
+    generations: int
+    cost: float
 
 
 NUMBERS: dict[Lift, dict[str, Sought]] = {
     "free": {
-        "integral": Sought(1.0, 0.1, 0.95, 5.0),
+        "integral": Sought(0.8, 0.2, 0.2, 5.0),
         "proportional": Sought(0.07, 0.03, 0.0, 0.3),
         "derivative": Sought(0.001, 0.002, 0.0, 0.02),
-        "overspeed": Sought(1.8, 0.5, 0.0, 10.0),
+        "overspeed": Sought(2.5, 1.0, 0.0, 12.0),
         "overspeed_from": Sought(586.0, 2.0, 585.0, 620.0),
     },
     "main": {
@@ -88,7 +89,7 @@ U_MAX_MM_S = (10.0, 30.0)
 """Width, and how far either way."""
 OF_METHOD: dict[str, dict[Lift, dict[str, Sought]]] = {
     "adaptation": {
-        "free": {"adaptation_s": Sought(0.03, 0.01, 0.02, 0.06)},
+        "free": {"adaptation_s": Sought(0.03, 0.01, 0.02, 0.5)},
         "main": {"adaptation_s": Sought(0.45, 0.1, 0.2, 20.0)},
     },
     "shaped": {lift: {"early_corner": Sought(20.0, 4.0, 2.0, 25.0)} for lift in LIFTS},
@@ -109,6 +110,8 @@ def tune(
     methods: Sequence[str] = METHODS,
     delays_ticks: dict[Lift, int] | None = None,
     seed: int = 1,
+    kept: Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Controller:
     """The controller with both lifts' gains and what `methods` adds, tuned on a truck and others of its make.
 
@@ -119,7 +122,12 @@ def tune(
     delays_ticks
         From sensors to valve; `DELAY_TICKS` if None.
     seed
-        Of the sensors' noise, of the search and of the scattered trucks.
+        Of the sensors' noise, of the search and of the scattered trucks; at least 0.
+    kept
+        A file for the costs of every generation, which is there while the search runs: after a stop the same
+        call goes on with it. None keeps nothing.
+    progress
+        Is told after every generation how far the search is.
 
     Raises
     ------
@@ -132,13 +140,23 @@ def tune(
                 "argument-invalid", f"{method} is no method; there are {', '.join(METHODS)}", name="methods"
             )
     given = delays_ticks or DELAY_TICKS
+    made_of = f"{__version__} {controller.hash} {truck.sha256} {list(methods)} {dict(given)} {seed}"
+    journal = Journal(kept, made_of)
     for lift in LIFTS:
-        controller = _search(controller, truck, lift, methods, given[lift], seed)
+        controller = _search(controller, truck, lift, methods, given[lift], seed, journal, progress)
+    journal.done()
     return controller
 
 
 def _search(
-    before: Controller, truck: Truck, lift: Lift, methods: Sequence[str], delay: int, seed: int
+    before: Controller,
+    truck: Truck,
+    lift: Lift,
+    methods: Sequence[str],
+    delay: int,
+    seed: int,
+    journal: Journal,
+    say: Callable[[Progress], None] | None,
 ) -> Controller:
     """The numbers of `NUMBERS`, and load by load those of the methods.
 
@@ -201,17 +219,20 @@ def _search(
         return found
 
     every = [one for part in parts.values() for one in part]
-    lower_, upper = np.array([one.lower for one in every]), np.array([one.upper for one in every])
     trial = Trial(truck, lift, delay, seed, [before, today(truck)])
+
+    def told(generation: int, cost: float) -> None:
+        if say:
+            say(Progress(lift, generation, GENERATIONS[lift], cost))
+
     best = minimised(
         lambda tried: trial.cost([made(one) for one in tried]),
-        np.clip([one.start for one in every], lower_, upper),
-        np.array([one.width for one in every]),
-        lower_,
-        upper,
+        every,
         generations=GENERATIONS[lift],
         candidates=CANDIDATES,
-        random=np.random.default_rng([seed, LIFTS.index(lift)]),
+        seed=len(LIFTS) * seed + LIFTS.index(lift),
+        journal=journal,
+        say=told,
     )
     return made(best)
 

@@ -12,12 +12,22 @@ from forklift.diagnosis.criteria import (
     AS_NEAR,
     LIKELY,
 )
+from forklift.diagnosis.numbers import Number, of_hypothesis
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.rules import credibility, lost
 from forklift.diagnosis.selection import Selection
 from forklift.plant.protocol import Hypothesis
 
 Form = Literal["complete", "uncertain"]
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """A number whose whole interval lies outside of what any such part has."""
+
+    number: Number
+    least: float
+    most: float
 
 
 @dataclass(frozen=True)
@@ -37,6 +47,8 @@ class Cause:
     """Whether the credibility is of how all recordings foretell each other, as none shows it alone."""
     alone: float | None = None
     """Mean square that it leaves over by the catalogue's law alone, where a curve mends it."""
+    beyond: tuple[Beyond, ...] = ()
+    """Its numbers that no such part has: then something else may act alike, and its form is uncertain."""
 
 
 def causes(selection: Selection) -> tuple[Cause, ...]:
@@ -78,7 +90,9 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         for hypothesis in _new(accepted, known):
             if hypothesis in final.hypotheses and hypothesis.kind != "unknown":
                 by_all = all(refit.foretold is not None for refit in refits)
-                cause = Cause(hypothesis, credible, form, alike, rivals, by_all=by_all)
+                outside = beyond(final, hypothesis)
+                own_form: Form = "uncertain" if outside else form
+                cause = Cause(hypothesis, credible, own_form, alike, rivals, by_all=by_all, beyond=outside)
                 curve = _curve(hypothesis, selection)
                 if curve:
                     cause = replace(cause, form="uncertain", curve=curve, alone=accepted.reduced_chi2)
@@ -90,6 +104,18 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         if hypothesis.kind == "unknown" and hypothesis not in curves
     ]
     return tuple(found)
+
+
+def beyond(final: Refit, hypothesis: Hypothesis) -> tuple[Beyond, ...]:
+    """Of the numbers that it brings, those beyond what is plausible of them, with all of their interval."""
+    if not hypothesis.plausible:
+        return ()
+    ends = {name: (least, most) for name, least, most in hypothesis.plausible}
+    return tuple(
+        Beyond(one, *ends[one.name])
+        for one in of_hypothesis(final, hypothesis)
+        if one.name in ends and (one.upper < ends[one.name][0] or one.lower > ends[one.name][1])
+    )
 
 
 def told(found: Sequence[Cause]) -> tuple[Cause, ...]:

@@ -139,6 +139,7 @@ def _cause(found: Outcome, cause: Cause) -> dict[str, Any]:
         "credibility": cause.credibility,
         "form": cause.form,
         "parameters": [one.to_dict() for one in of_hypothesis(found.final, cause.hypothesis)],
+        "beyond": [{"name": one.number.name, "least": one.least, "most": one.most} for one in cause.beyond],
         "curve": cause.curve
         and {
             "over": cause.curve.over,

@@ -137,6 +137,9 @@ class Hypothesis:
     """Of a curve: its variable, in words."""
     also_in: tuple[str, ...] = ()
     """Further equations in which the same may be written, so that a curve there mends its law."""
+    plausible: tuple[tuple[str, float, float], ...] = ()
+    """Of its unknowns but the amplitude, between what they lie in any such part: name, least, most. Beyond it
+    something else may act alike."""
 
     @property
     def amplitudes(self) -> tuple[str, ...]:

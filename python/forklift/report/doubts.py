@@ -12,7 +12,7 @@ from forklift.diagnosis.sentences import remainder, with_it
 from forklift.report.answers import judged
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.instead import ruled_out, said
-from forklift.report.words import NOISE, another_law
+from forklift.report.words import NOISE, another_law, beyond
 
 if TYPE_CHECKING:
     from forklift.diagnosis.group_validation import GroupFold
@@ -94,6 +94,8 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
             yield f"{name}: complete. {with_it(found)}."
+        elif cause.beyond:
+            yield f"{name}: uncertain. {capital(remainder(found))}, but {beyond(cause)}."
         elif found.final.complete and cause.hypothesis.kind == "unknown":
             yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
         elif found.final.complete and found.selection.curve:

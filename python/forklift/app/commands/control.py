@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from forklift.app.terminal import tuning
 from forklift.base import output
 
 control = typer.Typer(
@@ -105,13 +106,16 @@ def tune(
     out: Annotated[Path, typer.Option(help="The TOML file of the tuned controller.")],
     truck: _Truck = "thesis",
     delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
-    seed: Annotated[int, typer.Option(help="Of the noise, the search and the trucks.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Of the noise, the search and the trucks.")] = 1,
     name: Annotated[str, typer.Option(help="Its name.")] = "damped",
     methods: Annotated[
         str, typer.Option(help="What is added to the gains: some of adaptation,shaped,swing,predictor.")
     ] = "adaptation,shaped,swing,predictor",
 ) -> None:
-    """Tune a controller's gains and what goes beyond them on a truck, and write it with its sources."""
+    """Tune a controller's gains and what goes beyond them on a truck, and write it with its sources.
+
+    It takes some minutes. After a stop the same command goes on: OUT.search keeps how far it was.
+    """
     from dataclasses import replace
 
     from forklift.control.closed_loop import DELAY_TICKS
@@ -122,8 +126,15 @@ def tune(
     output.check_suffix(out, (".toml",))
     delays = None if delay is None else dict.fromkeys(DELAY_TICKS, delay)
     with_ = tuple(part for part in methods.split(",") if part)
-    found = tuned(
-        Controller.read(controller), Truck.read(truck), methods=with_, delays_ticks=delays, seed=seed
-    )
+    with tuning() as progress:
+        found = tuned(
+            Controller.read(controller),
+            Truck.read(truck),
+            methods=with_,
+            delays_ticks=delays,
+            seed=seed,
+            kept=out.with_name(f"{out.name}.search"),
+            progress=progress,
+        )
     replace(found, name=name).write(out)
     typer.echo(f"wrote {out}")

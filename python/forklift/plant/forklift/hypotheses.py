@@ -155,7 +155,21 @@ def _physics(
                     unlikely=(apart and effect.id == "valve_delay")
                     or (len(lifts) == 1 and effect.id == "return_back_pressure"),
                     also_in=effect.also_in,
+                    plausible=_plausible(effect.id, lift, travelled.get(lift)),  # type: ignore[call-overload]
                 )
+
+
+def _plausible(
+    id: str, lift: str, travelled: tuple[float, float] | None
+) -> tuple[tuple[str, float, float], ...]:
+    """Of an effect's further parameters: as the catalogue has it; a place lies where the lift came by."""
+    rows = zip(_names(id, lift), effect_specs()[id]["parameters"], strict=True)
+    return tuple(
+        (name, *travelled)
+        if one["name"] == PLACE and travelled
+        else (name, one["plausible_lower"], one["plausible_upper"])
+        for name, one in list(rows)[1:]
+    )
 
 
 @cache

@@ -1,0 +1,76 @@
+"""The search that tunes controllers: it finds a minimum along a bent valley, within its bounds, again, and
+goes on where it was stopped."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from forklift.control.search import Journal, Sought, minimised
+
+
+def bent(tried: list[np.ndarray]) -> np.ndarray:
+    """Rosenbrock's (1960) function, in steps of 1e-4: a valley whose direction must be learnt."""
+    x, y = np.array(tried).T
+    return np.floor(1e4 * (100.0 * (y - x * x) ** 2 + (1.0 - x) ** 2)) / 1e4
+
+
+def found(seed: int, upper: float = 3.0, cost=bent, **more) -> np.ndarray:
+    sought = [Sought(-1.2, 0.3, -3.0, upper), Sought(1.0, 0.3, -3.0, 3.0)]
+    return minimised(cost, sought, generations=150, candidates=12, seed=seed, **more)
+
+
+def test_it_follows_a_bent_valley_to_its_end() -> None:
+    for seed in range(4):
+        assert np.allclose(found(seed), [1.0, 1.0], atol=0.05)
+
+
+def test_it_stays_within_its_bounds_and_finds_the_best_there() -> None:
+    best = found(1, upper=0.5)
+    assert best[0] <= 0.5
+    assert np.allclose(best, [0.5, 0.25], atol=0.03)
+
+
+def test_a_seed_gives_the_same_again_and_the_start_is_never_lost() -> None:
+    assert np.array_equal(found(3), found(3))
+    assert not np.array_equal(found(3), found(4))
+    at = [Sought(1.0, 1.0, -3.0, 3.0)] * 2
+    kept = minimised(bent, at, generations=3, candidates=6, seed=0)
+    assert np.array_equal(kept, [1.0, 1.0])
+
+
+@pytest.mark.parametrize("torn", [False, True])
+def test_a_search_that_was_stopped_goes_on_to_the_same_end(tmp_path: Path, torn: bool) -> None:
+    """Also where the kill came in the middle of a line."""
+    path, asked = tmp_path / "kept", []
+
+    def stopping(tried: list[np.ndarray]) -> np.ndarray:
+        if len(asked) == 40:
+            raise KeyboardInterrupt
+        asked.append(len(tried))
+        return bent(tried)
+
+    with pytest.raises(KeyboardInterrupt):
+        found(2, cost=stopping, journal=Journal(path, "this"))
+    if torn:
+        path.write_text(path.read_text()[:-20])
+    asked.clear()
+
+    def counting(tried: list[np.ndarray]) -> np.ndarray:
+        asked.append(len(tried))
+        return bent(tried)
+
+    journal = Journal(path, "this")
+    again = found(2, cost=counting, journal=journal)
+    rest = len(asked)
+    assert np.array_equal(again, found(2, cost=counting))
+    assert len(asked) - rest == rest + (39 if torn else 40)  # only what was missing was worked out
+    journal.done()
+    assert not path.exists()
+
+
+def test_what_was_kept_of_another_search_is_not_taken(tmp_path: Path) -> None:
+    path = tmp_path / "kept"
+    path.write_text(json.dumps("another") + "\n" + json.dumps([0.0] * 12) + "\n")
+    assert np.array_equal(found(2, journal=Journal(path, "this")), found(2))
