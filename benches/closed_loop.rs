@@ -203,7 +203,7 @@ fn main() {
         );
     };
     for full in [false, true] {
-        for substeps in [2, 4, 8] {
+        for substeps in [2, 3, 4, 8] {
             let compare = Compare { substeps, full };
             for width in Width::ALL.into_iter().filter(|width| width.is_here()) {
                 row(width.lanes(), compare, with_registers(width, compare));

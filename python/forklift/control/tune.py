@@ -53,7 +53,7 @@ CURVE_LOADS_KG = (400.0, 800.0, 1200.0, 1600.0)
 FIRST_IMPULSE = 0.54
 """The shaper's first impulse, 1 / (1 + K), K = exp(-pi zeta / sqrt(1 - zeta^2)) (Singer & Seering 1990, (8)),
 of a damping of 0.05: between the 0.09 of a slow and the 0.01 of a fast lowering."""
-GENERATIONS = {"free": 250, "main": 120}
+GENERATIONS = {"free": 300, "main": 120}
 CANDIDATES = 18
 
 

@@ -112,6 +112,16 @@ class FreeCurves:
         ).ranked
         return max([curve.evidence - (ALARM_ROUNDED - ALARM_CURVE), *(one.evidence for one in other)])
 
+    def told_by(self, refit: Refit, withheld: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+        """Of hypotheses that speak of a condition that all recordings are said to have in common, those over
+        whose condition a curve of the refit goes: the recordings do not have it in common then."""
+        over = {self.made[one][0] for one in refit.hypotheses if one in self.made}
+        return tuple(
+            one
+            for one in withheld
+            if any(condition.startswith(variable) for condition in one.needs_two_of for variable in over)
+        )
+
     @staticmethod
     def yields_to(one: Screened, best: Screened) -> bool:
         """Whether it yields to those that promise nearly as much: it is far behind, or unlikely."""

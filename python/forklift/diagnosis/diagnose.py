@@ -110,8 +110,9 @@ def diagnose(
     )
     everybody = model.hypotheses(kept, every)
     asked = tuple(one for one in everybody if not findings.alike(one.needs_two_of, one.where))
-    unidentifiable = tuple({one.label: one for one in everybody if one not in asked}.values())
-    found = investigate(refitter, asked, model, clock, hopeless=bool(findings.unexcited))
+    withheld = tuple(one for one in everybody if one not in asked)
+    found = investigate(refitter, asked, model, clock, withheld=withheld, hopeless=bool(findings.unexcited))
+    unidentifiable = tuple({one.label: one for one in everybody if one not in found.asked}.values())
     selection = found.selection
     tested, left, agree = _evidence(model, kept, selection, every, clock)
     seen = tuple(Cause(invalid_hypothesis(one), 1.0, "complete", (), ()) for one in findings.invalid)
@@ -119,7 +120,7 @@ def diagnose(
     with clock.stage("leaving groups out"):
         groups = group_folds(refitter, selection.baseline, selection.final)
     with clock.stage("asking what could stand for it"):
-        stands = confounded(selection.final, asked, found.elsewhere, refitter.start)
+        stands = confounded(selection.final, found.asked, found.elsewhere, refitter.start)
     with clock.stage("choosing the next recording"):
         proposed = propose(model, kept, selection, named, stands, findings, refitter)
     with clock.stage("simulating before and after"):

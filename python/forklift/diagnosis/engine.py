@@ -42,6 +42,8 @@ class Investigation:
     """Explanations of which none is more likely than all others together."""
     elsewhere: tuple[Hypothesis, ...]
     """What has no name was found as a curve: the same curve at the other places."""
+    asked: tuple[Hypothesis, ...]
+    """All hypotheses that were screened, those withheld at first with them if they were."""
 
 
 def investigate(
@@ -50,11 +52,14 @@ def investigate(
     machine: Machine,
     clock: Clock,
     *,
+    withheld: Sequence[Hypothesis] = (),
     hopeless: bool = False,
 ) -> Investigation:
     """Fit the machine; if it leaves something over, say where, and try what might explain it.
 
-    `hopeless` recordings tell nothing: the machine is fitted, and no more.
+    `withheld` are not asked, since all recordings have a condition in common that they speak of; where a
+    curve over that condition explains what is left over, they are asked too. `hopeless` recordings tell
+    nothing: the machine is fitted, and no more.
     """
     with clock.stage(FITTING):
         baseline = refitter.baseline()
@@ -63,14 +68,19 @@ def investigate(
         inputs, seen, selection, screening, general = _from(
             refitter, baseline, hypotheses, machine, clock, hopeless
         )
-        if selection.baseline is baseline:
+        more = general.told_by(selection.final, withheld)
+        if more:
+            hypotheses, withheld = (*hypotheses, *more), ()
+        elif selection.baseline is baseline:
             break
         baseline = selection.baseline
     found = causes(selection)
     credible = told(found)
     doubted = tuple(cause for cause in found if cause not in credible)
     elsewhere = tuple(other for one in selection.final.hypotheses for other in general.elsewhere(one))
-    return Investigation(tuple(inputs), tuple(seen), selection, screening, credible, doubted, elsewhere)
+    return Investigation(
+        tuple(inputs), tuple(seen), selection, screening, credible, doubted, elsewhere, tuple(hypotheses)
+    )
 
 
 def _from(
