@@ -83,13 +83,12 @@ def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -
                 )
 
 
-HEAD = "\n".join(
-    [
-        "                           swing, mean of members [m/s]     worst of members [m/s]   NRMSE, mean [%]    "
-        "     members below  fastest",
-        "lift  degC    kg  members   thesis  better  ratio             thesis  better  ratio   thesis  today  "
-        "better          today    [m/s]",
-    ]
+COLUMNS = (
+    "lift  degC    kg  members   thesis  better  ratio             thesis  better  ratio   thesis  today"
+)
+HEAD = (
+    f"{'':27}{'swing, mean of members [m/s]':33}{'worst of members [m/s]':25}{'NRMSE, mean [%]':24}"
+    f"{'members below':15}fastest\n{COLUMNS}  better{'today':>15}{'[m/s]':>9}"
 )
 
 

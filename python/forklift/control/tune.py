@@ -53,7 +53,7 @@ CURVE_LOADS_KG = (400.0, 800.0, 1200.0, 1600.0)
 FIRST_IMPULSE = 0.54
 """The shaper's first impulse, 1 / (1 + K), K = exp(-pi zeta / sqrt(1 - zeta^2)) (Singer & Seering 1990, (8)),
 of a damping of 0.05: between the 0.09 of a slow and the 0.01 of a fast lowering."""
-GENERATIONS = {"free": 300, "main": 120}
+GENERATIONS = {"free": 250, "main": 120}
 CANDIDATES = 18
 
 
@@ -70,14 +70,14 @@ class Progress:
 NUMBERS: dict[Lift, dict[str, Sought]] = {
     "free": {
         "integral": Sought(0.8, 0.2, 0.2, 5.0),
-        "proportional": Sought(0.07, 0.03, 0.0, 0.3),
+        "proportional": Sought(0.06, 0.02, 0.0, 0.1),
         "derivative": Sought(0.001, 0.002, 0.0, 0.02),
         "overspeed": Sought(2.5, 1.0, 0.0, 12.0),
         "overspeed_from": Sought(586.0, 2.0, 585.0, 620.0),
     },
     "main": {
         "integral": Sought(1.9, 0.2, 1.0, 4.0),
-        "proportional": Sought(0.005, 0.005, 0.0, 0.3),
+        "proportional": Sought(0.005, 0.005, 0.0, 0.1),
         "derivative": Sought(0.004, 0.001, 0.0, 0.02),
     },
 }
@@ -110,6 +110,7 @@ def tune(
     methods: Sequence[str] = METHODS,
     delays_ticks: dict[Lift, int] | None = None,
     seed: int = 1,
+    transition: bool = True,
     kept: Path | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Controller:
@@ -123,6 +124,9 @@ def tune(
         From sensors to valve; `DELAY_TICKS` if None.
     seed
         Of the sensors' noise, of the search and of the scattered trucks; at least 0.
+    transition
+        Whether the transition between the lifts has to be smoother than with the controller in use. If not,
+        the lifts swing less.
     kept
         A file for the costs of every generation, which is there while the search runs: after a stop the same
         call goes on with it. None keeps nothing.
@@ -140,10 +144,14 @@ def tune(
                 "argument-invalid", f"{method} is no method; there are {', '.join(METHODS)}", name="methods"
             )
     given = delays_ticks or DELAY_TICKS
-    made_of = f"{__version__} {controller.hash} {truck.sha256} {list(methods)} {dict(given)} {seed}"
+    made_of = (
+        f"{__version__} {controller.hash} {truck.sha256} {list(methods)} {dict(given)} {seed} {transition}"
+    )
     journal = Journal(kept, made_of)
     for lift in LIFTS:
-        controller = _search(controller, truck, lift, methods, given[lift], seed, journal, progress)
+        controller = _search(
+            controller, truck, lift, methods, given[lift], seed, transition, journal, progress
+        )
     journal.done()
     return controller
 
@@ -155,6 +163,7 @@ def _search(
     methods: Sequence[str],
     delay: int,
     seed: int,
+    transition: bool,
     journal: Journal,
     say: Callable[[Progress], None] | None,
 ) -> Controller:
@@ -192,6 +201,7 @@ def _search(
     source = (
         f"forklift control tune {before.name}: truck {truck.name} (sha256 {truck.sha256[:12]}) and {TRUCKS} "
         f"like it, {', '.join(methods) or 'no method'}, delay {delay} ticks, seed {seed}"
+        f"{'' if transition else ', without the transition'}"
     )
 
     def made(values: Floats) -> Controller:
@@ -219,7 +229,7 @@ def _search(
         return found
 
     every = [one for part in parts.values() for one in part]
-    trial = Trial(truck, lift, delay, seed, [before, today(truck)])
+    trial = Trial(truck, lift, delay, seed, [before, today(truck)], transition)
 
     def told(generation: int, cost: float) -> None:
         if say:

@@ -55,7 +55,9 @@ def shape_ahead(race: Race, best: Refit, screening: Screening, general: General)
     promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
     if best.quiet or by_chance(best) or not promised:
         return []
-    if max(promised) >= MOST_OF * excess_screened(best, screening):
+    # Encoders at rest leave less than their noise: more may be promised than seems to be left over.
+    excess = excess_screened(best, screening)
+    if excess >= max(promised) >= MOST_OF * excess:
         return []
     shapes = general(best)
     if not shapes or shapes[0].evidence < AHEAD * max(promised):

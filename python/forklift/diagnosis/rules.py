@@ -107,6 +107,13 @@ def by_chance(best: Refit) -> bool:
     return not best.hypotheses and best.worst.mean_square <= DOUBTFUL and not best.strained
 
 
+def settled_names(best: Refit, baseline: Refit) -> tuple[Hypothesis, ...]:
+    """The names that a curve beside them does not replace: what leaves nothing over has removed all there
+    was, however much of the excess is no mismatch; else they have to have removed most of it."""
+    most = baseline.quiet or best.complete or best.excess <= (1.0 - MOST_OF) * baseline.excess
+    return best.hypotheses if most else ()
+
+
 def explains(one: Refit, best: Refit) -> bool:
     """Whether it removes most of what the best leaves over, so that no other is tried in its place."""
     return one.complete or (one.finished and best.squares - one.squares >= MOST_OF * best.excess)

@@ -58,6 +58,7 @@ from forklift.diagnosis.rules import (
     mended,
     replaces,
     rivals,
+    settled_names,
     share_asked,
 )
 from forklift.diagnosis.screening import Screened, Screening, screen
@@ -165,8 +166,7 @@ def select(
     )
     final = chosen if chosen and foresees(refitter, best, chosen) else best
     if final is not best:
-        most = baseline.quiet or best.excess <= (1.0 - MOST_OF) * baseline.excess
-        final = needed(race, final, kept=best.hypotheses if most else ())
+        final = needed(race, final, kept=settled_names(best, baseline))
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
 
 

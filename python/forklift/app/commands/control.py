@@ -108,6 +108,10 @@ def tune(
     delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the noise, the search and the trucks.")] = 1,
     name: Annotated[str, typer.Option(help="Its name.")] = "damped",
+    transition: Annotated[
+        bool,
+        typer.Option(help="Whether the transition between the lifts counts; without it lifts swing less."),
+    ] = True,
     methods: Annotated[
         str, typer.Option(help="What is added to the gains: some of adaptation,shaped,swing,predictor.")
     ] = "adaptation,shaped,swing,predictor",
@@ -133,6 +137,7 @@ def tune(
             methods=with_,
             delays_ticks=delays,
             seed=seed,
+            transition=transition,
             kept=out.with_name(f"{out.name}.search"),
             progress=progress,
         )
