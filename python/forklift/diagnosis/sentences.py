@@ -94,6 +94,8 @@ def sentence(found: Outcome) -> str:
     )
     if found.selection.curve and not any(cause.curve for cause in found.causes):
         causes += ", perhaps by another law than the catalogue's"
+    if any(cause.beyond for cause in found.causes):
+        causes += ", or something that acts alike"
     left = (
         remainder(found)
         if found.final.complete
@@ -249,6 +251,17 @@ def text(found: Outcome) -> str:
     return "\n".join([sentence(found), "", *_lines(found)])
 
 
+def beyond(cause: Cause) -> str:
+    """Which of its numbers no such part has."""
+    each = (
+        f"its {one.number.name.rpartition('.')[2].replace('_', ' ')} is "
+        f"{amount(one.number.value, one.number.unit)} ({number(one.number.lower)} to "
+        f"{number(one.number.upper)}), where such a part has {number(one.least)} to {number(one.most)}"
+        for one in cause.beyond
+    )
+    return f"{'; '.join(each)}: something else may act alike"
+
+
 def _lines(found: Outcome) -> Iterator[str]:
     words = found.machine.words
     if found.location:
@@ -269,6 +282,8 @@ def _lines(found: Outcome) -> Iterator[str]:
             untold = "" if row.identifiable else ", not told by these recordings"
             between = f"95 %: {row.lower:.5g} to {row.upper:.5g}{untold}"
             yield f"  {row.name} = {row.value:.5g} {row.unit} ({between})"
+        if cause.beyond:
+            yield f"  {beyond(cause)}"
         if cause.not_separable_from:
             yield f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}."
         if cause.alone is not None:

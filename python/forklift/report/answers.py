@@ -14,7 +14,7 @@ from forklift.fitting.criteria import AT_NOISE
 from forklift.report.blocks import Fact
 from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing, untold
 from forklift.report.ledger import considered_of, counts
-from forklift.report.words import NOISE, beyond
+from forklift.report.words import NOISE
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
@@ -362,7 +362,7 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
 
 def _doubt(found: Diagnosis, cause: Cause) -> str:
     if cause.beyond:
-        return f"{sentences.remainder(found)}, but {beyond(cause)}"
+        return f"{sentences.remainder(found)}, but {sentences.beyond(cause)}"
     if found.selection.curve:
         return (
             "the catalogue's leaves no more than the noise in any signal, but a curve over "

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose
 from forklift.diagnosis.ledger import Untold
-from forklift.diagnosis.sentences import remainder, with_it
+from forklift.diagnosis.sentences import beyond, remainder, with_it
 from forklift.report.answers import judged
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.instead import ruled_out, said
-from forklift.report.words import NOISE, another_law, beyond
+from forklift.report.words import NOISE, another_law
 
 if TYPE_CHECKING:
     from forklift.diagnosis.group_validation import GroupFold

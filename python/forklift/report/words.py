@@ -17,7 +17,6 @@ from forklift.base.typeset import stretches as stretches
 from forklift.diagnosis.criteria import LAW
 
 if TYPE_CHECKING:
-    from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.screening import Screened
     from forklift.fitting.residuals import ChannelResidual
     from forklift.recordings.noise import Sensor
@@ -110,17 +109,6 @@ def left_over(judged: Sequence[ChannelResidual]) -> str:
 
 def _square(value: float) -> str:
     return f"{value:.2f}" if value < 100.0 else f"{value:.0f}"
-
-
-def beyond(cause: Cause) -> str:
-    """Which of its numbers no such part has."""
-    each = (
-        f"its {one.number.name.rpartition('.')[2].replace('_', ' ')} is "
-        f"{amount(one.number.value, one.number.unit)} ({number(one.number.lower)} to "
-        f"{number(one.number.upper)}), where such a part has {number(one.least)} to {number(one.most)}"
-        for one in cause.beyond
-    )
-    return f"{'; '.join(each)}: something else may act alike"
 
 
 def another_law(curve: Screened, joined: bool) -> str:
