@@ -61,73 +61,66 @@ def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
 
 
 @contextmanager
-def searching() -> Iterator[Callable[[Progress], None] | None]:
-    """How far a fit is, on a terminal; nothing in a pipe."""
+def _bar(what: str, *, width: int = 20) -> Iterator[Callable[[float, float, str], None] | None]:
+    """A bar on a terminal, told how much of how much is done, and what; nothing in a pipe."""
     if not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=10), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=width),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("Reading what the recordings support", total=None)
+        task = bar.add_task(what, total=None)
+        yield lambda done, total, said: bar.update(task, total=total, completed=done, description=said)
+
+
+@contextmanager
+def searching() -> Iterator[Callable[[Progress], None] | None]:
+    """How far a fit is."""
+    with _bar("Reading what the recordings support", width=10) as bar:
 
         def told(now: Progress) -> None:
             where = now.profile or f"start {now.start + 1}/{now.starts} stage {now.stage}/{now.stages}"
-            bar.update(
-                task,
-                total=now.starts * now.stages,
-                completed=now.start * now.stages + now.stage - 1,
-                description=f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise",
-            )
+            said = f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise"
+            if bar:
+                bar(now.start * now.stages + now.stage - 1, now.starts * now.stages, said)
 
-        yield told
+        yield told if bar else None
 
 
 @contextmanager
 def tuning() -> Iterator[Callable[[Tuning], None] | None]:
-    """How far the search of a controller is, on a terminal; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeRemainingColumn())
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("Setting up the pressure's feedback", total=None)
+    """How far the search of a controller is."""
+    with _bar("Setting up the pressure's feedback") as bar:
 
         def told(now: Tuning) -> None:
             said = f"{now.lift} lift, generation {now.generation} of {now.generations}, cost {now.cost:.5g}"
-            bar.update(task, total=now.generations, completed=now.generation, description=said)
+            if bar:
+                bar(now.generation, now.generations, said)
 
-        yield told
+        yield told if bar else None
 
 
 @contextmanager
 def sweeping() -> Iterator[Callable[[SweepProgress], None] | None]:
-    """How far a sweep is, how fast, and what failed so far, on a terminal; nothing in a pipe."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeRemainingColumn())
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("Drawing members", total=None)
+    """How far a sweep is, how fast, and what failed so far."""
+    with _bar("Drawing members") as bar:
 
         def told(now: SweepProgress) -> None:
             said = f"{now.done} of {now.members}, {now.rate:.0f} a second, {now.failures} fail"
             if now.interval:
                 said += f" ({100 * now.interval.lower:.2g} to {100 * now.interval.upper:.2g} %)"
-            bar.update(task, total=now.members, completed=now.done, description=said)
+            if bar:
+                bar(now.done, now.members, said)
 
-        yield told
+        yield told if bar else None
 
 
 @contextmanager
