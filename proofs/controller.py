@@ -40,7 +40,7 @@ def main() -> int:
         control_methods.report(arguments.controller)
         return 0
     if arguments.what == "damping":
-        for name in ("thesis", "damped"):
+        for name in ("thesis", "damped", "calm"):
             print(name)
             for lift in LIFTS:
                 print(

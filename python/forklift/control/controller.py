@@ -149,7 +149,8 @@ class Controller:
 
     @classmethod
     def read(cls, name_or_path: str | Path) -> Controller:
-        """A shipped controller by name (``"thesis"``, ``"today"``, ``"damped"``), or that of a TOML file.
+        """A shipped controller by name (``"thesis"``, ``"today"``, ``"damped"``, ``"calm"``), or that of
+        a TOML file.
 
         Raises
         ------

@@ -150,17 +150,18 @@ class Trial:
         error = [abs(plateaus(request, speed, TICK_S)[0].error_percent) for speed in speeds]
         speeds, _, request = self._lowered(controllers, TOP, self.unladen)
         top = [max(p.mean_m_s for p in plateaus(request, speed, TICK_S)) for speed in speeds]
-        rows = transitions(controllers, self.truck, seed=self.seed)
+        rows = transitions(controllers, self.truck, seed=self.seed) if self.transition else []
         # Speed by speed, of each the controllers in turn.
         jumps = np.reshape(
-            [(r.dip_m_s, r.spike_m_s) for r in rows], (len(LEVELS_MM_S), len(controllers), -1, 2)
+            [(r.dip_m_s, r.spike_m_s) for r in rows],
+            (len(LEVELS_MM_S), len(controllers), len(rows) // (len(LEVELS_MM_S) * len(controllers)), 2),
         )
         return Scores(
             np.nan_to_num(np.max(swing, axis=0), nan=1e3),
             np.nan_to_num(np.reshape(error, shape), nan=1e3),
             np.nan_to_num(np.mean(nrmse, axis=0), nan=-1e3),
             np.nan_to_num(np.reshape(top, (len(controllers), -1)).max(axis=1), nan=1e3),
-            np.nan_to_num(jumps.swapaxes(0, 1).reshape(len(controllers), -1, 2), nan=1e3),
+            np.nan_to_num(np.concatenate(list(jumps), axis=1), nan=1e3),
         )
 
     def cost(self, controllers: Sequence[Controller]) -> Floats:

@@ -18,7 +18,7 @@ control = typer.Typer(
     rich_markup_mode="markdown",
 )
 
-_Name = Annotated[str, typer.Argument(help="A shipped controller (thesis, today, damped) or a file.")]
+_Name = Annotated[str, typer.Argument(help="A shipped controller (thesis, today, damped, calm) or a file.")]
 _Truck = Annotated[str, typer.Option(help="A shipped truck or a TOML file.")]
 
 
