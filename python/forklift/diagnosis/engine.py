@@ -94,7 +94,8 @@ def _from(
     """Screen, locate and select, from a baseline; where its search went astray, the selection has another."""
     with clock.stage("screening the hypotheses"):
         # What shows in no channel, or hardly, may still show in all recordings together.
-        at = refitter.everywhere(baseline) if baseline.slight else baseline.told_from
+        everywhere = baseline.slight or baseline.held_out_alone
+        at = refitter.everywhere(baseline) if everywhere else baseline.told_from
         screening = screen(at.problem, at.x, hypotheses, slow=baseline.quiet)
     asked = screening
     if baseline.quiet:

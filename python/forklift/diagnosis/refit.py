@@ -72,6 +72,14 @@ class Refit:
         """On every recording: those held out, then those that were fitted."""
         return (*self.told, *self.rest())
 
+    @cached_property
+    def held_out_alone(self) -> bool:
+        """Whether what is left over shows on recordings held out and on none that was fitted: those reach
+        beyond what was fitted, as the only ones without a load, and a linear step from the fitted ones says
+        little of it."""
+        rest = self.rest() if self.finished and not self.complete else ()
+        return bool(rest) and all(found.explained for found in rest)
+
     @property
     def told_from(self) -> Found:
         """From where more is screened: the end, where little or nothing is left over, else where the tempered

@@ -222,10 +222,11 @@ def _named(
 
 
 def _screened(race: Race, best: Refit, left: Sequence[Hypothesis], general: General) -> Screening:
-    """Those beside the best; where that leaves nothing over, or next to nothing, all recordings are asked,
-    and only the alarming stay."""
+    """Those beside the best; where that leaves nothing over, or next to nothing, or shows on recordings held
+    out alone, all recordings are asked, and where it is next to nothing only the alarming stay."""
     race.say("screening the hypotheses")
-    at = race.refitter.everywhere(best) if best.quiet else best.told_from
+    everywhere = best.quiet or best.held_out_alone
+    at = race.refitter.everywhere(best) if everywhere else best.told_from
     screening = screen(at.problem, at.x, left, slow=best.quiet)
     if best.quiet:
         screening = alarming(screening)
