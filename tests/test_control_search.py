@@ -2,11 +2,13 @@
 goes on where it was stopped."""
 
 import json
+import resource
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from forklift.base.errors import ForkliftError
 from forklift.control.search import Journal, Sought, minimised
 
 
@@ -61,13 +63,24 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(tmp_path: Path, torn:
         asked.append(len(tried))
         return bent(tried)
 
-    journal = Journal(path, "this")
-    again = found(2, cost=counting, journal=journal)
+    again = found(2, cost=counting, journal=Journal(path, "this"))
     rest = len(asked)
     assert np.array_equal(again, found(2, cost=counting))
     assert len(asked) - rest == rest + (39 if torn else 40)  # only what was missing was worked out
-    journal.done()
-    assert not path.exists()
+    asked.clear()
+    assert np.array_equal(again, found(2, cost=counting, journal=Journal(path, "this")))
+    assert not asked  # it is over: nothing is worked out again
+
+
+def test_a_full_disk_is_told_in_a_sentence(tmp_path: Path) -> None:
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (5, before[1]))
+    try:
+        with pytest.raises(ForkliftError) as told:
+            Journal(tmp_path / "kept", "this")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert told.value.code == "not-writable"
 
 
 def test_what_was_kept_of_another_search_is_not_taken(tmp_path: Path) -> None:

@@ -24,14 +24,28 @@ def write_file(path: str | Path, write: Callable[[Path], None]) -> Path:
     path = check_file(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        write(temporary)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise _not_writable(path, error) from None
+        with writing(path):
+            write(temporary)
+            os.replace(temporary, path)
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
     return path
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """What the system says against writing `path`, as an error of this package.
+
+    Raises
+    ------
+    ForkliftError
+        ``"not-writable"``.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise _not_writable(path, error) from None
 
 
 def check_file(path: str | Path) -> Path:
@@ -125,11 +139,10 @@ def folder(
     path = check_folder(path, known, mark, unfinished)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        temporary.mkdir()
-        yield temporary
-        _replace_folder(temporary, path)
-    except OSError as error:
-        raise _not_writable(path, error) from None
+        with writing(path):
+            temporary.mkdir()
+            yield temporary
+            _replace_folder(temporary, path)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 

@@ -16,7 +16,7 @@ import cma
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.base.output import check_file
+from forklift.base.output import check_file, writing
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,11 @@ class Journal:
         None keeps nothing.
     of
         What the search is made of: equal text, equal search.
+
+    Raises
+    ------
+    ForkliftError
+        ``"not-writable"``.
     """
 
     def __init__(self, path: Path | None = None, of: str = "") -> None:
@@ -50,7 +55,7 @@ class Journal:
         if self._path is None:
             return
         if not self._read(of):
-            self._path.write_text(json.dumps(of) + "\n", encoding="utf-8")
+            self._write(json.dumps(of) + "\n")
 
     def _read(self, of: str) -> bool:
         """Whether the file is of this search; a last line that a kill cut short is dropped."""
@@ -67,7 +72,7 @@ class Journal:
         except (ValueError, TypeError):
             return False
         if len(whole) < len(lines):
-            self._path.write_text("".join([first, *whole]), encoding="utf-8")
+            self._write("".join([first, *whole]))
         return True
 
     def costs(self, work: Callable[[], Floats]) -> list[float]:
@@ -77,16 +82,14 @@ class Journal:
         else:
             found = [float(x) for x in work()]
             self._known.append(found)
-            if self._path is not None:
-                with self._path.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(found) + "\n")
+            self._write(json.dumps(found) + "\n", "a")
         self._place += 1
         return found
 
-    def done(self) -> None:
-        """The search is over: what was kept of it is not needed any more."""
+    def _write(self, text: str, mode: str = "w") -> None:
         if self._path is not None:
-            self._path.unlink(missing_ok=True)
+            with writing(self._path), self._path.open(mode, encoding="utf-8") as file:
+                file.write(text)
 
 
 def minimised(

@@ -128,15 +128,16 @@ def tune(
         Whether the transition between the lifts has to be smoother than with the controller in use. If not,
         the lifts swing less.
     kept
-        A file for the costs of every generation, which is there while the search runs: after a stop the same
-        call goes on with it. None keeps nothing.
+        A file for the costs of every generation: after a stop the same call goes on with it, and after the
+        end it gives the same at once. None keeps nothing.
     progress
         Is told after every generation how far the search is.
 
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"`` for an unknown method; as `forklift.control.closed_loop.lower`.
+        ``"argument-invalid"`` for an unknown method; ``"not-writable"`` for `kept`; as
+        `forklift.control.closed_loop.lower`.
     """
     for method in methods:
         if method not in METHODS:
@@ -152,7 +153,6 @@ def tune(
         controller = _search(
             controller, truck, lift, methods, given[lift], seed, transition, journal, progress
         )
-    journal.done()
     return controller
 
 

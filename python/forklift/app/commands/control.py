@@ -130,6 +130,7 @@ def tune(
     output.check_suffix(out, (".toml",))
     delays = None if delay is None else dict.fromkeys(DELAY_TICKS, delay)
     with_ = tuple(part for part in methods.split(",") if part)
+    kept = out.with_name(f"{out.name}.search")
     with tuning() as progress:
         found = tuned(
             Controller.read(controller),
@@ -138,8 +139,9 @@ def tune(
             delays_ticks=delays,
             seed=seed,
             transition=transition,
-            kept=out.with_name(f"{out.name}.search"),
+            kept=kept,
             progress=progress,
         )
     replace(found, name=name).write(out)
+    kept.unlink(missing_ok=True)
     typer.echo(f"wrote {out}")
