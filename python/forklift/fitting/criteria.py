@@ -39,3 +39,10 @@ HOPED = 2.0
 """How many times faster than its last two evaluations a descent is hoped to go: who would then still miss
 what it must come down to, is given up. What explains the recordings comes down within a few evaluations,
 what does not crawls. At once the pace, what was concealed in `second/07` was given up."""
+
+# How well a number can be known.
+CLOCK = 1e-3
+"""Share of a value by which its interval reaches to either side at least: no recording knows a time, nor a
+flow, a rate or a period, better than the clock it was taken by, whatever its noise. A crystal is within
+0.01 % (50 ppm, and 50 ppm of ageing: Texas Instruments 2017, MSP432E411Y, SLASEK6), a ceramic resonator
+within 0.5 % (Murata, CSTCE8M00G55Z). Who has a better clock gets intervals a little too wide."""

@@ -7,6 +7,7 @@ than their number says, so each channel's noise is first widened by the root of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import on_one_thread
+from forklift.fitting.criteria import CLOCK
 from forklift.fitting.residuals import ljung_box
 
 if TYPE_CHECKING:
@@ -175,9 +177,13 @@ def within(unknown: Unknown, theta: float, reach: float) -> Floats:
 
 
 def ends(unknown: Unknown, theta: float, deviation: float) -> tuple[float, float]:
-    """The 95 % interval of the first parameter of an unknown: θ ± 1.96 deviations, within its bounds."""
+    """The 95 % interval of the first parameter p of an unknown, within its bounds: where p(θ ± 1.96
+    deviations) is h away, √(h² + (CLOCK p)²), see `forklift.fitting.criteria.CLOCK`."""
+    value = float(unknown.values(theta)[0])
+    floor = CLOCK * abs(value)
     lower, upper = within(unknown, theta, QUANTILE * deviation)[:, 0].tolist()
-    return lower, upper
+    wide = value - math.hypot(value - lower, floor), value + math.hypot(upper - value, floor)
+    return max(wide[0], unknown.least[0]), min(wide[1], unknown.most[0])
 
 
 def _estimate(unknown: Unknown, theta: float, deviation: float, alone: float) -> Estimate:
