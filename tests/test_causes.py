@@ -30,6 +30,7 @@ class Tried:
     complete: bool = False
     finished: bool = True
     foretold: None = None
+    at_bounds: tuple[str, ...] = ()
 
     @property
     def reduced_chi2(self) -> float:
@@ -137,6 +138,21 @@ def test_what_no_such_part_has_leaves_a_law_uncertain(
     assert [one.number.name for one in cause.beyond] == (["damping_ratio"] if beyond else [])
 
 
+@pytest.mark.parametrize("at_bound", [True, False])
+def test_a_size_that_no_such_part_has_speaks_against_a_name_only_at_its_bound(
+    monkeypatch: pytest.MonkeyPatch, at_bound: bool
+) -> None:
+    """A hose whose oil would have to be heavier than any: its inertance is at its bound."""
+    name = replace(hypothesis("hose"), plausible=(("hose", 5e6, 6e7),))
+    assert name.amplitude == "hose"
+    told = [Number(name.amplitude, "Pa s2/m3", 0.0, 1e8, 9.1e7, 1e8)]
+    monkeypatch.setattr("forklift.diagnosis.causes.of_hypothesis", lambda refit, one: iter(told))
+    ended = Tried((name,), 100.0, complete=True, at_bounds=(name.amplitude,) if at_bound else ())
+    (cause,) = causes(selected(cast(Refit, ended)))
+    assert cause.form == ("uncertain" if at_bound else "complete")
+    assert [one.number.name for one in cause.beyond] == ([name.amplitude] if at_bound else [])
+
+
 def test_a_place_is_plausible_where_the_lift_came_by_and_the_rest_as_the_catalogue_has_it() -> None:
     truck = Truck.read("thesis")
     told = [
@@ -145,5 +161,9 @@ def test_a_place_is_plausible_where_the_lift_came_by_and_the_rest_as_the_catalog
         if one.id == "friction_position"
     ]
     assert {one.plausible for one in told} == {
-        (("main.friction_position.centre", 0.2, 2.9), ("main.friction_position.width", 0.05, 0.5))
+        (
+            ("main.friction_position.rise", -0.5, 2.0),
+            ("main.friction_position.centre", 0.2, 2.9),
+            ("main.friction_position.width", 0.05, 0.5),
+        )
     }

@@ -107,10 +107,16 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
 
 
 def beyond(final: Refit, hypothesis: Hypothesis) -> tuple[Beyond, ...]:
-    """Of the numbers that it brings, those beyond what is plausible of them, with all of their interval."""
-    if not hypothesis.plausible:
+    """Of the numbers that it brings, those beyond what is plausible of them, with all of their interval. The
+    amplitude only if it has gone to its bound: a part that fails may leak more than any other does, but a
+    leak that the recordings would have greater than any leak is something else."""
+    ends = {
+        name: (least, most)
+        for name, least, most in hypothesis.plausible
+        if name != hypothesis.amplitude or name in final.at_bounds
+    }
+    if not ends:
         return ()
-    ends = {name: (least, most) for name, least, most in hypothesis.plausible}
     return tuple(
         Beyond(one, *ends[one.name])
         for one in of_hypothesis(final, hypothesis)

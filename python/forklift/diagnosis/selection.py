@@ -48,6 +48,7 @@ from forklift.diagnosis.rules import (
     excess_screened,
     explains,
     foresees,
+    foretells_better,
     helping,
     helps,
     labels,
@@ -56,6 +57,7 @@ from forklift.diagnosis.rules import (
     led_elsewhere,
     may_help,
     mended,
+    promises_more,
     replaces,
     rivals,
     settled_names,
@@ -128,9 +130,9 @@ def select(
         if found:
             return found
     best, steps, shapes = _named(race, baseline, [], screening, hypotheses, general)
-    if curve and best is baseline:
+    if curve and (best is baseline or promises_more(curve, best, baseline, screening)):
         found = _unseen(race, baseline, curve, *steps)
-        if found:
+        if found and (best is baseline or foretells_better(found.final, best)):
             return found
     if best is not baseline and not best.hypotheses:
         return Selection(best, (), best, skipped=tuple(race.skipped))

@@ -138,8 +138,8 @@ class Hypothesis:
     also_in: tuple[str, ...] = ()
     """Further equations in which the same may be written, so that a curve there mends its law."""
     plausible: tuple[tuple[str, float, float], ...] = ()
-    """Of its unknowns but the amplitude, between what they lie in any such part: name, least, most. Beyond it
-    something else may act alike."""
+    """Of its unknowns, between what they lie in any such part: name, least, most. Beyond it something else
+    may act alike. (A part that fails may have any amplitude; but not if that has gone to its bound.)"""
 
     @property
     def amplitudes(self) -> tuple[str, ...]:

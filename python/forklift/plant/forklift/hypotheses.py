@@ -162,13 +162,13 @@ def _physics(
 def _plausible(
     id: str, lift: str, travelled: tuple[float, float] | None
 ) -> tuple[tuple[str, float, float], ...]:
-    """Of an effect's further parameters: as the catalogue has it; a place lies where the lift came by."""
+    """Of an effect's parameters: as the catalogue has it; a place lies where the lift came by."""
     rows = zip(_names(id, lift), effect_specs()[id]["parameters"], strict=True)
     return tuple(
         (name, *travelled)
         if one["name"] == PLACE and travelled
         else (name, one["plausible_lower"], one["plausible_upper"])
-        for name, one in list(rows)[1:]
+        for name, one in rows
     )
 
 

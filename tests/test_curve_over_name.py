@@ -1,0 +1,48 @@
+"""Where nothing shows by itself, a curve goes before a name only by a clear margin."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from forklift.diagnosis.criteria import AS_NEAR
+from forklift.diagnosis.rules import foretells_better, promises_more
+
+CLEAR = 0.5 * AS_NEAR
+FRICTION = SimpleNamespace(label="free.friction_position")
+CUSHION = SimpleNamespace(label="free.end_cushion")
+SCREENING: Any = SimpleNamespace(singles=(SimpleNamespace(hypotheses=(FRICTION,), evidence=76.0, gain=80.0),))
+
+
+def refit(*hypotheses: Any, quiet: bool = True, score: float | None = None) -> Any:
+    return SimpleNamespace(hypotheses=hypotheses, quiet=quiet, loo_log_score=score)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "names", "quiet", "asked"),
+    [
+        (76.0 + CLEAR + 1.0, (FRICTION,), True, True),
+        (76.0 + CLEAR - 1.0, (FRICTION,), True, False),
+        (200.0, (FRICTION,), False, False),  # where something shows, other rules tell
+        (200.0, (FRICTION, CUSHION), True, False),
+        (200.0, (CUSHION,), True, False),  # that was not screened with the curve
+    ],
+)
+def test_a_curve_is_fitted_beside_a_name_that_promised_clearly_less(evidence, names, quiet, asked):
+    curve: Any = SimpleNamespace(evidence=evidence)
+    assert promises_more(curve, refit(*names), refit(quiet=quiet), SCREENING) is asked
+
+
+@pytest.mark.parametrize(
+    ("curve", "name", "better"),
+    [
+        (82.0 + CLEAR + 1.0, 82.0, True),
+        (82.0 + CLEAR - 1.0, 82.0, False),
+        (None, 82.0, False),
+        (90.0, None, False),
+    ],
+)
+def test_and_told_if_recordings_foretell_each_other_better_by_it(curve, name, better):
+    assert foretells_better(refit(score=curve), refit(score=name)) is better
