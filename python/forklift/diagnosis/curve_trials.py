@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from forklift.diagnosis.criteria import (
     AHEAD,
     ALARM_CURVE,
+    AS_NEAR,
     BEYOND_DOUBT,
     LAW,
     MISFIT,
@@ -131,3 +133,26 @@ def curve_beside(refitter: Refitter, best: Refit, general: General) -> Screened 
 def with_curve(refitter: Refitter, best: Refit, curve: Screened, clock: Clock) -> tuple[Refit, ...]:
     clock.say(f"fitting {curve.hypotheses[0].name}")
     return (refitter.slightly((*best.hypotheses, *curve.hypotheses), best),)
+
+
+def named_by_its_law(
+    race: Race, baseline: Refit, best: Refit, mended: Refit, hypotheses: Sequence[Hypothesis]
+) -> Refit | None:
+    """The name whose law a curve is, with it, in place of a name of which the curve leaves nothing: a valve
+    that needs the longer the further it has to go answers by a lag, though a dead time came nearer to that
+    than a lag of one length did."""
+    curves = [one for one in mended.hypotheses if one.law_of and one not in best.hypotheses]
+    known = {one.label for one in best.hypotheses}
+    others = [
+        one
+        for one in hypotheses
+        if any(one.id == curve.law_of and one.where == curve.where for curve in curves)
+        and one.label not in known
+    ]
+    if not others or any(mended.clear(one) for one in best.hypotheses):
+        return None
+    race.say(f"fitting {others[0].label} with {curves[0].name}")
+    refit = race.refitter.slightly((others[0], *curves), baseline if baseline.quiet else mended)
+    if refit.squares > mended.squares + AS_NEAR:
+        return None
+    return refit if baseline.quiet else replace(refit, foretold=None)  # told beside nothing, as the others

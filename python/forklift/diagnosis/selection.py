@@ -34,6 +34,7 @@ from forklift.diagnosis.curve_trials import (
     General,
     curve_beside,
     faint_curve,
+    named_by_its_law,
     shape_ahead,
     shape_beside,
     with_curve,
@@ -123,16 +124,16 @@ def select(
     all is to be screened anew from there.
     """
     race = Race(refitter, clock)
-    curve = faint_curve(race, baseline, general)
+    faint = faint_curve(race, baseline, general)
     promised = max((one.gain for one in screening.singles[:1]), default=0.0)
-    if curve and baseline.quiet and curve.evidence >= AHEAD * promised:
-        found = _unseen(race, baseline, curve, Step(screening, (), None))
+    if faint and baseline.quiet and faint.evidence >= AHEAD * promised:
+        found = _unseen(race, baseline, faint, Step(screening, (), None))
         if found:
             return found
     best, steps, shapes = _named(race, baseline, [], screening, hypotheses, general)
-    if curve and (best is baseline or promises_more(curve, best, baseline, screening)):
-        found = _unseen(race, baseline, curve, *steps)
-        if found and (best is baseline or foretells_better(found.final, best)):
+    if faint and best is baseline:
+        found = _unseen(race, baseline, faint, *steps)
+        if found:
             return found
     if best is not baseline and not best.hypotheses:
         return Selection(best, (), best, skipped=tuple(race.skipped))
@@ -158,12 +159,21 @@ def select(
     if best.quiet and len(best.hypotheses) == 1 and not refitter.work.spent:
         clock.say("checking the law")
         curve = curve_beside(refitter, best, general)
+    if faint and not curve and promises_more(faint, best, baseline, screening):
+        found = _unseen(race, baseline, faint, *steps)
+        if found and foretells_better(found.final, best):
+            return found
     unnamed = (
         with_curve(refitter, best, curve, clock)
         if curve
         else without_names(race, baseline, named, best, general, shapes)
     )
-    chosen = mended(unnamed, best) or choice(
+    mends = mended(unnamed, best)
+    other = named_by_its_law(race, baseline, best, mends, hypotheses) if mends else None
+    if other:
+        steps.append(Step(steps[0].screening, tuple(sorted([other, best], key=rank)), other))
+        mends = best = other
+    chosen = mends or choice(
         [refit for refit in unnamed if replaces(refit, best, baseline, refitter.later)], best
     )
     final = chosen if chosen and foresees(refitter, best, chosen) else best

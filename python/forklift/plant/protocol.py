@@ -135,6 +135,8 @@ class Hypothesis:
     """More unknowns that are zero where it is absent, and act from there on like the amplitude: a curve's."""
     over: str = ""
     """Of a curve: its variable, in words."""
+    law_of: str = ""
+    """Of a curve: the id of the name whose law it is with a shape of its own, if it is of one."""
     also_in: tuple[str, ...] = ()
     """Further equations in which the same may be written, so that a curve there mends its law."""
     plausible: tuple[tuple[str, float, float], ...] = ()

@@ -17,7 +17,7 @@ from forklift.plant.forklift.truck import Truck
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.recordings.channels import Lift
 
-RINGS, ANSWERS = "hidden_resonance", "free_response"
+RINGS, ANSWERS, LAG = "hidden_resonance", "free_response", "valve_lag"
 STROKE = "position"
 """The variable along which something may repeat."""
 FRICTION = ("friction", "viscous_friction", "dry_friction")
@@ -101,6 +101,7 @@ def answer(truck: Truck, lift: Lift, cases: Sequence[Case]) -> Hypothesis:
         names,
         dict.fromkeys(names, 0.0) | {f"{lift}.{ANSWERS}.range": bounded},
         "how far the valve has still to go",
+        law_of=LAG,
     )
 
 
@@ -114,6 +115,7 @@ def _unnamed(
     over: str,
     *,
     unlikely: bool = False,
+    law_of: str = "",
 ) -> Hypothesis:
     """A curve of these coefficients, where the truck has these values."""
     return Hypothesis(
@@ -127,6 +129,7 @@ def _unnamed(
         unlikely=unlikely,
         further=tuple(names[1:]),
         over=over,
+        law_of=law_of,
     )
 
 
