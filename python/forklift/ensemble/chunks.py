@@ -129,7 +129,8 @@ def all_of(
 ) -> Iterator[tuple[pl.DataFrame, bool]]:
     """Every chunk in order, from its file or made now, with whether it was made now.
 
-    Files are written while the next chunk runs. `elsewhere` makes the missing chunks of a list in any order.
+    Files are written while the next chunk runs; by one thread, before it. `elsewhere` makes the missing chunks
+    of a list in any order.
     """
     there = present(folder, members) if folder else [False] * members.chunks
     missing = [chunk for chunk, found in enumerate(there) if not found]
@@ -148,7 +149,9 @@ def all_of(
             table = run(members, chunk)
             if writing is not None:
                 writing.result()
-            if folder:
+            if folder and members.threads == 1:
+                _write(folder, chunk, table)
+            elif folder:
                 writing = beside.submit(_write, folder, chunk, table)
             yield table, True
         if writing is not None:
