@@ -129,8 +129,8 @@ def all_of(
 ) -> Iterator[tuple[pl.DataFrame, bool]]:
     """Every chunk in order, from its file or made now, with whether it was made now.
 
-    Files are written while the next chunk runs; by one thread, before it. `elsewhere` makes the missing chunks
-    of a list in any order.
+    Files are written while the next chunk runs; by one thread, before it. `elsewhere` makes the missing
+    chunks of a list in any order.
     """
     there = present(folder, members) if folder else [False] * members.chunks
     missing = [chunk for chunk, found in enumerate(there) if not found]
