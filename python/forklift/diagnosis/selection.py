@@ -242,7 +242,7 @@ def _screened(race: Race, best: Refit, left: Sequence[Hypothesis], general: Gene
     screening = screen(at.problem, at.x, left, slow=best.quiet)
     if best.quiet:
         screening = alarming(screening)
-    return _beyond_its_law(race, best, screening, general) if best.complete else screening
+    return _beyond_its_law(race, best, screening, general) if best.quiet else screening
 
 
 def _settled(steps: list[Step], better: Refit) -> Refit:
@@ -255,8 +255,8 @@ def _settled(steps: list[Step], better: Refit) -> Refit:
 
 
 def _beyond_its_law(race: Race, best: Refit, screening: Screening, general: General) -> Screening:
-    """Beside what explains everything: conditions, and names whose evidence is greater than that of every
-    curve that would mend the law of what it has.
+    """Beside what explains everything, or nearly: conditions, and names whose evidence is greater than that
+    of every curve that would mend the law of what it has.
 
     A second cause may show in no channel, as a first may; but a law of another shape than the catalogue's
     invites a second name that is none, and what a second cause does a curve follows in part. Both are linear
