@@ -36,13 +36,16 @@ def test_a_curve_is_fitted_beside_a_name_that_promised_clearly_less(evidence, na
 
 
 @pytest.mark.parametrize(
-    ("curve", "name", "better"),
+    ("curve", "names", "better"),
     [
-        (82.0 + CLEAR + 1.0, 82.0, True),
-        (82.0 + CLEAR - 1.0, 82.0, False),
-        (None, 82.0, False),
-        (90.0, None, False),
+        (82.0 + CLEAR + 1.0, (82.0,), True),
+        (82.0 + CLEAR - 1.0, (82.0,), False),
+        (82.0 + CLEAR + 1.0, (80.0, 2.0), True),  # each beside those before it
+        (82.0 + CLEAR - 1.0, (80.0, 2.0), False),
+        (None, (82.0,), False),
+        (200.0, (82.0, None), False),
     ],
 )
-def test_and_told_if_recordings_foretell_each_other_better_by_it(curve, name, better):
-    assert foretells_better(refit(score=curve), refit(score=name)) is better
+def test_and_told_if_recordings_foretell_each_other_better_by_it(curve, names, better):
+    named = [refit(score=one) for one in names]
+    assert foretells_better(refit(score=curve), named) is better

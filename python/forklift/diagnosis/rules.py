@@ -154,20 +154,22 @@ def foresees(refitter: Refitter, best: Refit, refit: Refit) -> bool:
     return not folds or sum(one.after for one in folds) < sum(one.before for one in folds)
 
 
-def promises_more(curve: Screened, best: Refit, baseline: Refit, screening: Screening) -> bool:
-    """Whether a curve has more evidence than the one name that was accepted where nothing showed: both are
+def promises_more(curve: Screened, first: Refit, baseline: Refit, screening: Screening) -> bool:
+    """Whether a curve has more evidence than the first name that was accepted where nothing showed: both are
     linear about the same place, and over the same recordings."""
-    if not baseline.quiet or len(best.hypotheses) != 1:
+    if not baseline.quiet or len(first.hypotheses) != 1:
         return False
     evidence = {one.hypotheses[0].label: one.evidence for one in screening.singles}
-    return 2.0 * (curve.evidence - evidence.get(best.hypotheses[0].label, curve.evidence)) > AS_NEAR
+    return 2.0 * (curve.evidence - evidence.get(first.hypotheses[0].label, curve.evidence)) > AS_NEAR
 
 
-def foretells_better(curve: Refit, best: Refit) -> bool:
-    """Whether recordings foretell each other better by the curve than by the name, by a clear margin."""
-    if curve.loo_log_score is None or best.loo_log_score is None:
+def foretells_better(curve: Refit, named: Sequence[Refit]) -> bool:
+    """Whether recordings foretell each other better by the curve than by names that were accepted one beside
+    the other, by a clear margin."""
+    each = [one.loo_log_score for one in named if one.loo_log_score is not None]
+    if curve.loo_log_score is None or len(each) < len(named):
         return False
-    return 2.0 * (curve.loo_log_score - best.loo_log_score) > AS_NEAR
+    return 2.0 * (curve.loo_log_score - sum(each)) > AS_NEAR
 
 
 def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:

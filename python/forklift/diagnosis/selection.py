@@ -159,9 +159,9 @@ def select(
     if best.quiet and len(best.hypotheses) == 1 and not refitter.work.spent:
         clock.say("checking the law")
         curve = curve_beside(refitter, best, general)
-    if faint and not curve and promises_more(faint, best, baseline, screening):
+    if faint and not curve and named and promises_more(faint, named[0], baseline, screening):
         found = _unseen(race, baseline, faint, *steps)
-        if found and foretells_better(found.final, best):
+        if found and foretells_better(found.final, named):
             return found
     unnamed = (
         with_curve(refitter, best, curve, clock)
