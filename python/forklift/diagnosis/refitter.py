@@ -190,6 +190,7 @@ class Refitter:
         refit = self._judged(hypotheses, found, after.costs, early=after.early, finished=True)
         if not after.quiet:
             return refit
+        refit = self.pooled(refit, nearly=True)
         everywhere = self.everywhere(after)
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
         scores = loo_log_scores(everywhere.problem, everywhere.x, new).tolist()
@@ -233,9 +234,9 @@ class Refitter:
         """The machine without any hypothesis."""
         return self.pooled(self.finish(self.rough(())))
 
-    def pooled(self, refit: Refit) -> Refit:
+    def pooled(self, refit: Refit, *, nearly: bool = False) -> Refit:
         """The same, led on by all recordings, if those that were fitted are explained, those held out are
-        not, and one machine explains them all.
+        not, and one machine explains them all; `nearly`: or leaves less over.
 
         Recordings held out may reach beyond those fitted: a friction that no light load was fitted for lies
         anywhere. What one machine says of all of them is then no mismatch.
@@ -253,7 +254,8 @@ class Refitter:
             x[problem.columns(k)] = over_all.x[there]
         found = ended(problem, x, refit.found.evaluations + over_all.evaluations)
         led = self._judged(refit.hypotheses, found, refit.costs, early=refit.early, finished=True)
-        return replace(led, cold=refit.cold) if led.complete else refit
+        better = led.complete or (nearly and led.squares < refit.squares)
+        return replace(led, cold=refit.cold) if better else refit
 
     def _misses(self, found: Found) -> bool:
         """Whether a search leaves so much over in a channel of a recording that was fitted, that no judgement
