@@ -11,6 +11,7 @@ from forklift.base.arrays import Floats
 from forklift.diagnosis.dependence import dependences
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.refit import Refit
+from forklift.fitting.criteria import CLOCK
 from forklift.fitting.intervals import QUANTILE
 from forklift.plant.subject import Subject, Term
 
@@ -96,7 +97,8 @@ def law(
     if term.over:
         every, *moved = (one - one.mean() for one in (every, *moved))
     pairs = zip(moved[::2], moved[1::2], strict=True)
-    band = QUANTILE * np.sqrt(sum((np.square(0.5 * (up - down)) for up, down in pairs), 0.0 * every))
+    noise = QUANTILE * np.sqrt(sum((np.square(0.5 * (up - down)) for up, down in pairs), 0.0 * every))
+    band = noise if term.over else np.hypot(noise, CLOCK * np.abs(every))
     variable, explained = term.over, 1.0
     if not variable and np.ptp(every) > 1e-9 * np.abs(every).max():
         alone = UnknownInput(port, 0.0, 0.0, 0.0, time, tuple(added), tuple(map(np.ones_like, added)))

@@ -74,11 +74,15 @@ def helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Se
     another than the catalogue's."""
     share = share_asked(best, refitter)
     most = max((best.squares - refit.squares for refit in shapes if refit.finished), default=0.0)
+
+    def partly(refit: Refit) -> bool:
+        return freer(refit, best) and not refit.complete
+
     return [
         refit
         for refit in refits
         if (
-            helps(refit, best, max(share, MOST_OF) if freer(refit, best) else share)
+            helps(refit, best, max(share, MOST_OF) if partly(refit) else share)
             or completes(refit, best, refitter)
         )
         and (refit.complete or best.squares - refit.squares >= (1.0 if freer(refit, best) else ALIKE) * most)

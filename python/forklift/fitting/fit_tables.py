@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import polars as pl
 
 from forklift.fitting.agreement import change
-from forklift.fitting.intervals import QUANTILE, within
+from forklift.fitting.intervals import interval, within
 from forklift.fitting.widening import widening
 from forklift.plant.parameter import DEGREES
 
@@ -58,7 +58,7 @@ def _parameter_rows(fit: Fitted) -> Iterator[tuple[Any, ...]]:
         values = unknown.values(float(theta))
         before = within(unknown, 0.0, PRIOR_QUANTILE)
         wide = widening(fit.judged, unknown.name)
-        after = within(unknown, float(theta), QUANTILE * wide * estimate.deviation)
+        after = interval(unknown, float(theta), wide * estimate.deviation)
         for place, name in enumerate(unknown.names):
             part = name.partition(".")[0]
             yield (

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from forklift.fitting.compared import Compared, validation_change
-from forklift.fitting.intervals import QUANTILE, Knowledge, within
+from forklift.fitting.intervals import Knowledge, interval
 from forklift.fitting.origin import Origin
 from forklift.fitting.profile import Profile
 from forklift.fitting.residuals import ChannelResidual
@@ -73,7 +73,7 @@ class Fitted:
         for estimate, theta in zip(self.knowledge.estimates, self.found.x.tolist(), strict=False):
             unknown = estimate.unknown
             wide = widening(self.judged, unknown.name)
-            ends = within(unknown, theta, QUANTILE * wide * estimate.deviation)
+            ends = interval(unknown, theta, wide * estimate.deviation)
             for name, lower, upper in zip(unknown.names, *ends.tolist(), strict=True):
                 biased = f", {BIASED}" if wide > 1.0 else ""
                 sources[name] = (

@@ -7,7 +7,6 @@ than their number says, so each channel's noise is first widened by the root of 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -176,14 +175,20 @@ def within(unknown: Unknown, theta: float, reach: float) -> Floats:
     return np.sort([unknown.values(float(end)) for end in both], axis=0)
 
 
-def ends(unknown: Unknown, theta: float, deviation: float) -> tuple[float, float]:
-    """The 95 % interval of the first parameter p of an unknown, within its bounds: where p(θ ± 1.96
+def interval(unknown: Unknown, theta: float, deviation: float) -> Floats:
+    """(2, names) the 95 % interval of each parameter p of an unknown, within its bounds: where p(θ ± 1.96
     deviations) is h away, √(h² + (CLOCK p)²), see `forklift.fitting.criteria.CLOCK`."""
-    value = float(unknown.values(theta)[0])
-    floor = CLOCK * abs(value)
-    lower, upper = within(unknown, theta, QUANTILE * deviation)[:, 0].tolist()
-    wide = value - math.hypot(value - lower, floor), value + math.hypot(upper - value, floor)
-    return max(wide[0], unknown.least[0]), min(wide[1], unknown.most[0])
+    values = unknown.values(theta)
+    lower, upper = within(unknown, theta, QUANTILE * deviation)
+    floor = CLOCK * np.abs(values)
+    both = values - np.hypot(values - lower, floor), values + np.hypot(upper - values, floor)
+    return np.asarray(np.clip(both, unknown.least, unknown.most))
+
+
+def ends(unknown: Unknown, theta: float, deviation: float) -> tuple[float, float]:
+    """The same of the first parameter."""
+    lower, upper = interval(unknown, theta, deviation)[:, 0].tolist()
+    return lower, upper
 
 
 def _estimate(unknown: Unknown, theta: float, deviation: float, alone: float) -> Estimate:
