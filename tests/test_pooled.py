@@ -60,3 +60,14 @@ def test_what_no_machine_explains_stays_as_it_was_fitted():
     led = found.baseline()
     assert not led.complete
     assert led.found.x == pytest.approx(before)
+
+
+def test_what_leaves_less_where_all_recordings_led_it_is_taken_if_that_is_asked_for():
+    """As where the machine without it is explained: recordings that were fitted may lead astray beyond them."""
+    found = refitter(1.05 * TRUE)
+    alone = first(found)
+    assert found.pooled(alone) is alone
+    led = found.pooled(alone, nearly=True)
+    assert not led.complete
+    assert led.squares < 0.5 * alone.squares
+    assert START + led.found.x[0] > TRUE
