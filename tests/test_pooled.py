@@ -65,10 +65,10 @@ def test_what_no_machine_explains_stays_as_it_was_fitted():
 
 def test_what_leaves_less_where_all_recordings_led_it_is_taken_if_that_is_asked_for():
     """Recordings that were fitted may lead astray beyond them, where little shows in any."""
-    found = refitter(TRUE, 1.003 * TRUE)
+    found = refitter(TRUE, 1.025 * TRUE)
     alone = first(found)
     assert found.pooled(alone) is alone
     led = found.pooled(alone, nearly=True)
     assert not led.complete
     assert led.squares < 0.5 * alone.squares
-    assert TRUE < START + led.found.x[0] < 1.003 * TRUE
+    assert TRUE < START + led.found.x[0] < 1.025 * TRUE
