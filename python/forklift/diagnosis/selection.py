@@ -154,13 +154,33 @@ def select(
     if law is not None:
         steps.append(law)
         return Selection(baseline, tuple(steps), law.accepted or best, skipped=tuple(race.skipped))
+    first = steps[0].accepted if steps else None
+    weighed = faint if faint and first and promises_more(faint, first, baseline, screening) else None
+    return _tested(race, baseline, best, steps, shapes, weighed, hypotheses, general)
+
+
+def _tested(
+    race: Race,
+    baseline: Refit,
+    best: Refit,
+    steps: list[Step],
+    shapes: Sequence[Refit],
+    weighed: Screened | None,
+    hypotheses: Sequence[Hypothesis],
+    general: General,
+) -> Selection:
+    """The names that were found, with curves beside them or in their place where recordings bear these out.
+
+    `weighed` is a curve that promised more than the names where nothing showed.
+    """
+    refitter, clock = race.refitter, race.clock
     named = [step.accepted for step in steps if step.accepted]
     curve = None
     if best.quiet and len(best.hypotheses) == 1 and not refitter.work.spent:
         clock.say("checking the law")
         curve = curve_beside(refitter, best, general)
-    if faint and not curve and named and promises_more(faint, named[0], baseline, screening):
-        found = _unseen(race, baseline, faint, *steps)
+    if weighed and not curve:
+        found = _unseen(race, baseline, weighed, *steps)
         if found and foretells_better(found.final, named):
             return found
     unnamed = (
