@@ -8,6 +8,7 @@ from typing import cast
 import pytest
 
 from forklift.base.typeset import number
+from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import causes
 from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.numbers import Number
@@ -167,3 +168,18 @@ def test_a_place_is_plausible_where_the_lift_came_by_and_the_rest_as_the_catalog
             ("main.friction_position.width", 0.05, 0.5),
         )
     }
+
+
+def test_what_is_told_beside_such_a_number_is_uncertain_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A filter in cold oil, told as a hose that resists and one whose oil is heavier than any."""
+    hose, inertia = hypothesis("hose"), replace(hypothesis("inertia"), plausible=(("inertia", 5e6, 6e7),))
+    numbers = {hose: Number("hose", "Pa s2/m6", 0.0, 3e12, 2.9e12, 3.1e12)}
+    numbers[inertia] = Number("inertia", "Pa s2/m3", 0.0, 1e8, 9.1e7, 1e8)
+    monkeypatch.setattr("forklift.diagnosis.causes.of_hypothesis", lambda refit, one: iter([numbers[one]]))
+    ended = cast(Refit, Tried((hose, inertia), 100.0, complete=True, at_bounds=("inertia",)))
+    first, second = causes(selected(ended))
+    assert (first.form, second.form) == ("uncertain", "uncertain")
+    assert (first.beyond, first.beside) == ((), (inertia,))
+    assert second.beyond
+    assert second.beside == ()
+    assert "inertia" in sentences.beyond(first)

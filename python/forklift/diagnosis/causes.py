@@ -49,6 +49,8 @@ class Cause:
     """Mean square that it leaves over by the catalogue's law alone, where a curve mends it."""
     beyond: tuple[Beyond, ...] = ()
     """Its numbers that no such part has: then something else may act alike, and its form is uncertain."""
+    beside: tuple[Hypothesis, ...] = ()
+    """Other causes of which that is so: what explains everything only with them is not settled either."""
 
 
 def causes(selection: Selection) -> tuple[Cause, ...]:
@@ -97,6 +99,11 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                 if curve:
                     cause = replace(cause, form="uncertain", curve=curve, alone=accepted.reduced_chi2)
                 found.append(cause)
+    doubtful = tuple(cause.hypothesis for cause in found if cause.beyond)
+    if doubtful:
+        found = [
+            cause if cause.beyond else replace(cause, form="uncertain", beside=doubtful) for cause in found
+        ]
     curves = {cause.curve for cause in found}
     found += [
         _unnamed(hypothesis, selection)

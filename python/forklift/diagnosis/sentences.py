@@ -252,7 +252,10 @@ def text(found: Outcome) -> str:
 
 
 def beyond(cause: Cause) -> str:
-    """Which of its numbers no such part has."""
+    """Which of its numbers no such part has, or of which cause beside it."""
+    if not cause.beyond:
+        others = " and ".join(f"“{one.name}”" for one in cause.beside)
+        return f"only beside {others}, with a number that no such part has: something else may act alike"
     each = (
         f"its {one.number.name.rpartition('.')[2].replace('_', ' ')} is "
         f"{amount(one.number.value, one.number.unit)} ({number(one.number.lower)} to "
@@ -282,7 +285,7 @@ def _lines(found: Outcome) -> Iterator[str]:
             untold = "" if row.identifiable else ", not told by these recordings"
             between = f"95 %: {row.lower:.5g} to {row.upper:.5g}{untold}"
             yield f"  {row.name} = {row.value:.5g} {row.unit} ({between})"
-        if cause.beyond:
+        if cause.beyond or cause.beside:
             yield f"  {beyond(cause)}"
         if cause.not_separable_from:
             yield f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}."

@@ -361,7 +361,7 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
 
 
 def _doubt(found: Diagnosis, cause: Cause) -> str:
-    if cause.beyond:
+    if cause.beyond or cause.beside:
         return f"{sentences.remainder(found)}, but {sentences.beyond(cause)}"
     if found.selection.curve:
         return (

@@ -94,7 +94,7 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
             yield f"{name}: complete. {with_it(found)}."
-        elif cause.beyond:
+        elif cause.beyond or cause.beside:
             yield f"{name}: uncertain. {capital(remainder(found))}, but {beyond(cause)}."
         elif found.final.complete and cause.hypothesis.kind == "unknown":
             yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
