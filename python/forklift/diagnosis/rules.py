@@ -69,14 +69,14 @@ def least_of_a_faint(hypotheses: Sequence[Hypothesis], best: Refit, refitter: Re
 
 def helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Sequence[Refit]) -> list[Refit]:
     """Those that remove enough of what the best leaves over: at least half of what a curve does; what has a
-    freedom in every recording, as much as the curve, and most of what is left over. That follows in part
-    whatever differs from one recording to the next; where it is the cause, it has no law that could be
-    another than the catalogue's."""
+    freedom in every recording, as much as the curve, and beside one most of what is left over. That follows
+    in part whatever differs from one recording to the next; where it is the cause, it has no law that could
+    be another than the catalogue's."""
     share = share_asked(best, refitter)
     most = max((best.squares - refit.squares for refit in shapes if refit.finished), default=0.0)
 
     def partly(refit: Refit) -> bool:
-        return freer(refit, best) and not refit.complete
+        return bool(shapes) and freer(refit, best) and not refit.complete
 
     return [
         refit
