@@ -2,35 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
 
 from forklift.diagnosis.rules import helping
+from test_strained import LAW, REFITTER, refit
 
-
-def refit(hypotheses=(), *, squares, complete=False, mean_square=80.0):
-    return SimpleNamespace(
-        hypotheses=hypotheses,
-        complete=complete,
-        strained=False,
-        strains_alone=False,
-        slight=False,
-        finished=True,
-        identifiable=True,
-        squares=squares,
-        excess=100_000.0,
-        missing=0.0 if complete else 1.0,
-        loo_log_score=None,
-        worst=SimpleNamespace(mean_square=mean_square),
-    )
-
-
+clear = partial(refit, excess=100_000.0, mean_square=80.0)
 TEMPERATURE = SimpleNamespace(label="temperature_offset", amplitude=None, kind="parameter")
-LAW = SimpleNamespace(label="free.leakage", amplitude="free.leakage.coefficient", kind="physics")
 CURVE = SimpleNamespace(label="free.unknown", amplitude="free.free_shape.shape_0", kind="unknown")
-REFITTER = SimpleNamespace(together=1.0, later=0.5)
-BEST = refit(squares=120_000.0)
+BEST = clear(squares=120_000.0)
 
 
 @pytest.mark.parametrize(
@@ -38,13 +21,13 @@ BEST = refit(squares=120_000.0)
 )
 def test_beside_a_curve_what_has_a_freedom_in_every_recording_must_remove_most(removes, condition, law):
     left = BEST.squares - removes * BEST.excess
-    shapes = [refit((CURVE,), squares=BEST.squares - 0.01 * BEST.excess)]
-    assert bool(helping([refit((TEMPERATURE,), squares=left)], BEST, REFITTER, shapes)) is condition
-    assert bool(helping([refit((LAW,), squares=left)], BEST, REFITTER, shapes)) is law
-    both = refit((LAW, TEMPERATURE), squares=left)
+    shapes = [clear((CURVE,), squares=BEST.squares - 0.01 * BEST.excess)]
+    assert bool(helping([clear((TEMPERATURE,), squares=left)], BEST, REFITTER, shapes)) is condition
+    assert bool(helping([clear((LAW,), squares=left)], BEST, REFITTER, shapes)) is law
+    both = clear((LAW, TEMPERATURE), squares=left)
     assert bool(helping([both], BEST, REFITTER, shapes)) is law
 
 
 def test_before_a_curve_was_tried_it_leads_to_one():
     left = BEST.squares - 0.4 * BEST.excess
-    assert helping([refit((TEMPERATURE,), squares=left)], BEST, REFITTER, ())
+    assert helping([clear((TEMPERATURE,), squares=left)], BEST, REFITTER, ())

@@ -9,25 +9,28 @@ import pytest
 from forklift.diagnosis.rules import completes
 
 
-def refit(hypotheses=(), *, complete=False, strains_alone=False, squares=1000.0):
+def refit(
+    hypotheses=(), *, complete=False, strains_alone=False, squares=1000.0, excess=10.0, mean_square=1.2
+):
     return SimpleNamespace(
         hypotheses=hypotheses,
         complete=complete,
+        strained=strains_alone,
         strains_alone=strains_alone,
         slight=False,
         finished=True,
         identifiable=True,
         squares=squares,
-        excess=10.0,
+        excess=excess,
         missing=0.0 if complete else 1.0,
         loo_log_score=None,
-        worst=SimpleNamespace(mean_square=1.2),
+        worst=SimpleNamespace(mean_square=mean_square),
     )
 
 
 LOAD = SimpleNamespace(label="load_entered", amplitude=None, kind="parameter")
 LAW = SimpleNamespace(label="free.leakage", amplitude="free.leakage.coefficient", kind="physics")
-REFITTER = SimpleNamespace(together=1.0)
+REFITTER = SimpleNamespace(together=1.0, later=0.5)
 
 
 @pytest.mark.parametrize("strains_alone", [True, False])

@@ -45,4 +45,5 @@ CLOCK = 1e-3
 """Share of a value by which its interval reaches to either side at least: no recording knows a time, nor a
 flow, a rate or a period, better than the clock it was taken by, whatever its noise. A crystal is within
 0.01 % (50 ppm, and 50 ppm of ageing: Texas Instruments 2017, MSP432E411Y, SLASEK6), a ceramic resonator
-within 0.5 % (Murata, CSTCE8M00G55Z). Who has a better clock gets intervals a little too wide."""
+within 0.5 % (Murata, CSTCE8M00G55Z); 0.1 % lies between, and is what `forklift prove` draws sample periods
+off by. Who has a better clock gets intervals a little too wide."""
