@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, suppress
 from pathlib import Path
 
 import numpy as np
@@ -129,8 +130,8 @@ def all_of(
 ) -> Iterator[tuple[pl.DataFrame, bool]]:
     """Every chunk in order, from its file or made now, with whether it was made now.
 
-    Files are written while the next chunk runs; by one thread, before it. `elsewhere` makes the missing
-    chunks of a list in any order.
+    A chunk is counted and its file written while the next one runs; by one thread, before it. `elsewhere`
+    makes the missing chunks of a list in any order.
     """
     there = present(folder, members) if folder else [False] * members.chunks
     missing = [chunk for chunk, found in enumerate(there) if not found]
@@ -140,13 +141,14 @@ def all_of(
         for chunk in range(members.chunks):
             yield load(folder, chunk), chunk in missing
         return
-    with ThreadPoolExecutor(1) as beside:
+    made = _made(members, missing)
+    with closing(made), ThreadPoolExecutor(1) as beside:
         writing = None
         for chunk in range(members.chunks):
             if there[chunk] and folder:
                 yield load(folder, chunk), False
                 continue
-            table = run(members, chunk)
+            table = next(made)
             if writing is not None:
                 writing.result()
             if folder and members.threads == 1:
@@ -156,6 +158,30 @@ def all_of(
             yield table, True
         if writing is not None:
             writing.result()
+
+
+def _made(members: Members, missing: list[int]) -> Generator[pl.DataFrame]:
+    """These chunks in turn, the core two ahead, so that its threads never wait for who takes them;
+    by one thread, each when it is asked for."""
+    if members.threads == 1:
+        yield from (run(members, chunk) for chunk in missing)
+        return
+    with ThreadPoolExecutor(2) as core:
+        begun: deque[tuple[int, np.ndarray, Future[tuple[np.ndarray, np.ndarray]]]] = deque()
+        for chunk in missing:
+            first, last = members.span(chunk)
+            values, streams = members.draw(first, last)
+            begun.append((first, values, core.submit(members.core.run, values, streams)))
+            if len(begun) == 3:
+                yield _ended(members, *begun.popleft())
+        while begun:
+            yield _ended(members, *begun.popleft())
+
+
+def _ended(
+    members: Members, first: int, values: np.ndarray, run: Future[tuple[np.ndarray, np.ndarray]]
+) -> pl.DataFrame:
+    return frame(members, first, values, *run.result())
 
 
 def _write(folder: Path, chunk: int, table: pl.DataFrame) -> None:
