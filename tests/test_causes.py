@@ -30,7 +30,7 @@ class Tried:
     left: float
     complete: bool = False
     finished: bool = True
-    foretold: None = None
+    foretold: dict[str, float] | None = None
     at_bounds: tuple[str, ...] = ()
 
     @property
@@ -182,4 +182,28 @@ def test_what_is_told_beside_such_a_number_is_uncertain_too(monkeypatch: pytest.
     assert (first.beyond, first.beside) == ((), (inertia,))
     assert second.beyond
     assert second.beside == ()
-    assert "inertia" in sentences.beyond(first)
+    assert "inertia" in sentences.doubt(first)
+
+
+@pytest.mark.parametrize(
+    ("equation", "where", "faint", "form"),
+    [
+        ("friction", "free", True, "uncertain"),
+        ("friction", "free", False, "complete"),
+        ("friction", "main", True, "complete"),
+        ("valve", "free", True, "complete"),
+    ],
+)
+def test_what_hardly_shows_may_mend_the_law_of_what_acts_in_the_same_equation(
+    equation: str, where: str, faint: bool, form: str
+) -> None:
+    """Friction that grows at rest and saturates, told with a second friction at the place where it rested."""
+    dwell, place = (replace(hypothesis(name), where="free") for name in ("dwell", "place"))
+    place = replace(place, equation=equation, where=where)
+    first = refit(dwell, left=200.0)
+    both = cast(Refit, Tried((dwell, place), 100.0, complete=True, foretold={"a": 7.0} if faint else None))
+    steps = tuple(Step(NOTHING, (one,), one) for one in (first, both))
+    found = causes(Selection(refit(left=900.0), steps, both))
+    assert [one.form for one in found] == [form, form]
+    assert ("dwell" in sentences.doubt(found[1])) == (form == "uncertain")
+    assert ("place" in sentences.doubt(found[0])) == (form == "uncertain")

@@ -51,6 +51,9 @@ class Cause:
     """Its numbers that no such part has: then something else may act alike, and its form is uncertain."""
     beside: tuple[Hypothesis, ...] = ()
     """Other causes of which that is so: what explains everything only with them is not settled either."""
+    mending: tuple[Hypothesis, ...] = ()
+    """Other causes in the same equation, where one of them shows in no recording alone: what hardly shows may
+    make up for a law of another shape."""
 
 
 def causes(selection: Selection) -> tuple[Cause, ...]:
@@ -104,6 +107,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         found = [
             cause if cause.beyond else replace(cause, form="uncertain", beside=doubtful) for cause in found
         ]
+    found = [_beside_its_like(cause, found) for cause in found]
     curves = {cause.curve for cause in found}
     found += [
         _unnamed(hypothesis, selection)
@@ -111,6 +115,19 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         if hypothesis.kind == "unknown" and hypothesis not in curves
     ]
     return tuple(found)
+
+
+def _beside_its_like(cause: Cause, found: Sequence[Cause]) -> Cause:
+    """The same; uncertain, if another acts in its equation and one of both shows in no recording alone."""
+    own = cause.hypothesis
+
+    def alike(other: Cause) -> bool:
+        one = other.hypothesis
+        same = (one.where, one.equation) == (own.where, own.equation)
+        return same and own.kind == one.kind == "physics" and (cause.by_all or other.by_all)
+
+    others = tuple(other.hypothesis for other in found if other is not cause and alike(other))
+    return replace(cause, form="uncertain", mending=others) if others else cause
 
 
 def beyond(final: Refit, hypothesis: Hypothesis) -> tuple[Beyond, ...]:

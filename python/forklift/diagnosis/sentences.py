@@ -251,8 +251,14 @@ def text(found: Outcome) -> str:
     return "\n".join([sentence(found), "", *_lines(found)])
 
 
-def beyond(cause: Cause) -> str:
-    """Which of its numbers no such part has, or of which cause beside it."""
+def doubt(cause: Cause) -> str:
+    """Why a law that leaves nothing over is uncertain: a number that no such part has, its own or of a cause
+    beside it; or a cause beside it that may make up for its shape. Empty, if it is not for these."""
+    if cause.mending:
+        others = " and ".join(f"“{one.name}”" for one in cause.mending)
+        return f"it acts in the same equation as {others}: one may make up for the shape of the other's law"
+    if not cause.beyond and not cause.beside:
+        return ""
     if not cause.beyond:
         others = " and ".join(f"“{one.name}”" for one in cause.beside)
         return f"only beside {others}, with a number that no such part has: something else may act alike"
@@ -285,8 +291,8 @@ def _lines(found: Outcome) -> Iterator[str]:
             untold = "" if row.identifiable else ", not told by these recordings"
             between = f"95 %: {row.lower:.5g} to {row.upper:.5g}{untold}"
             yield f"  {row.name} = {row.value:.5g} {row.unit} ({between})"
-        if cause.beyond or cause.beside:
-            yield f"  {beyond(cause)}"
+        if doubt(cause):
+            yield f"  {doubt(cause)}"
         if cause.not_separable_from:
             yield f"  Not separable from {', '.join(one.label for one in cause.not_separable_from)}."
         if cause.alone is not None:

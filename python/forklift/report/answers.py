@@ -361,8 +361,8 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
 
 
 def _doubt(found: Diagnosis, cause: Cause) -> str:
-    if cause.beyond or cause.beside:
-        return f"{sentences.remainder(found)}, but {sentences.beyond(cause)}"
+    if sentences.doubt(cause):
+        return f"{sentences.remainder(found)}, but {sentences.doubt(cause)}"
     if found.selection.curve:
         return (
             "the catalogue's leaves no more than the noise in any signal, but a curve over "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose
 from forklift.diagnosis.ledger import Untold
-from forklift.diagnosis.sentences import beyond, remainder, with_it
+from forklift.diagnosis.sentences import doubt, remainder, with_it
 from forklift.report.answers import judged
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.instead import ruled_out, said
@@ -94,8 +94,8 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete":
             yield f"{name}: complete. {with_it(found)}."
-        elif cause.beyond or cause.beside:
-            yield f"{name}: uncertain. {capital(remainder(found))}, but {beyond(cause)}."
+        elif doubt(cause):
+            yield f"{name}: uncertain. {capital(remainder(found))}, but {doubt(cause)}."
         elif found.final.complete and cause.hypothesis.kind == "unknown":
             yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
         elif found.final.complete and found.selection.curve:
