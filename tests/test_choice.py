@@ -25,7 +25,16 @@ from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
-from forklift.diagnosis.rules import choice, foresees, helping, led_elsewhere, may_help, mended, replaces
+from forklift.diagnosis.rules import (
+    choice,
+    foresees,
+    helping,
+    led_elsewhere,
+    may_help,
+    mended,
+    replaces,
+    stands_alone,
+)
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import alarming, needed
 from forklift.plant.forklift.unnamed import curves
@@ -104,6 +113,26 @@ def test_a_number_at_its_bound_yields_to_a_simpler_twin_within_the_margin():
 
 def replaced(refit: Tried, best: Tried, baseline: Tried) -> bool:
     return replaces(cast(Refit, refit), cast(Refit, best), cast(Refit, baseline), 0.5)
+
+
+@pytest.mark.parametrize(
+    ("alone", "beside", "best_complete", "taken"),
+    [
+        (Tried((CURVE,), 300.0, complete=True), Tried((LEAK, CURVE), 301.0 + AS_NEAR), False, True),
+        (Tried((CURVE,), 300.0, complete=True), Tried((LEAK, CURVE), 299.0 + AS_NEAR), False, False),
+        (Tried((CURVE,), 300.0), Tried((LEAK, CURVE), 400.0), False, False),  # something is left over
+        (Tried((CURVE,), 300.0, complete=True), Tried((LEAK, CURVE), 400.0), True, False),
+        (Tried((CURVE,), 2000.0, complete=True), Tried((LEAK, CURVE), 2500.0), False, False),
+        (Tried((CURVE,), 300.0, complete=True), None, False, False),  # none was tried with the name
+    ],
+)
+def test_a_curve_that_explains_all_stands_for_a_name_that_does_not_and_needs_one(
+    alone: Tried, beside: Tried | None, best_complete: bool, taken: bool
+) -> None:
+    """A valve that needs the longer the further it has to go, told as a dead time with a curve."""
+    best = cast(Refit, Tried((LEAK,), 2400.0, 1100.0, complete=best_complete))
+    tried = [cast(Refit, one) for one in (alone, beside) if one]
+    assert stands_alone(tried[0], best, tried) is taken
 
 
 def test_a_curve_at_the_place_of_a_name_mends_it_with_less_than_a_second_cause_needs():

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from diagnosed import diagnosed
+from forklift import Truck
 from forklift.diagnosis.confounding import confounded
 from forklift.diagnosis.criteria import STANDS
 from forklift.diagnosis.curves import FreeCurves
 from forklift.diagnosis.hypothesis import carry, with_hypotheses
 from forklift.plant.forklift.effects import EFFECTS
 from forklift.plant.forklift.hypotheses import hypotheses
+from forklift.plant.forklift.model import Forklift
 from forklift.plant.protocol import Hypothesis
 
 BARS = 1e5
@@ -67,6 +69,24 @@ def test_elsewhere_are_the_other_places_of_the_same_lift_where_the_variable_acts
     assert {one.over for one in found} == {speed.over}
     told = {one.equation for one in found}
     assert {"viscosity", "compensator", "tank", "friction", "force-balance"} == told
+
+
+@pytest.mark.parametrize("variable", ["other_command", "position"])
+def test_twins_are_the_same_place_of_the_other_lift_over_its_own_variable(monkeypatch, variable):
+    machine = Forklift(Truck.read("thesis"), ("free", "main"))
+    offered, refit = FreeCurves(machine, {}), cast(Any, SimpleNamespace(told_from=None))
+    ends = {"free": (0.0, 0.5), "main": (0.1, 1.4)}
+    monkeypatch.setattr("forklift.diagnosis.curves._ranges", lambda found, part: {variable: ends[part]})
+    free, main = (
+        next(one for one in machine.places if one.name == f"{lift}.current") for lift in ("free", "main")
+    )
+    for one in machine.curves(free, variable, *ends["free"]):
+        assert offered.twins(refit, one) == []  # it was not made here
+        offered.made[one] = (variable, *ends["free"])
+        found = offered.twins(refit, one)
+        like = machine.curves(main, variable, *ends["main"])
+        assert found == [two for two in like if len(two.amplitudes) == len(one.amplitudes)] != []
+        assert offered.twins(refit, found[0]) == [one]
 
 
 def test_pressure_that_is_lost_before_the_valve_is_mended_by_a_curve_behind_it(complete):

@@ -406,6 +406,8 @@ def test_a_complete_truck_wants_no_alarm_and_a_stuck_pressure_may_be_told():
     stuck = said("sensor_stuck", verdict="sensor-fault", equation="sensor", kind="sensor")
     assert judged(whole(tolerated=["sensor_stuck"]), stuck)["all"]
     assert judged(whole(), stuck)["false_alarm"]
+    missing = {**stuck, "verdict": "unknown-effect"}  # beside it, something that has no cause
+    assert judged(whole(tolerated=["sensor_stuck"]), missing)["false_alarm"]
     assert judged(whole(), {"verdict": "refused", "said": "x", "causes": []})["false_alarm"]
 
 

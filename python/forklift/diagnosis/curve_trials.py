@@ -12,6 +12,7 @@ from forklift.diagnosis.criteria import (
     AS_NEAR,
     BEYOND_DOUBT,
     LAW,
+    LEAST_GAIN,
     MISFIT,
     MOST_OF,
     SHAPES_BESIDE,
@@ -38,6 +39,9 @@ class General(Protocol):
     def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
         """Where next to nothing is left over: the one of the greatest evidence over all recordings."""
 
+    def twins(self, refit: Refit, curve: Hypothesis) -> Sequence[Hypothesis]:
+        """The same curve at the same place of other parts of the machine."""
+
     def located(self, refit: Refit) -> Sequence[tuple[str, str]]:
         """Where and in which equation something acts that a refit leaves over, the most credible first."""
 
@@ -53,18 +57,37 @@ def faint_curve(race: Race, baseline: Refit, general: General) -> Screened | Non
 
 def shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
     """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
-    much: what repeats along the stroke, say."""
-    promised = [found.gain for found in (*screening.singles[:1], *screening.pairs[:1])]
+    much, and no two promise more: what repeats along the stroke, say."""
+    one, two = ([found.gain for found in some[:1]] for some in (screening.singles, screening.pairs))
+    promised = [*one, *two]
     if best.quiet or by_chance(best) or not promised:
         return []
-    # Encoders at rest leave less than their noise: more may be promised than seems to be left over.
+    # Encoders at rest leave less than their noise: more may be promised than seems to be left over. And where
+    # conditions bend far to make up for what is missing, little is left over of it.
     excess = excess_screened(best, screening)
-    if excess >= max(promised) >= MOST_OF * excess:
+    if not best.strained and excess >= max(promised) >= MOST_OF * excess:
         return []
     shapes = general(best)
-    if not shapes or shapes[0].evidence < AHEAD * max(promised):
+    if not shapes or shapes[0].evidence < max(AHEAD * max(one, default=0.0), *two, 0.0):
         return []
-    return race.beside(best, shapes[0].hypotheses[0], [])
+    return twinned(race, race.beside(best, shapes[0].hypotheses[0], []), general)
+
+
+def twinned(race: Race, refits: list[Refit], general: General) -> list[Refit]:
+    """The same; and if the last ended with a curve and leaves something over, that with the same curve at the
+    same place of another part, if it promises to help: what both lifts share acts on each of them."""
+    last = refits[-1] if refits else None
+    if last is None or not last.finished or last.complete:
+        return refits
+    beside = general.twins(last, last.hypotheses[-1])
+    if not beside:
+        return refits
+    at = last.told_from
+    found = screen(at.problem, at.x, beside, 0, slow=last.quiet)
+    for screened in found.ranked[:1]:
+        if screened.evidence >= max(LAW, LEAST_GAIN * excess_screened(last, found)):
+            return race.beside(last, screened.hypotheses[0], refits)
+    return refits
 
 
 def shape_beside(race: Race, best: Refit, general: General) -> list[Refit]:
@@ -101,7 +124,7 @@ def without_names(
         beside = [*first, *(() if by_chance(baseline) else (baseline,))]
     refits = list(shapes)
     for refit in beside:
-        if any(one.complete for one in refits):
+        if any(one.complete and set(refit.hypotheses) <= set(one.hypotheses) for one in refits):
             break
         tried = [one for one in refits if set(refit.hypotheses) < set(one.hypotheses)]
         known = {one.hypotheses[-1] for one in tried}
@@ -117,7 +140,7 @@ def without_names(
                 one.finished and one.hypotheses[-1].over == screened.hypotheses[0].over != "" for one in tried
             )  # over the same variable at another place: what gained little here gains little there
             if screened.hypotheses[0] not in known and not faint and not alike:
-                tried = race.beside(refit, screened.hypotheses[0], tried)
+                tried = twinned(race, race.beside(refit, screened.hypotheses[0], tried), general)
         refits += [one for one in tried if one not in refits]
     return tuple(sorted(refits, key=rank))
 
@@ -149,7 +172,7 @@ def named_by_its_law(
         if any(one.id == curve.law_of and one.where == curve.where for curve in curves)
         and one.label not in known
     ]
-    if not others or any(mended.clear(one) for one in best.hypotheses):
+    if not others or any(mended.clear(one) for one in best.hypotheses if one in mended.hypotheses):
         return None
     race.say(f"fitting {others[0].label} with {curves[0].name}")
     refit = race.refitter.slightly((others[0], *curves), baseline if baseline.quiet else mended)

@@ -197,6 +197,24 @@ class FreeCurves:
             if len(one.amplitudes) == len(curve.amplitudes) and not one.unlikely
         ]
 
+    def twins(self, refit: Refit, curve: Hypothesis) -> list[Hypothesis]:
+        """The same curve at the same place of every other part: a supply, the oil, a tank act on all alike,
+        each part's as far as its own variable goes."""
+        if curve not in self.made:
+            return []
+        variable, *_ = self.made[curve]
+        own = [one for one in self.machine.places if one.name in self.machine.acted_on(curve)]
+        found: list[Hypothesis] = []
+        for place in self.machine.places:
+            if not any(_same(place, one) for one in own):
+                continue
+            ends = _ranges(refit.told_from, place.part).get(variable)
+            made = self.machine.curves(place, variable, *ends) if ends else ()
+            alike = [one for one in made if len(one.amplitudes) == len(curve.amplitudes)]
+            self.made.update({one: (variable, *ends) for one in alike if ends})
+            found += alike
+        return found
+
     def _of_the_past(self, refit: Refit, places: Sequence[Place]) -> list[tuple[str, str]]:
         """At which of these places a curve over which variable of the past is worth a simulation."""
         past, at = self.machine.past, refit.early
@@ -225,6 +243,12 @@ class FreeCurves:
         ]
         names = dict.fromkeys([*own[:1], *(one.port for one in inputs)])
         return [self._place(name) for name in names]
+
+
+def _same(place: Place, other: Place) -> bool:
+    """Whether they are the same place of two parts."""
+    alike = place.name.removeprefix(place.part) == other.name.removeprefix(other.part)
+    return alike and place.part != other.part and place.equation == other.equation
 
 
 def credible(inputs: Sequence[UnknownInput]) -> Sequence[UnknownInput]:

@@ -130,11 +130,18 @@ def diagnose(
             problem, x = _settled(refitter, selection.final)
             after = _agreement(model, kept, problem, x)
             used = _in_use(model, problem, x, named)
-    said = verdict(selection, named, hopeless=bool(findings.unexcited))
+    said = verdict(selection, found.causes, seen, hopeless=bool(findings.unexcited))
     where = (
         None
         if said == "no-mismatch"
-        else _location(model, selection.baseline, found.causes, seen, found.inputs, found.dependences)
+        else _location(
+            model,
+            selection.baseline,
+            found.causes,
+            () if said == "unknown-effect" else seen,
+            found.inputs,
+            found.dependences,
+        )
     )
     return Diagnosis(
         model,

@@ -118,13 +118,18 @@ def _from(
     return inputs, seen, selection, screening, general
 
 
-def verdict(selection: Selection, found: Sequence[Cause], *, hopeless: bool = False) -> Verdict:
-    """In one word: by the first cause; without one, by whether anything is left over."""
+def verdict(
+    selection: Selection, found: Sequence[Cause], seen: Sequence[Cause] = (), *, hopeless: bool = False
+) -> Verdict:
+    """In one word: by the first cause; without one, by whether anything is left over, and by what was `seen`
+    before any fit."""
     baseline = selection.baseline
     if found:
         return VERDICTS[found[0].hypothesis.kind]
     doubtful = baseline.worst.mean_square <= DOUBTFUL and not baseline.strained
-    return "no-mismatch" if hopeless or baseline.complete or doubtful else "unknown-effect"
+    if not (hopeless or baseline.complete or doubtful):
+        return "unknown-effect"
+    return VERDICTS[seen[0].hypothesis.kind] if seen else "no-mismatch"
 
 
 def loudest(refit: Refit) -> str:

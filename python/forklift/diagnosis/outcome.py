@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from forklift.fitting.agreement import Agreement
 
 
+UNFIT = ("sensor_stuck", "sensor_slip")
+"""Causes that are seen before any fit."""
 COMMAND = "next_recording.csv"
 """The file of what drives the next recording."""
 
@@ -147,6 +149,16 @@ class Outcome:
     def final(self) -> Refit:
         """With what was found."""
         return self.selection.final
+
+    @property
+    def explaining(self) -> tuple[Cause, ...]:
+        """Causes of what is left over: not those that were seen before any fit."""
+        return tuple(cause for cause in self.causes if cause.hypothesis.id not in UNFIT)
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether something is missing that has no cause."""
+        return self.verdict == "unknown-effect" and not self.explaining
 
     @property
     def numbers(self) -> tuple[Number, ...]:

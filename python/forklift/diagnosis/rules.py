@@ -198,6 +198,21 @@ def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
     return helps(refit, best, 0.0) and baseline.squares - refit.squares >= (1.0 + MOST_OF) * named
 
 
+def stands_alone(refit: Refit, best: Refit, tried: Sequence[Refit]) -> bool:
+    """Whether what has none of the best's names explains everything, where these do not: most of what they
+    leave over is gone, and every one of those tried that has them leaves clearly more, with more numbers."""
+    own = set(best.hypotheses)
+    with_them = [one for one in tried if own <= set(one.hypotheses)]
+    return (
+        refit.complete
+        and not best.complete
+        and own.isdisjoint(refit.hypotheses)
+        and helps(refit, best, MOST_OF)
+        and bool(with_them)
+        and all(one.squares - refit.squares >= AS_NEAR for one in with_them)
+    )
+
+
 def helps(refit: Refit, best: Refit, share: float) -> bool:
     """Whether the refit is told from none, and removes this share of what `best` leaves over; if that is
     nothing, whether recordings foretell each other better with it. Where `best` strains what was entered, it

@@ -63,6 +63,7 @@ from forklift.diagnosis.rules import (
     rivals,
     settled_names,
     share_asked,
+    stands_alone,
 )
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.plant.protocol import Hypothesis
@@ -194,8 +195,18 @@ def _tested(
         steps.append(Step(steps[0].screening, tuple(sorted([other, best], key=rank)), other))
         mends = best = other
     chosen = mends or choice(
-        [refit for refit in unnamed if replaces(refit, best, baseline, refitter.later)], best
+        [
+            refit
+            for refit in unnamed
+            if replaces(refit, best, baseline, refitter.later) or stands_alone(refit, best, unnamed)
+        ],
+        best,
     )
+    if chosen and not mends and set(best.hypotheses).isdisjoint(chosen.hypotheses):
+        other = named_by_its_law(race, baseline, best, chosen, hypotheses)
+        if other:
+            steps.append(Step(steps[0].screening, tuple(sorted([other, best], key=rank)), other))
+            chosen = best = other
     final = chosen if chosen and foresees(refitter, best, chosen) else best
     if final is not best:
         final = needed(race, final, kept=settled_names(best, baseline))
@@ -392,7 +403,7 @@ def _round(
         refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
         accepted = choice(_helping(race, refits[len(shapes) :], best, shapes, screening, general), best)
         astray = None if asked else _astray(race, best, accepted, refits[before:], screening)
-        if astray is not None:
+        if astray is not None and not _outdone(astray.accepted, shapes):
             return astray
         asked = asked or accepted is not None
         enough = accepted is not None and accepted.quiet
@@ -448,6 +459,13 @@ def _astray(
     race.say(f"fitting {' and '.join(said) or 'the machine alone'} again")
     alone = race.refitter.simpler(gained, best)
     return None if alone is None else Step(screening, (gained,), alone)
+
+
+def _outdone(better: Refit | None, shapes: Sequence[Refit]) -> bool:
+    """Whether a curve that was tried first leaves next to nothing of what a better fit of the best leaves."""
+    return better is not None and any(
+        one.finished and better.squares - one.squares >= (1.0 - LEAST_GAIN) * better.excess for one in shapes
+    )
 
 
 def _law_instead(

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from forklift.plant.protocol import Hypothesis
     from forklift.plant.subject import Words
 
-UNFIT = ("sensor_stuck", "sensor_slip")
-"""Causes that are seen before any fit."""
-
 
 class Gain(NamedTuple):
     """What the machine is told by: its headline, before and after, on what was held out."""
@@ -65,12 +62,13 @@ def sentence(found: Outcome) -> str:
             f"noise (mean square at most {found.final.worst.mean_square:.2f} in any signal); "
             f"{remainder(found)}."
         )
-    if all(cause.hypothesis.id in UNFIT for cause in found.causes) and found.baseline.complete:
+    if found.verdict == "sensor-fault" and not found.explaining and found.baseline.complete:
         return (
             f"A sensor fails: {' and '.join(named(found, cause) for cause in found.causes)}; without these "
             f"samples the fitted {noun} explains all {judged} recordings {kept} to the sensors' noise."
         )
-    if not found.causes and found.doubted:
+    seen = "".join(f" Besides, {named(found, cause)}." for cause in found.causes)  # if none explains it
+    if found.unexplained and found.doubted:
         options = {
             " and ".join(one.name for one in hypotheses): share
             for cause in found.doubted
@@ -80,14 +78,14 @@ def sentence(found: Outcome) -> str:
         listed = "; ".join(f"{name} ({share:.2f})" for name, share in options.items())
         return (
             f"Something is missing, and several explanations fit the recordings {kept} about as well "
-            f"(credibility): {listed}."
+            f"(credibility): {listed}.{seen}"
         )
-    if not found.causes:
+    if found.unexplained:
         assert found.location
         place = found.machine.words.equation(found.location.equation)
         return (
             f"Something is missing that no hypothesis explains: it acts on {place}{_part(found)}; "
-            f"{found.location.region}."
+            f"{found.location.region}.{seen}"
         )
     causes = " and ".join(
         f"{'' if cause.credibility >= LIKELY else 'perhaps '}{named(found, cause)}" for cause in found.causes

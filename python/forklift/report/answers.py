@@ -35,7 +35,8 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     """What is wrong, where, how sure, how much, what it improves, what else it could be, what to do next."""
     if found.findings.unexcited:
         return _unexcited(found, told)
-    what = [] if found.causes else [_nothing(found, told), _tested(told)]
+    none = not found.causes or found.unexplained
+    what = [_nothing(found, told), _tested(told)] if none else []
     for cause, row in zip(found.causes, told["causes"], strict=True):
         what += [_what(found, cause, row), _sure(found, told, cause, row)]
     where = [_where(found, told)] if told["location"] else []
@@ -223,13 +224,13 @@ def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     words, location = found.machine.words, told["location"]
     named = dict.fromkeys(
         place
-        for cause in found.causes
+        for cause in found.explaining or ([] if found.unexplained else found.causes)
         for place in (found.machine.acted_on(cause.hypothesis) or (cause.hypothesis.where,))
         if place
     )
     velocity = bool(found.causes) and sentences.gain(found) is not None and not sentences.in_all_alone(found)
     details = [_most(found, location["signal"], velocity)]
-    theirs = bool(found.causes) and found.causes[0].hypothesis.kind in ENTERED
+    theirs = bool(found.causes) and not found.unexplained and found.causes[0].hypothesis.kind in ENTERED
     if found.inputs and not theirs:
         details.append(_unknown(found))
     part = words.part(location[found.machine.part_word])
@@ -460,7 +461,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 "No recording is known that would settle it.",
                 [prose(found.next_why), *([effect] if name else []), *left],
             )
-        if told["verdict"] == "unknown-effect" and not found.causes:
+        if found.unexplained:
             telling = next((one for one in found.dependences if one.explained >= TOLD_REGION), None)
             over = (
                 found.machine.words.variable(

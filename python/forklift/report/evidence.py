@@ -135,7 +135,7 @@ def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:
     if one is None or not telling:
         return
     words, part = found.machine.words, found.machine.part_of(one.port)
-    own = not found.causes or law.is_at(found.machine, one.port, found.causes[0].hypothesis)
+    own = not found.explaining or law.is_at(found.machine, one.port, found.explaining[0].hypothesis)
     variables = [(of, Quantity(*words.variable(of.variable, part))) for of in telling]
     far = beyond(found.baseline, one)
     if far > BEYOND and named and all(of.slope is not None for of in named):
@@ -155,7 +155,8 @@ def _circuit(found: Diagnosis) -> Iterator[Sketch]:
     """Where in the circuit something is wrong."""
     if found.location is None:
         return
-    marked = {cause.hypothesis.equation for cause in found.causes} or {found.location.equation}
+    told = () if found.unexplained else found.causes
+    marked = {cause.hypothesis.equation for cause in told} or {found.location.equation}
     alike = [one for cause in found.causes for one in cause.not_separable_from]
     tied = {one.equation for one in (*alike, *(row.other for row in found.confounded))} - marked
     words, part = found.machine.words, found.location.part

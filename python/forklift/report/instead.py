@@ -64,7 +64,7 @@ def instead(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             else "Nothing that was begun keeps up with it."
             if count["given_up"]
             else "Nothing else promises enough."
-            if found.causes
+            if not found.unexplained
             else "Nothing that was tried explains it."
         )
         return Fact(question, none, [*(_runner_up(found, told) if found.causes else []), *open_])

@@ -19,9 +19,9 @@ def place_of(found: Diagnosis) -> UnknownInput | None:
     """The input to look at: where the first cause acts, if an unknown input can act there; else the most
     credible of all."""
     best = next(iter(found.inputs), None)
-    if not found.causes:
+    if not found.explaining:
         return best
-    first = found.causes[0].hypothesis
+    first = found.explaining[0].hypothesis
     own = (one for one in found.inputs if is_at(found.machine, one.port, first))
     return next(own, best)
 

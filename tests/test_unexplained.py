@@ -1,0 +1,89 @@
+"""A sensor that stands still is no explanation of what is left over in all other signals."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from forklift.diagnosis import sentences
+from forklift.diagnosis.causes import Cause
+from forklift.diagnosis.criteria import DOUBTFUL
+from forklift.diagnosis.engine import verdict
+from forklift.diagnosis.outcome import Location, Outcome
+from forklift.plant.findings import InvalidStretch
+from forklift.plant.forklift.vocabulary import ForkliftWords
+from forklift.plant.hypotheses import invalid_hypothesis
+from forklift.plant.protocol import Addition, Hypothesis
+
+
+def cause(one: Hypothesis) -> Cause:
+    return Cause(one, 1.0, "complete", (), ())
+
+
+def hypothesis(name: str, kind: Any) -> Hypothesis:
+    return Hypothesis(name, kind, name, "free", "friction", name, Addition())
+
+
+STUCK = cause(invalid_hypothesis(InvalidStretch("a.csv", "pressure_free_pa", 4.0, 6.0, "stuck")))
+LEAK, CURVE = cause(hypothesis("leakage", "physics")), cause(hypothesis("unknown", "unknown"))
+
+
+@pytest.mark.parametrize(
+    ("complete", "worst", "strained", "found", "said"),
+    [
+        (True, 1.0, False, (), "sensor-fault"),
+        (False, 0.9 * DOUBTFUL, False, (), "sensor-fault"),
+        (False, 147.0, False, (), "unknown-effect"),
+        (False, 0.9 * DOUBTFUL, True, (), "unknown-effect"),
+        (False, 147.0, False, (LEAK,), "missing-physics"),
+    ],
+)
+def test_what_was_seen_before_any_fit_is_the_verdict_only_where_nothing_is_left_over(
+    complete: bool, worst: float, strained: bool, found: tuple[Cause, ...], said: str
+) -> None:
+    baseline = SimpleNamespace(complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst))
+    selection = cast(Any, SimpleNamespace(baseline=baseline))
+    assert verdict(selection, found, (STUCK,)) == said
+
+
+@pytest.mark.parametrize(
+    ("name", "causes", "unexplained"),
+    [
+        ("unknown-effect", (STUCK,), True),
+        ("unknown-effect", (), True),
+        ("unknown-effect", (CURVE, STUCK), False),
+        ("sensor-fault", (STUCK,), False),
+        ("missing-physics", (LEAK, STUCK), False),
+    ],
+)
+def test_something_is_missing_without_a_cause_though_a_sensor_stands_still(
+    name: str, causes: tuple[Cause, ...], unexplained: bool
+) -> None:
+    found = cast(Any, SimpleNamespace(verdict=name, causes=causes))
+    found.explaining = Outcome.explaining.fget(found)  # type: ignore[attr-defined]
+    assert Outcome.unexplained.fget(found) is unexplained  # type: ignore[attr-defined]
+    assert STUCK not in found.explaining
+
+
+def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it() -> None:
+    found = SimpleNamespace(
+        verdict="unknown-effect",
+        causes=(STUCK,),
+        explaining=(),
+        unexplained=True,
+        doubted=(),
+        confounded=(),
+        after=SimpleNamespace(predictions=()),
+        judged_on="validate",
+        findings=SimpleNamespace(unexcited=""),
+        final=SimpleNamespace(held_out=(), hypotheses=()),
+        location=Location("main", "valve-flow", "position_main_m", "it is a function of the load", 1.0),
+        machine=SimpleNamespace(words=ForkliftWords(), part_word="lift"),
+    )
+    said = sentences.sentence(cast(Any, found))
+    assert said.startswith(
+        "Something is missing that no hypothesis explains: it acts on the flow through the valve"
+    )
+    assert said.index("a function of the load") < said.index("Besides, the signal stands still")
