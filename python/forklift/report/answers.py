@@ -12,7 +12,7 @@ from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.ledger import uncontested
 from forklift.fitting.criteria import AT_NOISE
 from forklift.report.blocks import Fact
-from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing, untold
+from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing
 from forklift.report.ledger import considered_of, counts
 from forklift.report.words import NOISE
 
@@ -38,7 +38,9 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     none = not found.causes or found.unexplained
     what = [_nothing(found, told), _tested(told)] if none else []
     for cause, row in zip(found.causes, told["causes"], strict=True):
-        what += [_what(found, cause, row), _sure(found, told, cause, row)]
+        fact = _what(found, cause, row)
+        further = replace(fact, question=fact.question.replace("What is wrong", "What else is wrong"))
+        what += [further if what else fact, _sure(found, told, cause, row)]
     where = [_where(found, told)] if told["location"] else []
     better = _better(found, told)
     better = replace(better, details=[*better.details, *_in_use(found)])
@@ -452,14 +454,13 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     alike = [name for cause in found.causes for name in as_good(found, cause)]
     uncertain = any(cause.form == "uncertain" for cause in found.causes)
     if wanted is None:
-        left = untold(counts(told))
         if alike or uncertain:
             name = any(cause.hypothesis.kind == "unknown" for cause in found.causes)
             effect = "Give the catalogue an effect that may act there: the curve in Evidence has its shape."
             return Fact(
                 question,
                 "No recording is known that would settle it.",
-                [prose(found.next_why), *([effect] if name else []), *left],
+                [prose(found.next_why), *([effect] if name else [])],
             )
         if found.unexplained:
             telling = next((one for one in found.dependences if one.explained >= TOLD_REGION), None)
@@ -473,13 +474,13 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             return Fact(
                 question,
                 f"More of the {over}, over a wider range." if over else "Nothing can be proposed.",
-                ["And give the catalogue an effect that may act there: see Evidence.", *left],
+                ["Give the catalogue an effect that may act there: see Evidence."],
             )
         answer = "Nothing more is needed for this cause." if found.causes else "Nothing more is needed."
         if found.causes and all(cause.hypothesis.kind in ENTERED for cause in found.causes):
             answer = "First check the sensor, or what was entered."
             use = f"The fitted {found.machine.words.noun}{use.removeprefix('The model with it')}"
-        return Fact(question, answer, [prose(found.next_why), *left, *([use] if found.causes else [])])
+        return Fact(question, answer, [prose(found.next_why), *([use] if found.causes else [])])
     if alike:
         why = f"It would tell the cause from this: {some(alike)}."
     elif found.selection.curve:
