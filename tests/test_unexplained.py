@@ -87,3 +87,23 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it() -> N
         "Something is missing that no hypothesis explains: it acts on the flow through the valve"
     )
     assert said.index("a function of the load") < said.index("Besides, the signal stands still")
+
+
+@pytest.mark.parametrize(
+    ("causes", "said"),
+    [
+        (["it leaks (free lift)"], "it leaks (free lift)"),
+        (["it sags (free lift)", "it sags (main lift)"], "it sags (free lift and main lift)"),
+        (
+            ["it leaks (main lift)", "air is in it (main lift)"],
+            "it leaks (main lift) and air is in it (main lift)",
+        ),
+        (["the return line builds up pressure"], "the return line builds up pressure"),
+        (
+            ["it sags (free lift), or equally on the oil", "it sags (main lift)"],
+            "it sags (free lift), or equally on the oil and it sags (main lift)",
+        ),
+    ],
+)
+def test_what_acts_in_two_places_is_said_once(causes: list[str], said: str) -> None:
+    assert sentences.in_one(causes) == said

@@ -87,8 +87,11 @@ def sentence(found: Outcome) -> str:
             f"Something is missing that no hypothesis explains: it acts on {place}{_part(found)}; "
             f"{found.location.region}.{seen}"
         )
-    causes = " and ".join(
-        f"{'' if cause.credibility >= LIKELY else 'perhaps '}{named(found, cause)}" for cause in found.causes
+    causes = in_one(
+        [
+            f"{'' if cause.credibility >= LIKELY else 'perhaps '}{named(found, cause)}"
+            for cause in found.causes
+        ]
     )
     if found.selection.curve and not any(cause.curve for cause in found.causes):
         causes += ", perhaps by another law than the catalogue's"
@@ -101,6 +104,16 @@ def sentence(found: Outcome) -> str:
         f"{number(found.final.worst.mean_square)} times the noise's is left over"
     )
     return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}; {left}."
+
+
+def in_one(causes: Sequence[str]) -> str:
+    """Causes with where they act; what acts in several places is said once."""
+    places: dict[str, list[str]] = {}
+    for cause in causes:
+        what, _, where = cause.rpartition(" (") if cause.endswith(")") else (cause, "", "")
+        places.setdefault(what, []).append(where.removesuffix(")"))
+    each = (f"{what} ({' and '.join(where)})" if any(where) else what for what, where in places.items())
+    return " and ".join(each)
 
 
 def remainder(found: Outcome) -> str:
