@@ -194,8 +194,14 @@ def _in_use(found: Diagnosis) -> Iterator[str]:
             if hardly
             else f"{present}, without it at {absent}"
         )
-        which = f", “{cause.hypothesis.name}”" if len(found.causes) > 1 else ""
+        which = f", “{_apart(found, cause)}”" if len(found.causes) > 1 else ""
         yield f"In use{which} ({used.file}): {shown.name} {means}."
+
+
+def _apart(found: Diagnosis, cause: Cause) -> str:
+    """Its name, with where it acts if another has that name too."""
+    alike = [one for one in found.causes if one.hypothesis.name == cause.hypothesis.name]
+    return said(found, cause.hypothesis) if len(alike) > 1 else cause.hypothesis.name
 
 
 def _entered(found: Diagnosis, cause: Cause) -> Iterator[str]:
@@ -284,7 +290,7 @@ def _most(found: Diagnosis, channel: str, headline: bool) -> str:
 
 
 def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[str, Any]) -> Fact:
-    question = f"How sure is “{cause.hypothesis.name}”?"
+    question = f"How sure is “{_apart(found, cause)}”?"
     if not cause.hypothesis.amplitude and row["kind"] == "sensor":
         return Fact(
             question,
