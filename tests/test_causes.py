@@ -104,6 +104,19 @@ def test_a_law_of_the_whole_machine_is_mended_by_a_curve_at_any_of_its_parts(whe
     assert len(others) == (not mended)
 
 
+@pytest.mark.parametrize("where", ["", "free"])
+def test_the_same_curve_on_both_lifts_mends_the_law_of_what_acts_on_both(where: str) -> None:
+    name = replace(hypothesis("back_pressure"), where=where)
+    free, main = (
+        replace(hypothesis("curve"), id="unknown", kind="unknown", where=lift, over="x")
+        for lift in ("free", "main")
+    )
+    both = refit(name, free, main, left=100.0, complete=True)
+    first, *others = causes(selected(both, refit(name, left=120.0)))
+    assert first.curves == ((free, main) if not where else (free,))
+    assert [one.hypothesis for one in others] == ([] if not where else [main])
+
+
 def test_a_rival_that_ended_in_no_number_is_none():
     """As of a machine that swings up by itself."""
     accepted, other = refit(hypothesis("overflow"), left=400.0), refit(hypothesis("pump"), left=float("inf"))

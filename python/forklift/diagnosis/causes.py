@@ -43,6 +43,8 @@ class Cause:
     """What else was tried: hypotheses, credibility, and the mean square they leave over."""
     curve: Hypothesis | None = None
     """A free shape that mends its law, as part of the final model."""
+    twin: Hypothesis | None = None
+    """Of what acts on the whole machine: the same shape on another part of it."""
     by_all: bool = False
     """Whether the credibility is of how all recordings foretell each other, as none shows it alone."""
     alone: float | None = None
@@ -54,6 +56,11 @@ class Cause:
     mending: tuple[Hypothesis, ...] = ()
     """Other causes in the same equation, where one of them shows in no recording alone: what hardly shows may
     make up for a law of another shape."""
+
+    @property
+    def curves(self) -> tuple[Hypothesis, ...]:
+        """All free shapes that mend its law."""
+        return tuple(one for one in (self.curve, self.twin) if one)
 
 
 def causes(selection: Selection) -> tuple[Cause, ...]:
@@ -100,7 +107,10 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                 cause = Cause(hypothesis, credible, own_form, alike, rivals, by_all=by_all, beyond=outside)
                 curve = _curve(hypothesis, selection)
                 if curve:
-                    cause = replace(cause, form="uncertain", curve=curve, alone=accepted.reduced_chi2)
+                    twin = _twin(hypothesis, curve, selection)
+                    cause = replace(
+                        cause, form="uncertain", curve=curve, twin=twin, alone=accepted.reduced_chi2
+                    )
                 found.append(cause)
     doubtful = tuple(cause.hypothesis for cause in found if cause.beyond)
     if doubtful:
@@ -108,7 +118,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
             cause if cause.beyond else replace(cause, form="uncertain", beside=doubtful) for cause in found
         ]
     found = [_beside_its_like(cause, found) for cause in found]
-    curves = {cause.curve for cause in found}
+    curves = {one for cause in found for one in cause.curves}
     found += [
         _unnamed(hypothesis, selection)
         for hypothesis in final.hypotheses
@@ -162,6 +172,16 @@ def _curve(named: Hypothesis, selection: Selection) -> Hypothesis | None:
         return bool(one.over) and one.equation in named.equations and named.where in (one.where, "")
 
     return next((one for one in selection.final.hypotheses if one in tested or at_its_place(one)), None)
+
+
+def _twin(named: Hypothesis, curve: Hypothesis, selection: Selection) -> Hypothesis | None:
+    """The same curve on another part, if the name acts on the whole machine."""
+    alike = [
+        one
+        for one in selection.final.hypotheses
+        if one is not curve and (one.kind, one.name, one.equation) == (curve.kind, curve.name, curve.equation)
+    ]
+    return alike[0] if alike and not named.where else None
 
 
 def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:

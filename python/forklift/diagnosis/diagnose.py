@@ -238,7 +238,7 @@ def _agreement(model: Subject, recordings: Sequence[Any], problem: LeastSquares,
 
 def _in_use(model: Subject, problem: LeastSquares, x: Floats, causes: Sequence[Cause]) -> dict[str, InUse]:
     """What each cause does, with the curve that mends its law."""
-    together = [[one.hypothesis, *((one.curve,) if one.curve else ())] for one in causes]
+    together = [[one.hypothesis, *one.curves] for one in causes]
     found = zip(causes, in_use(model, problem, x, together), strict=True)
     return {cause.hypothesis.label: used for cause, used in found if used}
 

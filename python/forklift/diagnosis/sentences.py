@@ -297,7 +297,7 @@ def _lines(found: Outcome) -> Iterator[str]:
             sure = f"credibility {cause.credibility:.3f}" if cause.rivals else uncontested(found)
         yield f"Cause: {named(found, cause)}; {sure}, form {cause.form}"
         for row in [
-            row for one in (cause.hypothesis, cause.curve) if one for row in of_hypothesis(found.final, one)
+            row for one in (cause.hypothesis, *cause.curves) for row in of_hypothesis(found.final, one)
         ]:
             untold = "" if row.identifiable else ", not told by these recordings"
             between = f"95 %: {row.lower:.5g} to {row.upper:.5g}{untold}"

@@ -143,7 +143,7 @@ def _cause(found: Outcome, cause: Cause) -> dict[str, Any]:
         "curve": cause.curve
         and {
             "over": cause.curve.over,
-            "parameters": [one.to_dict() for one in of_hypothesis(found.final, cause.curve)],
+            "parameters": [row.to_dict() for one in cause.curves for row in of_hypothesis(found.final, one)],
             "left_over_without": cause.alone,
         },
         "not_separable_from": [one.label for one in cause.not_separable_from],
