@@ -16,8 +16,20 @@ CUSHION = SimpleNamespace(label="free.end_cushion")
 SCREENING: Any = SimpleNamespace(singles=(SimpleNamespace(hypotheses=(FRICTION,), evidence=76.0, gain=80.0),))
 
 
-def refit(*hypotheses: Any, quiet: bool = True, score: float | None = None, squares: float = 100.0) -> Any:
-    return SimpleNamespace(hypotheses=hypotheses, quiet=quiet, loo_log_score=score, squares=squares)
+def refit(
+    *hypotheses: Any,
+    quiet: bool = True,
+    score: float | None = None,
+    squares: float = 100.0,
+    cost: float = 1000.0,
+) -> Any:
+    return SimpleNamespace(
+        hypotheses=hypotheses, quiet=quiet, loo_log_score=score, squares=squares, cost=cost
+    )
+
+
+REFITTER: Any = SimpleNamespace(everywhere=lambda one: one)
+"""Which says what each explains of all recordings."""
 
 
 @pytest.mark.parametrize(
@@ -48,10 +60,17 @@ def test_a_curve_is_fitted_beside_a_name_that_promised_clearly_less(evidence, na
 )
 def test_and_told_if_recordings_foretell_each_other_better_by_it(curve, names, better):
     named = [refit(score=one) for one in names]
-    assert foretells_better(refit(score=curve), named) is better
+    assert foretells_better(refit(score=curve, cost=900.0), named, REFITTER) is better
 
 
 @pytest.mark.parametrize(("squares", "better"), [(99.0, True), (101.0, False)])
 def test_but_not_if_it_leaves_more_over_than_the_last_of_them(squares, better):
     named = [refit(score=80.0, squares=150.0), refit(score=2.0, squares=100.0)]
-    assert foretells_better(refit(score=200.0, squares=squares), named) is better
+    assert foretells_better(refit(score=200.0, squares=squares, cost=900.0), named, REFITTER) is better
+
+
+@pytest.mark.parametrize(("gain", "better"), [(CLEAR + 1.0, True), (CLEAR - 1.0, False)])
+def test_nor_if_the_names_at_their_best_explain_nearly_as_much(gain, better):
+    """A lag lives on its time: from none, a linear step promises little of it."""
+    named = [refit(score=80.0)]
+    assert foretells_better(refit(score=200.0, cost=1000.0 - gain), named, REFITTER) is better

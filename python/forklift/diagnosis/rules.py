@@ -167,14 +167,17 @@ def promises_more(curve: Screened, first: Refit, baseline: Refit, screening: Scr
     return 2.0 * (curve.evidence - evidence.get(first.hypotheses[0].label, curve.evidence)) > AS_NEAR
 
 
-def foretells_better(curve: Refit, named: Sequence[Refit]) -> bool:
+def foretells_better(curve: Refit, named: Sequence[Refit], refitter: Refitter) -> bool:
     """Whether a curve leaves no more over on recordings held out than names that were accepted one beside the
-    other, and recordings foretell each other better by it, by a clear margin. (That is told by a linear step
-    from where nothing was known, so that it says too little of a name that lives on its further numbers.)"""
+    other, and recordings foretell each other better by it, by a clear margin. That is told by a linear step
+    from where nothing was known, and says too little of a name that lives on its further numbers: a lag, from
+    its time. So the curve must explain all recordings better as well, each with its numbers at their best."""
     each = [one.loo_log_score for one in named if one.loo_log_score is not None]
-    if curve.loo_log_score is None or len(each) < len(named):
+    if curve.loo_log_score is None or len(each) < len(named) or curve.squares > named[-1].squares:
         return False
-    return curve.squares <= named[-1].squares and 2.0 * (curve.loo_log_score - sum(each)) > AS_NEAR
+    foretold = curve.loo_log_score - sum(each)
+    explained = refitter.everywhere(named[-1]).cost - refitter.everywhere(curve).cost
+    return 2.0 * min(foretold, explained) > AS_NEAR
 
 
 def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:

@@ -182,7 +182,7 @@ def _tested(
         curve = curve_beside(refitter, best, general)
     if weighed and not curve:
         found = _unseen(race, baseline, weighed, *steps)
-        if found and foretells_better(found.final, named):
+        if found and foretells_better(found.final, named, refitter):
             return found
     unnamed = (
         with_curve(refitter, best, curve, clock)
