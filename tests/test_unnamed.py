@@ -9,8 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from forklift.diagnosis import curves
-from forklift.diagnosis.criteria import DOUBTFUL
+from forklift.diagnosis import curve_trials, curves
+from forklift.diagnosis.criteria import DOUBTFUL, PAIR
 from forklift.diagnosis.curve_trials import General, without_names
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
@@ -86,6 +86,65 @@ def test_what_may_be_chance_is_no_curve_s(left, asked_for):
     race = Race(cast(Refitter, None), Clock())
     without_names(race, cast(Refit, nothing), [], cast(Refit, nothing), cast(General, general))
     assert len(asked) == asked_for
+
+
+@dataclass(frozen=True)
+class Curve:
+    """As a hypothesis, and screened."""
+
+    over: str
+    evidence: float = 0.0
+    gain: float = 500.0
+
+    @property
+    def hypotheses(self) -> tuple[Curve, ...]:
+        return (self,)
+
+
+@dataclass
+class Fits:
+    """A race in which every trial ends, and explains most but not all."""
+
+    tried: list[tuple[Any, ...]] = field(default_factory=list)
+    clock: Any = field(default_factory=lambda: SimpleNamespace(plan=lambda count: None))
+    refitter: Any = None
+
+    def beside(self, best: Any, curve: Curve, refits: list[Any]) -> list[Any]:
+        one = Ended((*best.hypotheses, curve))
+        self.tried.append(one.hypotheses)
+        return [*refits, one]
+
+
+@dataclass(frozen=True, eq=False)
+class Ended(Tried):
+    finished: bool = True
+    squares: float = 300.0
+    excess: float = 0.0
+
+
+@pytest.mark.parametrize(
+    ("promised", "evidence", "alone"),
+    [
+        (300.0, 1.01 * PAIR * 300.0, True),
+        (300.0, 0.99 * PAIR * 300.0, False),
+        (0.0, 900.0, False),  # the name was not screened with it
+    ],
+)
+def test_a_curve_that_promised_clearly_more_is_tried_instead_of_a_name_that_needs_one(
+    monkeypatch: pytest.MonkeyPatch, promised: float, evidence: float, alone: bool
+) -> None:
+    """A valve that needs the longer the further it has to go, told as a dead time with a curve."""
+    monkeypatch.setattr(curve_trials, "twinned", lambda race, refits, general: refits)
+    baseline = cast(Refit, Ended((), squares=1000.0, excess=900.0))
+    delay = cast(Refit, Ended(("dead time",), squares=600.0, excess=500.0))
+    beside, instead = Curve("change of the command"), Curve("how far it has to go", evidence)
+    race: Any = Fits()
+
+    def general(refit: Any) -> list[Curve]:
+        return [beside] if refit.hypotheses else [instead]
+
+    without_names(race, baseline, [delay], delay, cast(General, general), promised=promised)
+    assert race.tried == [("dead time", beside), *([(instead,)] if alone else [])]
 
 
 def test_what_is_no_curve_is_offered_at_every_place_that_is_nearly_as_credible(monkeypatch):

@@ -15,6 +15,7 @@ from forklift.diagnosis.criteria import (
     LEAST_GAIN,
     MISFIT,
     MOST_OF,
+    PAIR,
     SHAPES_BESIDE,
 )
 from forklift.diagnosis.progress import Clock
@@ -107,12 +108,14 @@ def without_names(
     best: Refit,
     general: General,
     shapes: Sequence[Refit] = (),
+    promised: float = 0.0,
 ) -> tuple[Refit, ...]:
     """Hypotheses without a name, alone and beside the first name; where more names explain everything, too.
 
     They may be needed only because the first has another law than the catalogue's. Beside all of them nothing
     is asked for any more, nor where a machine without any leaves what may be chance. `shapes` were tried
-    before.
+    before. `promised` is the first name's gain: where it leaves something over with a curve as well, one that
+    promised `PAIR` times as much is tried instead of it.
     """
     first = named[:1]
     if best.slight and best.hypotheses:
@@ -131,7 +134,9 @@ def without_names(
         curves = general(refit)[: SHAPES_BESIDE if first else None]
         race.clock.plan(len(curves))
         for screened in curves:
-            if any(explains(one, refit) for one in tried):
+            instead = 0.0 < PAIR * promised <= screened.evidence and not refit.hypotheses
+            rivals = [one for one in tried if set(one.hypotheses).isdisjoint(best.hypotheses)]
+            if any(explains(one, refit) for one in (rivals if instead else tried)):
                 break
             faint = refit.slight and screened.gain < LAW
             if refit.worst.mean_square <= MISFIT:

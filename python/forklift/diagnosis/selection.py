@@ -187,7 +187,7 @@ def _tested(
     unnamed = (
         with_curve(refitter, best, curve, clock)
         if curve
-        else without_names(race, baseline, named, best, general, shapes)
+        else without_names(race, baseline, named, best, general, shapes, _promised(named, steps))
     )
     mends = mended(unnamed, best)
     other = named_by_its_law(race, baseline, best, mends, hypotheses) if mends else None
@@ -211,6 +211,14 @@ def _tested(
     if final is not best:
         final = needed(race, final, kept=settled_names(best, baseline))
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
+
+
+def _promised(named: Sequence[Refit], steps: Sequence[Step]) -> float:
+    """What the first name that was accepted promised at first."""
+    own = labels(named[0]) if named else set()
+    return max(
+        (one.gain for one in steps[0].screening.singles if one.hypotheses[0].label in own), default=0.0
+    )
 
 
 def _unseen(race: Race, baseline: Refit, curve: Screened, *steps: Step) -> Selection | None:
