@@ -67,6 +67,9 @@ class NoShapes:
     def faint(self, refit, everywhere):
         return None
 
+    def twins(self, refit, curve):
+        return []
+
     def located(self, refit):
         return []
 

@@ -76,7 +76,7 @@ def test_twins_are_the_same_place_of_the_other_lift_over_its_own_variable(monkey
     machine = Forklift(Truck.read("thesis"), ("free", "main"))
     offered, refit = FreeCurves(machine, {}), cast(Any, SimpleNamespace(told_from=None))
     ends = {"free": (0.0, 0.5), "main": (0.1, 1.4)}
-    monkeypatch.setattr("forklift.diagnosis.curves._ranges", lambda found, part: {variable: ends[part]})
+    monkeypatch.setattr("forklift.diagnosis.curves.ranges_of", lambda found, part: {variable: ends[part]})
     free, main = (
         next(one for one in machine.places if one.name == f"{lift}.current") for lift in ("free", "main")
     )

@@ -171,7 +171,7 @@ class FreeCurves:
     ) -> list[Hypothesis]:
         """Curves over every variable of the moment at each of these places, and if asked for, of those of the
         `past` what promises most; of at most so many resolutions."""
-        ranges = {part: _ranges(found, part) for part in dict.fromkeys(one.part for one in places)}
+        ranges = {part: ranges_of(found, part) for part in dict.fromkeys(one.part for one in places)}
         kept = self._of_the_past(refit, places) if past else []
         made = {
             one: (variable, *ends)
@@ -208,7 +208,7 @@ class FreeCurves:
         for place in self.machine.places:
             if not any(_same(place, one) for one in own):
                 continue
-            ends = _ranges(refit.told_from, place.part).get(variable)
+            ends = ranges_of(refit.told_from, place.part).get(variable)
             made = self.machine.curves(place, variable, *ends) if ends else ()
             alike = [one for one in made if len(one.amplitudes) == len(curve.amplitudes)]
             self.made.update({one: (variable, *ends) for one in alike if ends})
@@ -278,7 +278,7 @@ def over_variables(refit: Refit, found: UnknownInput, part: str) -> list[Depende
     return dependences(found, seen, early.problem.machine.past)
 
 
-def _ranges(found: Found, part: str) -> dict[str, tuple[float, float]]:
+def ranges_of(found: Found, part: str) -> dict[str, tuple[float, float]]:
     """Between which values each variable moves in the recordings."""
     seen = found.problem.moments(found.x, part)
     ends = {
