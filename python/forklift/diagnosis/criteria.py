@@ -80,7 +80,8 @@ LIVES_BEYOND = 2.0
 """How many times more than its linear step promised a trial may gain: who would not help then is not tried
 (but where much is left over, and beside nothing, from the start machine)."""
 PAIR = 1.5
-"""The best pair enters if it promises this many times as much as the best alone."""
+"""The best pair enters if it promises this many times as much as the best alone; and a curve is tried instead
+of a name that leaves something over with a curve, too, if it promised this many times as much as the name."""
 VARIANTS = 3
 """From how many places of its further parameters the search for one hypothesis starts."""
 NEARLY = 0.01
@@ -105,7 +106,7 @@ LEAST_ROUGH = 2.0
 it has with the best one, and by no less than this."""
 LEAST_GAIN = 0.1
 """Share of what is left over that the first explanation must remove; of later ones `Refitter.later`. The same
-is asked again of each name of the last fit."""
+is asked again of each name of the last fit. So much must the curve of one lift promise on the other."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one."""
 CONFIRMED = 5.0

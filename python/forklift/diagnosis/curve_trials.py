@@ -59,7 +59,8 @@ def faint_curve(race: Race, baseline: Refit, general: General) -> Screened | Non
 def shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
     """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
     much, and no two promise more: what repeats along the stroke, say."""
-    one, two = ([found.gain for found in some[:1]] for some in (screening.singles, screening.pairs))
+    one = [found.gain for found in screening.singles[:1]]
+    two = [found.gain for found in screening.pairs[:1]]
     promised = [*one, *two]
     if best.quiet or by_chance(best) or not promised:
         return []
@@ -69,7 +70,7 @@ def shape_ahead(race: Race, best: Refit, screening: Screening, general: General)
     if not best.strained and excess >= max(promised) >= MOST_OF * excess:
         return []
     shapes = general(best)
-    if not shapes or shapes[0].evidence < max(AHEAD * max(one, default=0.0), *two, 0.0):
+    if not shapes or shapes[0].evidence < max([*(AHEAD * gain for gain in one), *two]):
         return []
     return twinned(race, race.beside(best, shapes[0].hypotheses[0], []), general)
 

@@ -203,7 +203,7 @@ def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:
 
 def stands_alone(refit: Refit, best: Refit, tried: Sequence[Refit]) -> bool:
     """Whether what has none of the best's names explains everything, where these do not: most of what they
-    leave over is gone, and every one of those tried that has them leaves clearly more, with more numbers."""
+    leave over is gone, and every one of those tried that has them leaves clearly more."""
     own = set(best.hypotheses)
     with_them = [one for one in tried if own <= set(one.hypotheses)]
     return (

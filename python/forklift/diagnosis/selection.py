@@ -190,10 +190,6 @@ def _tested(
         else without_names(race, baseline, named, best, general, shapes, _promised(named, steps))
     )
     mends = mended(unnamed, best)
-    other = named_by_its_law(race, baseline, best, mends, hypotheses) if mends else None
-    if other:
-        steps.append(Step(steps[0].screening, tuple(sorted([other, best], key=rank)), other))
-        mends = best = other
     chosen = mends or choice(
         [
             refit
@@ -202,12 +198,12 @@ def _tested(
         ],
         best,
     )
-    if chosen and not mends and set(best.hypotheses).isdisjoint(chosen.hypotheses):
+    if chosen and (mends or set(best.hypotheses).isdisjoint(chosen.hypotheses)):
         other = named_by_its_law(race, baseline, best, chosen, hypotheses)
         if other:
             steps.append(Step(steps[0].screening, tuple(sorted([other, best], key=rank)), other))
             chosen = best = other
-    final = chosen if chosen and foresees(refitter, best, chosen) else best
+    final = chosen if chosen and chosen is not best and foresees(refitter, best, chosen) else best
     if final is not best:
         final = needed(race, final, kept=settled_names(best, baseline))
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))

@@ -232,7 +232,7 @@ def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     words, location = found.machine.words, told["location"]
     named = dict.fromkeys(
         place
-        for cause in found.explaining or ([] if found.unexplained else found.causes)
+        for cause in ([] if found.unexplained else found.causes)
         for place in (found.machine.acted_on(cause.hypothesis) or (cause.hypothesis.where,))
         if place
     )
