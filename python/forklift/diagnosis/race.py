@@ -138,6 +138,7 @@ class Race:
             if keeps_up or foretells:
                 self.say(f"fitting {_words(refit.hypotheses)}")
             refits.append(self.to_the_end(best, refit) if keeps_up or foretells else refit)
+            refits += self._told_from_none(best, refits[-1])
         return refits
 
     def to_the_end(self, best: Refit, refit: Refit) -> Refit:
@@ -147,6 +148,17 @@ class Race:
         if done.complete or done.excess > NEARLY * best.excess or self.refitter.work.spent:
             return done
         return min(done, self.refitter.afresh(done), key=rank)
+
+    def _told_from_none(self, best: Refit, pair: Refit) -> list[Refit]:
+        """Of two that entered together and are clearly better than the best, the one that is there, if the
+        other is not: it may have promised little by itself, from so far off."""
+        new = [one for one in pair.hypotheses if one not in best.hypotheses]
+        idle = [one for one in new if not pair.clear(one)]
+        gains = best.squares - pair.squares >= max(CLEARLY, MOST_OF * best.excess)
+        if not pair.finished or not gains or len(new) < 2 or len(idle) != 1:
+            return []
+        self.say(f"fitting without {idle[0].label}")
+        return [self.refitter.without(idle[0], pair)]
 
     def _slightly(self, best: Refit, entered: Sequence[Screened]) -> list[Refit]:
         """Beside what leaves little over, at the sensors' own noise; until one explains what is left."""

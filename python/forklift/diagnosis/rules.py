@@ -244,8 +244,9 @@ def led_elsewhere(refits: Sequence[Refit], best: Refit, share: float) -> Refit |
 
 def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     """Whether it leaves nothing over of a faint mismatch, or less than half in the channels that were not
-    explained, or of what hardly shows something that all recordings bear out; and gains as much on recordings
-    held out as a hypothesis must promise where no channel shows anything.
+    explained, or of what hardly shows something that all recordings bear out, or next to nothing where
+    conditions had gone further than is plausible; and gains as much on recordings held out as a hypothesis
+    must promise where no channel shows anything.
 
     A condition that takes away strain that was all there was need not gain as much.
 
@@ -255,7 +256,8 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     if best.complete or best.worst.mean_square > MISFIT or not (refit.finished and refit.identifiable):
         return False
     borne_out = best.slight and (refit.loo_log_score or 0.0) >= CONFIRMED
-    if not (refit.complete or borne_out or refit.missing < (1.0 - MOST_OF) * best.missing):
+    eased = best.strained and refit.slight
+    if not (refit.complete or borne_out or eased or refit.missing < (1.0 - MOST_OF) * best.missing):
         return False
     if best.strains_alone and refit.complete and freer(refit, best):
         return refit.squares < best.squares  # that chance does not strain conditions so far is known already

@@ -37,6 +37,9 @@ START_WIDTH_M = 0.2
 
 PLACE, PLACES = "centre", (0.1, 0.3, 0.5, 0.7, 0.9)
 """The parameter that is a place of the stroke, and at which shares of the way travelled it is looked for."""
+REACH, FAR = "length", (0.5, 1.0)
+"""The parameter that is a way from the lower stop. A lift that turns back before its stop meets only what
+reaches to where it turned: starts count from there, and go on to these shares of the way travelled."""
 WIDE = 2.0
 """A parameter is wide open if what is plausible spans this factor."""
 SHARES = ((1 / 6, 1 / 2, 5 / 6), (0.3, 0.7))
@@ -141,7 +144,9 @@ def _physics(
             continue
         scope = [lift for lift in LIFTS if lift in lifts] if specs[effect.id]["scope"] == "lift" else [""]
         for lift in scope:
-            for starts in starting_values(effect.id, travelled.get(lift)):  # type: ignore[call-overload]
+            way = travelled.get(lift)  # type: ignore[call-overload]
+            stop = float(truck.values[f"{lift}.cylinder.stroke_lower"]) if lift else 0.0  # type: ignore[arg-type]
+            for starts in starting_values(effect.id, way, stop):
                 yield Hypothesis(
                     effect.id,
                     "physics",
@@ -155,7 +160,7 @@ def _physics(
                     unlikely=(apart and effect.id == "valve_delay")
                     or (len(lifts) == 1 and effect.id == "return_back_pressure"),
                     also_in=effect.also_in,
-                    plausible=_plausible(effect.id, lift, travelled.get(lift)),  # type: ignore[call-overload]
+                    plausible=_plausible(effect.id, lift, way),
                 )
 
 
@@ -196,13 +201,19 @@ def added(truck: Truck, values: Mapping[str, float], free: Sequence[str]) -> Add
     return Addition(tuple(values.items()), tuple(unknown(there, name) for name in free))
 
 
-def starting_values(id: str, travelled: tuple[float, float] | None) -> Iterator[tuple[float, ...]]:
+def starting_values(
+    id: str, travelled: tuple[float, float] | None, stop: float = 0.0
+) -> Iterator[tuple[float, ...]]:
     """From where the search for an effect's further parameters may start: the first two that are wide open
-    at some values each, a place on the way that the lift travelled."""
+    at some values each, a place on the way that the lift travelled, and what reaches from its lower `stop` to
+    that way."""
     wide, values = 0, []
     for one in effect_specs()[id]["parameters"][1:]:
         if one["name"] == PLACE and travelled:
             values.append([travelled[0] + share * (travelled[1] - travelled[0]) for share in PLACES])
+            wide += 1
+        elif one["name"] == REACH and travelled:
+            values.append(_reaching(one, travelled, stop))
             wide += 1
         elif _wide(one) and wide < len(SHARES):
             values.append([_at(one, share) for share in SHARES[wide]])
@@ -210,6 +221,13 @@ def starting_values(id: str, travelled: tuple[float, float] | None) -> Iterator[
         else:
             values.append([_at(one, 0.5)])
     return product(*values)
+
+
+def _reaching(parameter: EffectParameterSpec, travelled: tuple[float, float], stop: float) -> list[float]:
+    """Ways from the stop that end where the lift came by."""
+    gap, way = max(travelled[0] - stop, 0.0), travelled[1] - travelled[0]
+    into = [*(_at(parameter, share) for share in SHARES[0]), *(share * way for share in FAR)]
+    return [min(gap + one, parameter["upper"]) for one in into]
 
 
 def _wide(parameter: EffectParameterSpec) -> bool:
