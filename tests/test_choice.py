@@ -36,7 +36,7 @@ from forklift.diagnosis.rules import (
     stands_alone,
 )
 from forklift.diagnosis.screening import Screened, Screening
-from forklift.diagnosis.selection import alarming, needed
+from forklift.diagnosis.selection import Selection, alarming, needed
 from forklift.plant.forklift.unnamed import curves
 from forklift.plant.protocol import Addition, Hypothesis
 
@@ -210,6 +210,58 @@ def test_of_a_faint_mismatch_half_of_what_is_not_explained_is_enough(missing, ac
     refit = Tried((LEAK,), 8800.0, 1800.0, missing=missing * best.missing)
     refitter = cast(Refitter, SimpleNamespace(together=1.0, later=0.5))
     assert bool(helping([cast(Refit, refit)], cast(Refit, best), refitter, ())) is accepted
+
+
+@pytest.mark.parametrize(
+    ("strained", "slight", "accepted"), [(True, True, True), (True, False, False), (False, True, False)]
+)
+def test_what_eases_strain_and_leaves_next_to_nothing_need_not_remove_half_of_what_is_not_explained(
+    strained: bool, slight: bool, accepted: bool
+) -> None:
+    """Oil of another law in the cold: each recording's temperature had made up for it."""
+    best = Tried((), 10_000.0, 3000.0, strained=strained, worst=SimpleNamespace(mean_square=0.7 * MISFIT))
+    refit = Tried((LEAK,), 9500.0, 2500.0, missing=0.8 * best.missing, slight=slight)
+    refitter = cast(Refitter, SimpleNamespace(together=1.0, later=0.5))
+    assert bool(helping([cast(Refit, refit)], cast(Refit, best), refitter, ())) is accepted
+
+
+@dataclass(frozen=True, eq=False)
+class Pair(Tried):
+    """A refit whose amplitudes are told from none, or some are not."""
+
+    idle: tuple[Name, ...] = ()
+
+    def clear(self, name: Name) -> bool:
+        return name not in self.idle
+
+
+@pytest.mark.parametrize(
+    ("idle", "left", "without"),
+    [
+        ((DRY,), 500.0, (LEAK,)),  # that one is not there: it goes
+        ((), 500.0, None),
+        ((LEAK, DRY), 500.0, None),
+        ((DRY,), 1500.0, None),  # they gained too little
+    ],
+)
+def test_of_two_that_entered_together_the_one_that_is_not_there_goes(idle, left, without) -> None:
+    """A truck on its tyres promised little by itself, and with a dead time that is none explained all."""
+    taken: list[Name] = []
+
+    class Without:
+        def without(self, name: Name, refit: Tried) -> Tried:
+            taken.append(name)
+            return Tried(tuple(one for one in refit.hypotheses if one is not name), 500.0)
+
+        def finish(self, refit: Tried) -> Tried:
+            return refit
+
+    best = Pair((), 3000.0, 2000.0)
+    pair = Pair((LEAK, DRY), 1000.0 + left, left, complete=True, idle=idle)
+    race = Race(cast(Refitter, Without()), Clock())
+    found = race.alone_of(cast(Refit, best), cast(Refit, pair))
+    assert [one.hypotheses for one in found] == ([] if without is None else [without])
+    assert taken == ([] if without is None else list(idle))
 
 
 @pytest.mark.parametrize("beside", [(), (DRY,)], ids=["first", "second"])
@@ -405,3 +457,11 @@ def test_a_curve_must_hold_in_groups_that_are_left_out(monkeypatch, left_out, ch
     refits = [cast(Refit, Tried()), cast(Refit, Tried((CURVE,)))]
     assert foresees(cast(Refitter, SimpleNamespace(strict=True)), *refits) is chosen
     assert foresees(cast(Refitter, SimpleNamespace(strict=False)), *refits)
+
+
+@pytest.mark.parametrize(
+    ("left", "slight", "most"), [(900.0, False, False), (400.0, False, True), (900.0, True, True)]
+)
+def test_where_names_leave_most_over_they_do_not_say_where_it_acts(left, slight, most) -> None:
+    baseline, final = Tried((), 3000.0, 1000.0), Tried((LEAK,), 2000.0 + left, left, slight=slight)
+    assert Selection(cast(Refit, baseline), (), cast(Refit, final)).explains_most is most

@@ -5,9 +5,12 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
+import analytic
 from forklift.diagnosis.criteria import AS_NEAR
+from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.rules import foretells_better, promises_more
 
 CLEAR = 0.5 * AS_NEAR
@@ -28,7 +31,7 @@ def refit(
     )
 
 
-REFITTER: Any = SimpleNamespace(everywhere=lambda one: one)
+REFITTER: Any = SimpleNamespace(gained=lambda before, after: before.cost - after.cost)
 """Which says what each explains of all recordings."""
 
 
@@ -74,3 +77,27 @@ def test_nor_if_the_names_at_their_best_explain_nearly_as_much(gain, better):
     """A lag lives on its time: from none, a linear step promises little of it."""
     named = [refit(score=80.0)]
     assert foretells_better(refit(score=200.0, cost=1000.0 - gain), named, REFITTER) is better
+
+
+class Ended(SimpleNamespace):
+    """A refit as far as a comparison of costs needs it."""
+
+    __hash__ = object.__hash__
+
+
+def test_costs_are_compared_with_the_same_weights():
+    """Who explains more has smaller weights of its own, and so a greater cost for the same residuals."""
+    unknowns = [analytic.unknown(name) for name in ("p0", "p1")]
+    problem = analytic.problem(np.array([0.3, -0.2]), unknowns, lambda p: p, lambda p: np.eye(2), 0.01)
+    refitter = Refitter(problem, problem, analytic.sensors(problem))
+
+    def fitted(factor: float) -> Any:
+        own = problem.weighted({name: factor * sigma for name, sigma in problem.sigma.items()})
+        refit = Ended()
+        refitter.known[refit] = SimpleNamespace(
+            problem=own, x=np.zeros(own.starts[-1]), evaluations=1, cost=100.0 / factor
+        )
+        return refit
+
+    rough, fine = fitted(3.0), fitted(1.0)
+    assert refitter.gained(rough, fine) == pytest.approx(0.0, abs=1e-9)  # the same place

@@ -53,7 +53,7 @@ def faint_curve(race: Race, baseline: Refit, general: General) -> Screened | Non
     if not (baseline.quiet or by_chance(baseline)):
         return None
     curve = general.faint(baseline, race.refitter.everywhere(baseline))
-    return curve if curve and curve.evidence >= ALARM_CURVE else None
+    return curve if curve and curve.heard >= ALARM_CURVE else None
 
 
 def shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:

@@ -93,15 +93,21 @@ class FreeCurves:
     def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
         """The curve of the greatest evidence over all recordings, of those that have the greatest over the
         recordings that were fitted, beside a refit that leaves next to nothing over in any channel: the
-        coarsest over every variable, at the most credible places."""
+        coarsest over every variable, at the most credible places. What counts there is what is `heard` of it.
+        """
         places = [self._place(one.port) for one in credible(self._inputs(refit))]
         at = refit.found
         offered = self._curves(refit, at, places, most=1)
         ranked = sorted(screen(at.problem, at.x, offered, 0, slow=True).ranked, key=lambda one: -one.evidence)
         first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
         told = screen(everywhere.problem, everywhere.x, first, 0, slow=True).ranked
-        heard = [replace(one, evidence=self._heard(one, everywhere)) for one in told]
-        return next(iter(self._in_order(sorted(heard, key=lambda one: -one.evidence))), None)
+        heard = {one.hypotheses: self._heard(one, everywhere) for one in told}
+        ranked = sorted(told, key=lambda one: -heard[one.hypotheses])
+        by_ear = self._in_order([replace(one, evidence=heard[one.hypotheses]) for one in ranked])
+        evidence = {one.hypotheses: one.evidence for one in told}
+        return next(
+            (replace(one, evidence=evidence[one.hypotheses], heard=one.evidence) for one in by_ear), None
+        )
 
     @staticmethod
     def _heard(curve: Screened, everywhere: Found) -> float:

@@ -136,7 +136,7 @@ def diagnose(
         if said == "no-mismatch"
         else _location(
             model,
-            selection.baseline,
+            selection,
             found.causes,
             () if said == "unknown-effect" else seen,
             found.inputs,
@@ -204,15 +204,16 @@ def _evidence(
 
 def _location(
     model: Subject,
-    baseline: Refit,
+    selection: Selection,
     found: Sequence[Cause],
     invalid: Sequence[Cause],
     inputs: Sequence[UnknownInput],
     seen: Sequence[Dependence],
 ) -> Location:
     """By the first cause that was found, else by what was invalid before any fit, else by the most credible
-    unknown input."""
-    first = found[0].hypothesis if found else None
+    unknown input; by that too where the causes leave most over: it says where the rest acts."""
+    baseline = selection.baseline
+    first = found[0].hypothesis if found and selection.explains_most else None
     if invalid and not (found and inputs):
         one = invalid[0].hypothesis if not found else found[0].hypothesis
         return Location(model.part_where(one.where), one.equation, one.where, one.name, 1.0)

@@ -138,7 +138,7 @@ class Race:
             if keeps_up or foretells:
                 self.say(f"fitting {_words(refit.hypotheses)}")
             refits.append(self.to_the_end(best, refit) if keeps_up or foretells else refit)
-            refits += self._told_from_none(best, refits[-1])
+            refits += self.alone_of(best, refits[-1])
         return refits
 
     def to_the_end(self, best: Refit, refit: Refit) -> Refit:
@@ -149,7 +149,7 @@ class Race:
             return done
         return min(done, self.refitter.afresh(done), key=rank)
 
-    def _told_from_none(self, best: Refit, pair: Refit) -> list[Refit]:
+    def alone_of(self, best: Refit, pair: Refit) -> list[Refit]:
         """Of two that entered together and are clearly better than the best, the one that is there, if the
         other is not: it may have promised little by itself, from so far off."""
         new = [one for one in pair.hypotheses if one not in best.hypotheses]

@@ -299,6 +299,16 @@ class Refitter:
         stage = replace(OVER_ALL, substeps=max(OVER_ALL.substeps, told.problem.substeps))
         return self.search(problem, x, (stage,))
 
+    def gained(self, before: Refit, after: Refit) -> float:
+        """How far −ln posterior of all recordings falls from one refit to another, each with its numbers at
+        their best, and both with the same weights: the larger of theirs."""
+        both = self.everywhere(before), self.everywhere(after)
+        weights = [found.problem.sigma for found in both]
+        sigma = {name: max(one[name] for one in weights) for name in weights[0]}
+        substeps = max(found.problem.substeps for found in both)
+        ends = [ended(one.problem.weighted(sigma, substeps), one.x, one.evaluations) for one in both]
+        return ends[0].cost - ends[1].cost
+
     def finish(self, refit: Refit) -> Refit:
         """The last stages, all of them only if nothing may be missing any more; and the judgement."""
         early, clearly = refit.early, refit.worst.mean_square >= MISFIT

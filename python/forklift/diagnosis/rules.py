@@ -176,8 +176,7 @@ def foretells_better(curve: Refit, named: Sequence[Refit], refitter: Refitter) -
     if curve.loo_log_score is None or len(each) < len(named) or curve.squares > named[-1].squares:
         return False
     foretold = curve.loo_log_score - sum(each)
-    explained = refitter.everywhere(named[-1]).cost - refitter.everywhere(curve).cost
-    return 2.0 * min(foretold, explained) > AS_NEAR
+    return 2.0 * min(foretold, refitter.gained(named[-1], curve)) > AS_NEAR
 
 
 def replaces(refit: Refit, best: Refit, baseline: Refit, share: float) -> bool:

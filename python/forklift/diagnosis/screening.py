@@ -49,6 +49,8 @@ class Screened:
     evidence: float = float("nan")
     """Gain less what the freedom of all its amplitudes costs: ln of the ratio of the marginal likelihoods
     with and without, both linear about the same place (Laplace's approximation)."""
+    heard: float = float("nan")
+    """Of a faint curve, the evidence that may raise an alarm: see `curves.FreeCurves.faint`."""
 
     @property
     def testable(self) -> bool:

@@ -96,6 +96,11 @@ class Selection:
     """What was not tried within the work that a diagnosis may do, see
     `forklift.diagnosis.criteria.BUDGET`."""
 
+    @property
+    def explains_most(self) -> bool:
+        """Whether the last removes most of what the machine alone leaves over, or leaves next to nothing."""
+        return self.final.quiet or self.final.excess <= (1.0 - MOST_OF) * self.baseline.excess
+
 
 def alarming(screening: Screening) -> Screening:
     """Only the hypotheses that promise so much that they are asked for although no channel shows anything.
@@ -127,7 +132,7 @@ def select(
     race = Race(refitter, clock)
     faint = faint_curve(race, baseline, general)
     promised = max((one.gain for one in screening.singles[:1]), default=0.0)
-    if faint and baseline.quiet and faint.evidence >= AHEAD * promised:
+    if faint and baseline.quiet and faint.heard >= AHEAD * promised:
         found = _unseen(race, baseline, faint, Step(screening, (), None))
         if found:
             return found
