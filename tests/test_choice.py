@@ -76,6 +76,7 @@ class Tried:
     loo_log_score: float | None = None
     foretold: Any = None
     missing: float = 1000.0
+    pooled: bool = False
 
     @property
     def quiet(self) -> bool:
@@ -99,6 +100,15 @@ def test_the_best_is_chosen_and_of_those_that_explain_everything_the_shortest():
     assert chosen(best := Tried((LEAK,), 100.0), Tried((DRY,), 500.0)) is best
     both = Tried((LEAK, DRY), 90.0, complete=True)
     assert chosen(both, one := Tried((LEAK,), 100.0, complete=True)) is one
+
+
+def test_what_foretells_recordings_held_out_goes_before_what_these_had_to_lead():
+    """Friction along the stroke followed a cushion as soon as the recording that met it was fitted too."""
+    led, foretold = Tried((DRY,), 100.0, complete=True, pooled=True), Tried((LEAK,), 400.0, complete=True)
+    assert chosen(led, foretold) is foretold
+    assert chosen(led, replace(foretold, complete=False)) is led
+    assert chosen(led, replace(foretold, pooled=True)) is led
+    assert chosen(led, Tried((LEAK, DRY), 90.0, complete=True)) is led  # which says less
 
 
 def test_a_number_at_its_bound_yields_to_a_simpler_twin_within_the_margin():

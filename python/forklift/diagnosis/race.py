@@ -62,6 +62,8 @@ class Race:
         """
         if best.quiet:
             return [*ended, *self._slightly(best, entered)]
+        if best.held_out_alone and not self.refitter.strict:
+            return [*ended, *self._by_all(best, entered)]
         rough: list[Refit] = []
         refits = list(ended)
         for screened in entered:
@@ -168,6 +170,14 @@ class Race:
                 refits.append(self.refitter.slightly((*best.hypotheses, *screened.hypotheses), best))
         return refits
 
+    def _by_all(self, best: Refit, entered: Sequence[Screened]) -> list[Refit]:
+        """Beside what leaves something over on recordings held out alone, led by all of them."""
+        return [
+            self.refitter.by_all((*best.hypotheses, *screened.hypotheses), best)
+            for screened in entered
+            if self.begins("fitting to all recordings", screened.hypotheses)
+        ]
+
     def _roughly(
         self,
         best: Refit,
@@ -190,9 +200,11 @@ class Race:
         return self.refitter.ahead(every, best, promised, bars, again=again)
 
 
-def rank(refit: Refit) -> tuple[bool, float, float]:
-    """What explains everything first, and of that what says least."""
-    return not refit.complete, len(refit.hypotheses) if refit.complete else 0, refit.squares
+def rank(refit: Refit) -> tuple[bool, int, bool, float]:
+    """What explains everything first, and of that what says least; of as much what foretells recordings held
+    out, before what these had to lead."""
+    names = len(refit.hypotheses) if refit.complete else 0
+    return not refit.complete, names, refit.complete and refit.pooled, refit.squares
 
 
 def _words(hypotheses: Sequence[Hypothesis]) -> str:

@@ -47,6 +47,8 @@ class Refit:
     asked where nothing shows without them."""
     cold: bool = False
     """Whether it was searched for from the start machine too."""
+    pooled: bool = False
+    """Whether all recordings led it, those held out too."""
     held: tuple[Unknown, ...] = ()
     """Parameters that no recording tells, so that it left them alone."""
     rest: Callable[[], tuple[ChannelResidual, ...]] = tuple

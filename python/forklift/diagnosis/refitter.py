@@ -190,12 +190,33 @@ class Refitter:
         refit = self._judged(hypotheses, found, after.costs, early=after.early, finished=True)
         if not after.quiet:
             return refit
-        refit = self.pooled(refit, nearly=True)
-        everywhere = self.everywhere(after)
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
+        refit = self._asked(self.pooled(refit, nearly=True), new)
+        everywhere = self.everywhere(after)
         scores = loo_log_scores(everywhere.problem, everywhere.x, new).tolist()
         files = [sample.recording.file for sample in everywhere.problem.samples]
         return replace(refit, foretold=dict(zip(files, scores, strict=True)))
+
+    def by_all(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
+        """Led by all recordings from where these led another refit, where those held out alone show what it
+        leaves over: those that were fitted would say nothing of a cushion that none of them met."""
+        there = self.everywhere(after)
+        problem = with_hypotheses(self.everyone, hypotheses)
+        over_all = self.search(problem, carry(there.x, there.problem, problem), AGAIN + FINE)
+        fitted, x = self._from(hypotheses, after)
+        x[: len(fitted.unknowns)] = over_all.x[: len(fitted.unknowns)]
+        at = ended(fitted.weighted(over_all.problem.sigma, over_all.problem.substeps), x, 0)
+        refit = self._judged(hypotheses, at, after.costs, early=after.early, finished=True)
+        self.known[refit] = over_all
+        return self._led(refit)
+
+    def _asked(self, refit: Refit, new: Sequence[Hypothesis]) -> Refit:
+        """The same where all recordings lead it, if these tell what is new of it and those that were fitted do
+        not: all of them are asked, and those fitted may be few."""
+        if self.strict or not refit.complete or all(refit.clear(one) for one in new):
+            return refit
+        led = self._led(refit)
+        return led if led.complete and all(led.clear(one) for one in new) else refit
 
     def _first(
         self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
@@ -245,6 +266,12 @@ class Refitter:
             return refit
         if not all(one.explained for one in refit.rest()):
             return refit
+        led = self._led(refit)
+        better = led.complete or (nearly and led.squares < refit.squares)
+        return led if better else refit
+
+    def _led(self, refit: Refit) -> Refit:
+        """The same where all recordings lead it, with what these tell of its numbers."""
         over_all = self.everywhere(refit)
         problem = refit.found.problem
         places = {one.recording.file: k for k, one in enumerate(over_all.problem.samples)}
@@ -254,8 +281,8 @@ class Refitter:
             x[problem.columns(k)] = over_all.x[there]
         found = ended(problem, x, refit.found.evaluations + over_all.evaluations)
         led = self._judged(refit.hypotheses, found, refit.costs, early=refit.early, finished=True)
-        better = led.complete or (nearly and led.squares < refit.squares)
-        return replace(led, cold=refit.cold) if better else refit
+        known = knowledge(over_all.problem, over_all.x)
+        return replace(led, cold=refit.cold, pooled=True, knowledge=known)
 
     def _misses(self, found: Found) -> bool:
         """Whether a search leaves so much over in a channel of a recording that was fitted, that no judgement
