@@ -72,3 +72,36 @@ def test_what_leaves_less_where_all_recordings_led_it_is_taken_if_that_is_asked_
     assert not led.complete
     assert led.squares < 0.5 * alone.squares
     assert TRUE < START + led.found.x[0] < 1.025 * TRUE
+
+
+def test_what_all_recordings_led_is_known_as_these_tell_it():
+    found = refitter(TRUE)
+    alone, led = first(found), found.baseline()
+    assert led.pooled
+    assert not alone.pooled
+    assert led.knowledge.estimates[0].deviation < 0.1 * alone.knowledge.estimates[0].deviation
+    assert led.knowledge.estimates[0].value == pytest.approx(led.found.x[0])
+
+
+def test_what_recordings_held_out_alone_show_these_lead():
+    """As of a cushion that none of the fitted recordings met."""
+    found = refitter(TRUE)
+    alone = first(found)
+    assert alone.held_out_alone
+    led = found.by_all((), alone)
+    assert led.complete
+    assert led.pooled
+    assert START + led.found.x[0] == pytest.approx(TRUE, abs=0.01)
+
+
+@pytest.mark.parametrize("told", [False, True], ids=["untold", "told"])
+def test_what_is_asked_of_all_recordings_they_lead_if_those_that_were_fitted_say_too_little(
+    told, monkeypatch
+):
+    found = refitter(TRUE)
+    led = found.baseline()
+    few = replace(led, pooled=False)
+    monkeypatch.setattr(type(led), "clear", lambda self, name: told or self.pooled)
+    (name,) = [object()]
+    asked = found.asked(few, [name])
+    assert asked.pooled is not told

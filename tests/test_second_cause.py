@@ -36,7 +36,7 @@ class Fitted:
     hypotheses: tuple[Hypothesis, ...] = ()
 
     slight = quiet = finished = identifiable = True
-    strained = strains_alone = cold = False
+    strained = strains_alone = cold = pooled = False
     at_bounds = ()
     loo_log_score = 2.0 * CONFIRMED
     foretold = None

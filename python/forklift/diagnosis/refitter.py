@@ -191,7 +191,7 @@ class Refitter:
         if not after.quiet:
             return refit
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
-        refit = self._asked(self.pooled(refit, nearly=True), new)
+        refit = self.asked(self.pooled(refit, nearly=True), new)
         everywhere = self.everywhere(after)
         scores = loo_log_scores(everywhere.problem, everywhere.x, new).tolist()
         files = [sample.recording.file for sample in everywhere.problem.samples]
@@ -210,9 +210,9 @@ class Refitter:
         self.known[refit] = over_all
         return self._led(refit)
 
-    def _asked(self, refit: Refit, new: Sequence[Hypothesis]) -> Refit:
-        """The same where all recordings lead it, if these tell what is new of it and those that were fitted do
-        not: all of them are asked, and those fitted may be few."""
+    def asked(self, refit: Refit, new: Sequence[Hypothesis]) -> Refit:
+        """The same where all recordings lead it, if these tell what is new of it and those that were fitted
+        do not: all of them are asked, and those fitted may be few."""
         if self.strict or not refit.complete or all(refit.clear(one) for one in new):
             return refit
         led = self._led(refit)

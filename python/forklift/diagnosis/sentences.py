@@ -262,6 +262,16 @@ def text(found: Outcome) -> str:
     return "\n".join([sentence(found), "", *_lines(found)])
 
 
+def led(found: Outcome) -> str:
+    """That recordings held out led the numbers too, so that none is left to bear them out; else empty."""
+    if not (found.causes and found.final.pooled):
+        return ""
+    return (
+        "recordings held out were fitted in the end as well, as the others say too little of what was found: "
+        "no recording is left that bears its size out"
+    )
+
+
 def doubt(cause: Cause) -> str:
     """Why a law that leaves nothing over is uncertain: a number that no such part has, its own or of a cause
     beside it; or a cause beside it that may make up for its shape. Empty, if it is not for these."""
@@ -317,6 +327,8 @@ def _lines(found: Outcome) -> Iterator[str]:
         f"worst channel {found.baseline.worst.mean_square:.3g} before, "
         f"{found.final.worst.mean_square:.3g} after."
     )
+    if led(found):
+        yield f"R{led(found)[1:]}."
     if found.untestable:
         yield f"Untestable here: {', '.join(dict.fromkeys(one.label for one in found.untestable))}."
     yield from (caution.sentence for caution in found.findings.cautions)

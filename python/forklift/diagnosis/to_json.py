@@ -84,6 +84,7 @@ def to_dict(found: Outcome) -> dict[str, Any]:
             "worst_after": found.final.worst.mean_square,
             "gap_closed": found.gap_closed,
         },
+        "led_by_all": bool(found.causes) and found.final.pooled,
         "parameters": list(_changes(found)),
         "deficient": {
             "before": found.deficiency[0].to_dict(),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose
 from forklift.diagnosis.ledger import Untold
-from forklift.diagnosis.sentences import doubt, remainder, with_it
+from forklift.diagnosis.sentences import doubt, led, remainder, with_it
 from forklift.report.answers import judged
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.instead import ruled_out, said
@@ -194,6 +194,8 @@ def _recordings(found: Diagnosis) -> Iterator[str]:
     yield f"Judged on {judged(found)}." + (
         " That is few: a credibility from so few says little." if few else ""
     )
+    if led(found):
+        yield f"{capital(led(found))}."
     yield from _cautions(found.findings.cautions)
 
 
