@@ -22,6 +22,7 @@ class Tried:
     squares: float = 100.0
     complete: bool = False
     hypotheses: tuple[str, ...] = ("coupling",)
+    pooled: bool = False
 
 
 @dataclass
