@@ -227,7 +227,7 @@ def _reaching(parameter: EffectParameterSpec, travelled: tuple[float, float], st
     """Ways from the stop that end where the lift came by."""
     gap, way = max(travelled[0] - stop, 0.0), travelled[1] - travelled[0]
     into = [*(_at(parameter, share) for share in SHARES[0]), *(share * way for share in FAR)]
-    return [min(gap + one, parameter["upper"]) for one in into]
+    return sorted({min(gap + one, parameter["upper"]) for one in into})
 
 
 def _wide(parameter: EffectParameterSpec) -> bool:
