@@ -16,6 +16,7 @@ from forklift.diagnosis.criteria import (
     CURVES_AT,
     FAINT_CURVES,
     MOST_CURVES,
+    MOST_NOW,
     MOST_PAST,
     MOST_PLACES,
     MOVES_AT_ALL,
@@ -101,7 +102,7 @@ class FreeCurves:
         ranked = sorted(screen(at.problem, at.x, offered, 0, slow=True).ranked, key=lambda one: -one.evidence)
         first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
         told = screen(everywhere.problem, everywhere.x, first, 0, slow=True).ranked
-        heard = {one.hypotheses: self._heard(one, everywhere) for one in told}
+        heard = self._heard(told, everywhere)
         ranked = sorted(told, key=lambda one: -heard[one.hypotheses])
         by_ear = self._in_order([replace(one, evidence=heard[one.hypotheses]) for one in ranked])
         evidence = {one.hypotheses: one.evidence for one in told}
@@ -110,13 +111,16 @@ class FreeCurves:
         )
 
     @staticmethod
-    def _heard(curve: Screened, everywhere: Found) -> float:
-        """Its evidence by sensors that do not round; or by all, less what those that do must promise more:
-        what begins at the same place in every recording is rounded alike in all of them."""
-        other = screen(
-            everywhere.problem, everywhere.x, curve.hypotheses, 0, slow=True, encoders=False
-        ).ranked
-        return max([curve.evidence - (ALARM_ROUNDED - ALARM_CURVE), *(one.evidence for one in other)])
+    def _heard(curves: Sequence[Screened], everywhere: Found) -> dict[tuple[Hypothesis, ...], float]:
+        """The evidence of each by sensors that do not round; or by all, less what those that do must promise
+        more: what begins at the same place in every recording is rounded alike in all of them."""
+        asked = [hypothesis for one in curves for hypothesis in one.hypotheses]
+        other = screen(everywhere.problem, everywhere.x, asked, 0, slow=True, encoders=False).ranked
+        alone = {one.hypotheses: one.evidence for one in other}
+        less = ALARM_ROUNDED - ALARM_CURVE
+        return {
+            one.hypotheses: max(one.evidence - less, alone.get(one.hypotheses, -np.inf)) for one in curves
+        }
 
     def told_by(self, refit: Refit, withheld: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
         """Of hypotheses that speak of a condition that all recordings are said to have in common, those over
@@ -175,19 +179,22 @@ class FreeCurves:
         *,
         past: bool = True,
     ) -> list[Hypothesis]:
-        """Curves over every variable of the moment at each of these places, and if asked for, of those of the
-        `past` what promises most; of at most so many resolutions."""
+        """Curves at each of these places over every variable of the moment; if asked for over those of the
+        `past` too, over what promises most of either. Of at most so many resolutions."""
         ranges = {part: ranges_of(found, part) for part in dict.fromkeys(one.part for one in places)}
-        kept = self._of_the_past(refit, places) if past else []
         made = {
-            one: (variable, *ends)
+            (place.name, variable): dict.fromkeys(
+                self.machine.curves(place, variable, *ends)[:most], (variable, *ends)
+            )
             for place in places
             for variable, ends in ranges[place.part].items()
-            if variable not in self.machine.past or (place.name, variable) in kept
-            for one in self.machine.curves(place, variable, *ends)[:most]
         }
-        self.made.update(made)
-        return list(made)
+        could = [pair for pair, curves in made.items() if curves]
+        now = {pair for pair in could if pair[1] not in self.machine.past}
+        kept = self._worth(refit, places, could) if past else now
+        chosen = {one: of for pair in could if pair in kept for one, of in made[pair].items()}
+        self.made.update(chosen)
+        return list(chosen)
 
     def elsewhere(self, curve: Hypothesis) -> list[Hypothesis]:
         """The same curve at every other place of its part where its variable may plausibly act."""
@@ -221,23 +228,23 @@ class FreeCurves:
             found += alike
         return found
 
-    def _of_the_past(self, refit: Refit, places: Sequence[Place]) -> list[tuple[str, str]]:
-        """At which of these places a curve over which variable of the past is worth a simulation."""
+    def _worth(
+        self, refit: Refit, places: Sequence[Place], could: Sequence[tuple[str, str]]
+    ) -> set[tuple[str, str]]:
+        """Of pairs of these places and a variable those whose curve is worth a simulation: those that promise
+        most by the places' answers to hats. Of a machine that has no past all of its few."""
         past, at = self.machine.past, refit.early
         if not past or not places:
-            return []
+            return set(could)
         width_s = self.machine.hat_width_s(at.problem.samples)
         centres = [hats(sample, width_s) for sample in at.problem.samples]
-        seen = {
-            part: [
-                {name: values for name, values in one.items() if name in past}
-                for one in variables(at.problem, at.x, part, centres)
-            ]
-            for part in dict.fromkeys(one.part for one in places)
-        }
+        parts = dict.fromkeys(one.part for one in places)
+        seen = {part: variables(at.problem, at.x, part, centres) for part in parts}
         asked = {one.name: seen[one.part] for one in places}
         promised = foreseen(at.problem, at.x, asked, {one.name: one.size for one in places}, width_s)
-        return sorted(promised, key=lambda one: -promised[one])[:MOST_PAST]
+        ranked = sorted((one for one in could if one in promised), key=lambda one: -promised[one])
+        now = [one for one in ranked if one[1] not in past][:MOST_NOW]
+        return {*now, *[one for one in ranked if one[1] in past][:MOST_PAST]}
 
     def _first(self, refit: Refit, inputs: Sequence[UnknownInput]) -> list[Place]:
         """Where curves are tried: where the named hypothesis acts, and where the evidence is greatest."""

@@ -13,6 +13,7 @@ from forklift.base.threads import one_thread
 from forklift.diagnosis.criteria import (
     ALIKE,
     BEHIND,
+    CLEARLY,
     ENDED,
     LEAST_ROUGH,
     LESS,
@@ -191,9 +192,11 @@ class Refitter:
         if not after.quiet:
             return refit
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
-        refit = self.asked(self.pooled(refit, nearly=True), new)
+        refit = self.pooled(refit, nearly=True)
         everywhere = self.everywhere(after)
         scores = loo_log_scores(everywhere.problem, everywhere.x, new).tolist()
+        if sum(scores) >= CLEARLY:
+            refit = self.asked(refit, new)
         files = [sample.recording.file for sample in everywhere.problem.samples]
         return replace(refit, foretold=dict(zip(files, scores, strict=True)))
 
@@ -212,7 +215,8 @@ class Refitter:
 
     def asked(self, refit: Refit, new: Sequence[Hypothesis]) -> Refit:
         """The same where all recordings lead it, if these tell what is new of it and those that were fitted
-        do not: all of them are asked, and those fitted may be few."""
+        do not: those may be few. Of what hardly more than raises an alarm those that were fitted must tell by
+        themselves: it may be the other law of what was found before."""
         if self.strict or not refit.complete or all(refit.clear(one) for one in new):
             return refit
         led = self._led(refit)
