@@ -105,3 +105,12 @@ def test_what_is_asked_of_all_recordings_they_lead_if_those_that_were_fitted_say
     (name,) = [object()]
     asked = found.asked(few, [name])
     assert asked.pooled is not told
+
+
+def test_beside_what_all_recordings_led_they_lead_too(monkeypatch):
+    """Else a true name would have to explain recordings held out better than what was fitted to them."""
+    found = refitter(TRUE)
+    monkeypatch.setattr("forklift.diagnosis.refitter.loo_log_scores", lambda problem, x, new: np.zeros(5))
+    led = found.baseline()
+    assert found.slightly((), led).pooled
+    assert not found.slightly((), replace(led, pooled=False)).pooled

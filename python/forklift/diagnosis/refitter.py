@@ -184,7 +184,7 @@ class Refitter:
     def slightly(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
         """From where a refit ended that leaves little over, at the sensors' own noise: what hardly shows in
         any channel is nothing to the tempered stages. If it left nothing, all recordings are asked how well
-        the others foretell them."""
+        the others foretell them; and beside what they led, they lead too."""
         problem = with_hypotheses(self.start, hypotheses)
         x = carry(after.found.x, after.found.problem, problem)
         found = self.search(problem, x, FINE[-1:])
@@ -192,7 +192,7 @@ class Refitter:
         if not after.quiet:
             return refit
         new = [hypothesis for hypothesis in hypotheses if hypothesis not in after.hypotheses]
-        refit = self.pooled(refit, nearly=True)
+        refit = self._led(refit) if after.pooled else self.pooled(refit, nearly=True)
         everywhere = self.everywhere(after)
         scores = loo_log_scores(everywhere.problem, everywhere.x, new).tolist()
         if sum(scores) >= CLEARLY:
