@@ -11,7 +11,7 @@ import pytest
 import analytic
 from forklift.diagnosis.criteria import AS_NEAR
 from forklift.diagnosis.refitter import Refitter
-from forklift.diagnosis.rules import foretells_better, promises_more
+from forklift.diagnosis.rules import foretells_better, has_more_evidence, promises_more
 
 CLEAR = 0.5 * AS_NEAR
 FRICTION = SimpleNamespace(label="free.friction_position")
@@ -101,3 +101,14 @@ def test_costs_are_compared_with_the_same_weights():
 
     rough, fine = fitted(3.0), fitted(1.0)
     assert refitter.gained(rough, fine) == pytest.approx(0.0, abs=1e-9)  # the same place
+
+
+@pytest.mark.parametrize(
+    ("evidence", "quiet", "first"),
+    [(76.0 + CLEAR + 1.0, True, True), (76.0 + CLEAR - 1.0, True, False), (200.0, False, False)],
+)
+def test_such_a_curve_is_fitted_before_names_use_up_the_work(evidence, quiet, first):
+    curve: Any = SimpleNamespace(evidence=evidence)
+    assert has_more_evidence(curve, SCREENING, refit(quiet=quiet)) is first
+    none: Any = SimpleNamespace(singles=())
+    assert not has_more_evidence(curve, none, refit(quiet=quiet))

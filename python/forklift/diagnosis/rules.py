@@ -158,6 +158,12 @@ def foresees(refitter: Refitter, best: Refit, refit: Refit) -> bool:
     return not folds or sum(one.after for one in folds) < sum(one.before for one in folds)
 
 
+def has_more_evidence(curve: Screened, screening: Screening, baseline: Refit) -> bool:
+    """Whether a curve has more evidence than the name that promises most where nothing shows."""
+    first = screening.singles[:1]
+    return baseline.quiet and any(2.0 * (curve.evidence - one.evidence) > AS_NEAR for one in first)
+
+
 def promises_more(curve: Screened, first: Refit, baseline: Refit, screening: Screening) -> bool:
     """Whether a curve has more evidence than the first name that was accepted where nothing showed: both are
     linear about the same place, and over the same recordings."""

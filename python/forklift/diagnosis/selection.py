@@ -50,6 +50,7 @@ from forklift.diagnosis.rules import (
     explains,
     foresees,
     foretells_better,
+    has_more_evidence,
     helping,
     helps,
     labels,
@@ -132,13 +133,18 @@ def select(
     race = Race(refitter, clock)
     faint = faint_curve(race, baseline, general)
     promised = max((one.gain for one in screening.singles[:1]), default=0.0)
+    curve = None
     if faint and baseline.quiet and faint.heard >= AHEAD * promised:
-        found = _unseen(race, baseline, faint, Step(screening, (), None))
+        curve = _with_faint(race, baseline, faint)
+        found = _unseen(race, baseline, curve, Step(screening, (), None))
         if found:
             return found
+    elif faint and has_more_evidence(faint, screening, baseline):
+        curve = _with_faint(race, baseline, faint)  # before names have used up the work
     best, steps, shapes = _named(race, baseline, [], screening, hypotheses, general)
     if faint and best is baseline:
-        found = _unseen(race, baseline, faint, *steps)
+        curve = curve or _with_faint(race, baseline, faint)
+        found = _unseen(race, baseline, curve, *steps)
         if found:
             return found
     if best is not baseline and not best.hypotheses:
@@ -161,7 +167,9 @@ def select(
         steps.append(law)
         return Selection(baseline, tuple(steps), law.accepted or best, skipped=tuple(race.skipped))
     first = steps[0].accepted if steps else None
-    weighed = faint if faint and first and promises_more(faint, first, baseline, screening) else None
+    weighed = None
+    if faint and first and promises_more(faint, first, baseline, screening):
+        weighed = curve or _with_faint(race, baseline, faint)
     return _tested(race, baseline, best, steps, shapes, weighed, hypotheses, general)
 
 
@@ -171,13 +179,13 @@ def _tested(
     best: Refit,
     steps: list[Step],
     shapes: Sequence[Refit],
-    weighed: Screened | None,
+    weighed: Refit | None,
     hypotheses: Sequence[Hypothesis],
     general: General,
 ) -> Selection:
     """The names that were found, with curves beside them or in their place where recordings bear these out.
 
-    `weighed` is a curve that promised more than the names where nothing showed.
+    `weighed` has a curve that promised more than the names where nothing showed.
     """
     refitter, clock = race.refitter, race.clock
     named = [step.accepted for step in steps if step.accepted]
@@ -222,13 +230,18 @@ def _promised(named: Sequence[Refit], steps: Sequence[Step]) -> float:
     )
 
 
-def _unseen(race: Race, baseline: Refit, curve: Screened, *steps: Step) -> Selection | None:
-    """With that curve, if recordings bear it out."""
+def _with_faint(race: Race, baseline: Refit, curve: Screened) -> Refit | None:
+    """The machine with that curve, if there is work left for it."""
     if not race.begins("fitting", curve.hypotheses):
         return None
-    refit = race.refitter.slightly(curve.hypotheses, baseline)
-    helped = helping([refit], baseline, race.refitter, ())
-    return Selection(baseline, steps, refit, (refit,), skipped=tuple(race.skipped)) if helped else None
+    return race.refitter.slightly(curve.hypotheses, baseline)
+
+
+def _unseen(race: Race, baseline: Refit, refit: Refit | None, *steps: Step) -> Selection | None:
+    """With that curve, if recordings bear it out."""
+    if refit is None or not helping([refit], baseline, race.refitter, ()):
+        return None
+    return Selection(baseline, steps, refit, (refit,), skipped=tuple(race.skipped))
 
 
 def _named(
