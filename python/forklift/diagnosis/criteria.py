@@ -171,7 +171,7 @@ most over the recordings that were fitted."""
 MOST_NOW, MOST_PAST = 12, 6
 """How many curves over variables of the moment, and over those of the past, are screened at the most credible
 places together: those that promise most by the places' answers to hats. What is best by its own simulation
-was among the first ten of either in every campaign that was looked at, where some forty were screened."""
+was among the first ten of either in each of four campaigns, where some fifty had been screened."""
 CURVE_NEAR = 0.7
 """A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
 linear about the same place."""
