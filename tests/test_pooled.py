@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import analytic
+from forklift.diagnosis import sentences
 from forklift.diagnosis.refitter import Refitter
 from test_astray import TIME, Recording, ringing, slopes
 
@@ -115,3 +118,19 @@ def test_beside_what_all_recordings_led_they_lead_too(monkeypatch):
     monkeypatch.setattr(Refitter, "pooled", lambda self, refit, nearly=False: refit)
     assert found.slightly((), led).pooled
     assert not found.slightly((), replace(led, pooled=False)).pooled
+
+
+@pytest.mark.parametrize(
+    ("pooled", "role", "said"),
+    [
+        (True, "validate", "held out, and fitted in the end,"),
+        (False, "validate", "held out"),
+        (False, "estimate", "it was fitted on"),
+    ],
+)
+def test_the_sentence_says_where_recordings_held_out_were_fitted_in_the_end(pooled, role, said):
+    found: Any = SimpleNamespace(judged_on=role, causes=("a leak",), final=SimpleNamespace(pooled=pooled))
+    assert sentences.judged_on(found) == said
+    assert bool(sentences.led(found)) is pooled
+    found.causes = ()
+    assert not sentences.led(found)

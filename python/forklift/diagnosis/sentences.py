@@ -184,8 +184,7 @@ def by_all(found: Outcome) -> str:
 
 
 def _less(found: Outcome) -> str:
-    told = gain(found)
-    kept = "held out" if found.judged_on == "validate" else "it was fitted on"
+    told, kept = gain(found), judged_on(found)
     if told is None or not told.shows:
         before, after = told.printed if told else ("", "")
         beside = f", while {told.what} goes from {before} to {after}" if told else ""
@@ -196,6 +195,13 @@ def _less(found: Outcome) -> str:
         )
     before, after = told.printed
     return f"; {told.what} on recordings {kept} {told.better} from {before} to {after}"
+
+
+def judged_on(found: Outcome) -> str:
+    """Which recordings a gain is told of."""
+    if found.judged_on != "validate":
+        return "it was fitted on"
+    return "held out, and fitted in the end," if led(found) else "held out"
 
 
 def gain(found: Outcome) -> Gain | None:
