@@ -101,26 +101,22 @@ class FreeCurves:
         offered = self._curves(refit, at, places, most=1)
         ranked = sorted(screen(at.problem, at.x, offered, 0, slow=True).ranked, key=lambda one: -one.evidence)
         first = [one.hypotheses[0] for one in ranked[:FAINT_CURVES]]
-        told = screen(everywhere.problem, everywhere.x, first, 0, slow=True).ranked
-        heard = self._heard(told, everywhere)
-        ranked = sorted(told, key=lambda one: -heard[one.hypotheses])
-        by_ear = self._in_order([replace(one, evidence=heard[one.hypotheses]) for one in ranked])
-        evidence = {one.hypotheses: one.evidence for one in told}
-        return next(
-            (replace(one, evidence=evidence[one.hypotheses], heard=one.evidence) for one in by_ear), None
-        )
+        told = self._heard(first, everywhere)
+        by_ear = [replace(one, evidence=one.heard, heard=one.evidence) for one in told]
+        best = next(iter(self._in_order(sorted(by_ear, key=lambda one: -one.evidence))), None)
+        return best and replace(best, evidence=best.heard, heard=best.evidence)
 
     @staticmethod
-    def _heard(curves: Sequence[Screened], everywhere: Found) -> dict[tuple[Hypothesis, ...], float]:
-        """The evidence of each by sensors that do not round; or by all, less what those that do must promise
-        more: what begins at the same place in every recording is rounded alike in all of them."""
-        asked = [hypothesis for one in curves for hypothesis in one.hypotheses]
-        other = screen(everywhere.problem, everywhere.x, asked, 0, slow=True, encoders=False).ranked
+    def _heard(curves: Sequence[Hypothesis], everywhere: Found) -> list[Screened]:
+        """Each with its evidence by sensors that do not round; or by all, less what those that do must
+        promise more: what begins at the same place in every recording is rounded alike in all of them."""
+        at, less = everywhere, ALARM_ROUNDED - ALARM_CURVE
+        told = screen(at.problem, at.x, curves, 0, slow=True).ranked
+        other = screen(at.problem, at.x, curves, 0, slow=True, encoders=False).ranked
         alone = {one.hypotheses: one.evidence for one in other}
-        less = ALARM_ROUNDED - ALARM_CURVE
-        return {
-            one.hypotheses: max(one.evidence - less, alone.get(one.hypotheses, -np.inf)) for one in curves
-        }
+        return [
+            replace(one, heard=max(one.evidence - less, alone.get(one.hypotheses, -np.inf))) for one in told
+        ]
 
     def told_by(self, refit: Refit, withheld: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
         """Of hypotheses that speak of a condition that all recordings are said to have in common, those over
@@ -188,10 +184,10 @@ class FreeCurves:
             )
             for place in places
             for variable, ends in ranges[place.part].items()
+            if past or variable not in self.machine.past
         }
         could = [pair for pair, curves in made.items() if curves]
-        now = {pair for pair in could if pair[1] not in self.machine.past}
-        kept = self._worth(refit, places, could) if past else now
+        kept = self._worth(refit, places, could) if past else set(could)
         chosen = {one: of for pair in could if pair in kept for one, of in made[pair].items()}
         self.made.update(chosen)
         return list(chosen)

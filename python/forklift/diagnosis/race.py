@@ -58,7 +58,7 @@ class Race:
 
         Who soon leaves little over is fitted to the end at once, and if that explains everything, nobody
         enters any more. Beside what explains everything already, one start is enough: `quick`. `again`: from
-        the start machine too.
+        the start machine too. What shows on recordings held out alone, these must lead.
         """
         if best.quiet:
             return [*ended, *self._slightly(best, entered)]
@@ -136,7 +136,7 @@ class Race:
         refits = list(ended)
         for refit in rough:
             keeps_up = best.rough - refit.rough >= max(ALIKE * (best.rough - least), LEAST_ROUGH)
-            foretells = best.squares - refit.squares >= max(CLEARLY, MOST_OF * best.excess)
+            foretells = self.removes_most(best, refit)
             if keeps_up or foretells:
                 self.say(f"fitting {_words(refit.hypotheses)}")
             refits.append(self.to_the_end(best, refit) if keeps_up or foretells else refit)
@@ -151,13 +151,17 @@ class Race:
             return done
         return min(done, self.refitter.afresh(done), key=rank)
 
+    @staticmethod
+    def removes_most(best: Refit, refit: Refit) -> bool:
+        """Whether it removes most of what the best leaves over on recordings held out, and clearly."""
+        return best.squares - refit.squares >= max(CLEARLY, MOST_OF * best.excess)
+
     def alone_of(self, best: Refit, pair: Refit) -> list[Refit]:
         """Of two that entered together and are clearly better than the best, the one that is there, if the
         other is not: it may have promised little by itself, from so far off."""
         new = [one for one in pair.hypotheses if one not in best.hypotheses]
         idle = [one for one in new if not pair.clear(one)]
-        gains = best.squares - pair.squares >= max(CLEARLY, MOST_OF * best.excess)
-        if not pair.finished or not gains or len(new) < 2 or len(idle) != 1:
+        if not pair.finished or not self.removes_most(best, pair) or len(new) < 2 or len(idle) != 1:
             return []
         self.say(f"fitting without {idle[0].label}")
         return [self.refitter.without(idle[0], pair)]

@@ -206,12 +206,9 @@ class Refitter:
         there = self.everywhere(after)
         problem = with_hypotheses(self.everyone, hypotheses)
         over_all = self.search(problem, carry(there.x, there.problem, problem), AGAIN + FINE)
-        fitted, x = self._from(hypotheses, after)
-        x[: len(fitted.unknowns)] = over_all.x[: len(fitted.unknowns)]
-        at = ended(fitted.weighted(over_all.problem.sigma, over_all.problem.substeps), x, 0)
-        refit = self._judged(hypotheses, at, after.costs, early=after.early, finished=True)
-        self.known[refit] = over_all
-        return self._led(refit)
+        fitted = with_hypotheses(self.start, hypotheses)
+        fitted = fitted.weighted(over_all.problem.sigma, over_all.problem.substeps)
+        return self._at(over_all, hypotheses, fitted, after)
 
     def asked(self, refit: Refit, new: Sequence[Hypothesis]) -> Refit:
         """The same where all recordings lead it, if these tell what is new of it and those that were fitted
@@ -276,17 +273,19 @@ class Refitter:
 
     def _led(self, refit: Refit) -> Refit:
         """The same where all recordings lead it, with what these tell of its numbers."""
-        over_all = self.everywhere(refit)
-        problem = refit.found.problem
+        led = self._at(self.everywhere(refit), refit.hypotheses, refit.found.problem, refit)
+        return replace(led, cold=refit.cold)
+
+    def _at(self, over_all: Found, hypotheses: Sequence[Hypothesis], problem: Problem, after: Refit) -> Refit:
+        """Where a search over all recordings ended, judged as a refit of `problem`, which has those that are
+        fitted; with what all of them tell of its numbers."""
         places = {one.recording.file: k for k, one in enumerate(over_all.problem.samples)}
-        x = refit.found.x.copy()
+        x = np.zeros(problem.starts[-1])
         for k, sample in enumerate(problem.samples):
-            there = over_all.problem.columns(places[sample.recording.file])
-            x[problem.columns(k)] = over_all.x[there]
-        found = ended(problem, x, refit.found.evaluations + over_all.evaluations)
-        led = self._judged(refit.hypotheses, found, refit.costs, early=refit.early, finished=True)
-        known = knowledge(over_all.problem, over_all.x)
-        return replace(led, cold=refit.cold, pooled=True, knowledge=known)
+            x[problem.columns(k)] = over_all.x[over_all.problem.columns(places[sample.recording.file])]
+        found = ended(problem, x, after.found.evaluations + over_all.evaluations)
+        led = self._judged(hypotheses, found, after.costs, early=after.early, finished=True)
+        return replace(led, pooled=True, knowledge=knowledge(over_all.problem, over_all.x))
 
     def _misses(self, found: Found) -> bool:
         """Whether a search leaves so much over in a channel of a recording that was fitted, that no judgement

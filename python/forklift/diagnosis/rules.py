@@ -160,8 +160,9 @@ def foresees(refitter: Refitter, best: Refit, refit: Refit) -> bool:
 
 def has_more_evidence(curve: Screened, screening: Screening, baseline: Refit) -> bool:
     """Whether a curve has more evidence than the name that promises most where nothing shows."""
-    first = screening.singles[:1]
-    return baseline.quiet and any(2.0 * (curve.evidence - one.evidence) > AS_NEAR for one in first)
+    return baseline.quiet and any(
+        _clearly_above(curve.evidence, one.evidence) for one in screening.singles[:1]
+    )
 
 
 def promises_more(curve: Screened, first: Refit, baseline: Refit, screening: Screening) -> bool:
@@ -170,7 +171,12 @@ def promises_more(curve: Screened, first: Refit, baseline: Refit, screening: Scr
     if not baseline.quiet or len(first.hypotheses) != 1:
         return False
     evidence = {one.hypotheses[0].label: one.evidence for one in screening.singles}
-    return 2.0 * (curve.evidence - evidence.get(first.hypotheses[0].label, curve.evidence)) > AS_NEAR
+    return _clearly_above(curve.evidence, evidence.get(first.hypotheses[0].label, curve.evidence))
+
+
+def _clearly_above(one: float, other: float) -> bool:
+    """Of two evidences, in ln probability."""
+    return 2.0 * (one - other) > AS_NEAR
 
 
 def foretells_better(curve: Refit, named: Sequence[Refit], refitter: Refitter) -> bool:

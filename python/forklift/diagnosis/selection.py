@@ -100,7 +100,7 @@ class Selection:
     @property
     def explains_most(self) -> bool:
         """Whether the last removes most of what the machine alone leaves over, or leaves next to nothing."""
-        return self.final.quiet or self.final.excess <= (1.0 - MOST_OF) * self.baseline.excess
+        return self.final.quiet or explains(self.final, self.baseline)
 
 
 def alarming(screening: Screening) -> Screening:

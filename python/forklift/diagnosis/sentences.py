@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import polars as pl
 
-from forklift.base.typeset import amount, number
+from forklift.base.typeset import amount, capital, number
 from forklift.diagnosis.criteria import AS_GOOD, FLAT, LIKELY, TOLD_REGION
 from forklift.diagnosis.ledger import uncontested
 from forklift.diagnosis.numbers import of_hypothesis
@@ -334,7 +334,7 @@ def _lines(found: Outcome) -> Iterator[str]:
         f"{found.final.worst.mean_square:.3g} after."
     )
     if led(found):
-        yield f"R{led(found)[1:]}."
+        yield f"{capital(led(found))}."
     if found.untestable:
         yield f"Untestable here: {', '.join(dict.fromkeys(one.label for one in found.untestable))}."
     yield from (caution.sentence for caution in found.findings.cautions)
