@@ -30,13 +30,15 @@ UNDRAWN = """() => [...document.querySelectorAll(".plot")].filter(place => {
 """Figures without an image or with a curve of no points."""
 
 
+FIGURE = "number => document.querySelectorAll('.plot')[number]"
+
+
 def scrolled_through(page) -> None:
-    """As a reader does, so that every figure comes near and is drawn."""
-    height = page.evaluate("document.documentElement.scrollHeight")
-    for top in range(0, height, 500):
-        page.evaluate("top => scrollTo(0, top)", top)
-        page.wait_for_timeout(20)
-    page.wait_for_function("[...document.querySelectorAll('.plot')].every(place => place.dataset.drawn)")
+    """As a reader does who waits at every figure: one that a busy machine scrolls past between two frames
+    has not come near."""
+    for number in range(page.locator(".plot").count()):
+        page.evaluate(FIGURE + ".scrollIntoView({block: 'center'})", number)
+        page.wait_for_function(FIGURE + ".dataset.drawn", arg=number)
 
 
 def holds_whole(page, width: int) -> None:
