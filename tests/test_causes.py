@@ -18,6 +18,7 @@ from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import Selection, Step
 from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.plant.forklift.truck import Truck
+from forklift.plant.protocol import Kind
 
 NOTHING = Screening(0.0, (), (), ())
 
@@ -92,15 +93,20 @@ def test_a_curve_that_mends_a_law_is_part_of_its_cause_and_none_of_its_own():
 
 
 @pytest.mark.parametrize(
-    ("where", "at", "mended"),
-    [("", "free", True), ("free", "free", True), ("main", "free", False), ("free", "", False)],
+    ("where", "at", "mended", "form"),
+    [
+        ("", "free", True, "uncertain"),
+        ("free", "free", True, "uncertain"),
+        ("main", "free", False, "complete"),
+        ("free", "", False, "uncertain"),  # not mended by it, but it acts on this part too
+    ],
 )
-def test_a_law_of_the_whole_machine_is_mended_by_a_curve_at_any_of_its_parts(where, at, mended):
+def test_a_law_of_the_whole_machine_is_mended_by_a_curve_at_any_of_its_parts(where, at, mended, form):
     name = replace(hypothesis("back_pressure"), where=where)
     curve = replace(hypothesis("curve"), id="unknown", kind="unknown", where=at, over="x")
     first, *others = causes(selected(refit(name, curve, left=100.0, complete=True), refit(name, left=120.0)))
     assert first.hypothesis == name
-    assert (first.curve == curve, first.form) == ((True, "uncertain") if mended else (False, "complete"))
+    assert (first.curve == curve, first.form) == (mended, form)
     assert len(others) == (not mended)
 
 
@@ -199,24 +205,52 @@ def test_what_is_told_beside_such_a_number_is_uncertain_too(monkeypatch: pytest.
 
 
 @pytest.mark.parametrize(
-    ("equation", "where", "faint", "form"),
+    ("kind", "equation", "where", "faint", "forms"),
     [
-        ("friction", "free", True, "uncertain"),
-        ("friction", "free", False, "complete"),
-        ("friction", "main", True, "complete"),
-        ("valve", "free", True, "complete"),
+        ("physics", "friction", "free", True, ["uncertain", "uncertain"]),
+        ("physics", "friction", "free", False, ["complete", "complete"]),
+        ("physics", "friction", "main", True, ["complete", "complete"]),
+        ("physics", "valve", "free", True, ["complete", "complete"]),
+        ("parameter", "operating-point", "", True, ["uncertain", "uncertain"]),
+        ("parameter", "operating-point", "", False, ["complete", "complete"]),
+        ("sensor", "sensor", "free", True, ["complete", "complete"]),
     ],
 )
-def test_what_hardly_shows_may_mend_the_law_of_what_acts_in_the_same_equation(
-    equation: str, where: str, faint: bool, form: str
+def test_what_hardly_shows_may_mend_the_law_of_what_acts_in_its_equation_or_depends_on_it(
+    kind: Kind, equation: str, where: str, faint: bool, forms: list[str]
 ) -> None:
-    """Friction that grows at rest and saturates, told with a second friction at the place where it rested."""
+    """Friction that grows at rest and saturates, told with a second friction at the place where it rested; a
+    spool with backlash, told as a dead time with oil warmer than recorded."""
     dwell, place = (replace(hypothesis(name), where="free") for name in ("dwell", "place"))
-    place = replace(place, equation=equation, where=where)
+    place = replace(place, kind=kind, equation=equation, where=where)
     first = refit(dwell, left=200.0)
     both = cast(Refit, Tried((dwell, place), 100.0, complete=True, foretold={"a": 7.0} if faint else None))
     steps = tuple(Step(NOTHING, (one,), one) for one in (first, both))
     found = causes(Selection(refit(left=900.0), steps, both))
-    assert [one.form for one in found] == [form, form]
-    assert ("dwell" in sentences.doubt(found[1])) == (form == "uncertain")
-    assert ("place" in sentences.doubt(found[0])) == (form == "uncertain")
+    assert [one.form for one in found] == forms
+    assert ("place" in sentences.doubt(found[0])) == (forms[0] == "uncertain")
+    assert ("dwell" in sentences.doubt(found[1])) == (forms[1] == "uncertain")
+
+
+@pytest.mark.parametrize(
+    ("kind", "where", "form"),
+    [
+        ("physics", "main", "uncertain"),
+        ("physics", "", "uncertain"),
+        ("physics", "free", "complete"),
+        ("sensor", "main", "complete"),
+    ],
+)
+def test_a_law_that_explains_everything_only_beside_what_has_no_name_is_uncertain(
+    kind: Kind, where: str, form: str
+) -> None:
+    """Dry friction that falls with temperature, told as viscous friction that does, and a force without a
+    name over the position: what nobody knows the law of may bend any law on its lift."""
+    name = replace(hypothesis("viscous"), kind=kind, where=where)
+    force = replace(hypothesis("force"), kind="unknown", where="main", equation="balance")
+    both = refit(name, force, left=100.0, complete=True)
+    alone = refit(name, left=200.0)
+    step = Step(NOTHING, (alone,), alone)
+    named, unnamed = causes(Selection(refit(left=900.0), (step,), both))
+    assert (named.form, unnamed.form) == (form, "uncertain")
+    assert ("force" in sentences.doubt(named)) == (form == "uncertain")

@@ -54,8 +54,10 @@ class Cause:
     beside: tuple[Hypothesis, ...] = ()
     """Other causes of which that is so: what explains everything only with them is not settled either."""
     mending: tuple[Hypothesis, ...] = ()
-    """Other causes in the same equation, where one of them shows in no recording alone: what hardly shows may
-    make up for a law of another shape."""
+    """Other causes in the same equation, or conditions beside effects, where one of both shows in no
+    recording alone: what hardly shows may make up for a law of another shape."""
+    unnamed: tuple[Hypothesis, ...] = ()
+    """What acts on the same part without a name: a law that nobody knows may bend its own."""
 
     @property
     def curves(self) -> tuple[Hypothesis, ...]:
@@ -119,25 +121,32 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         ]
     found = [_beside_its_like(cause, found) for cause in found]
     curves = {one for cause in found for one in cause.curves}
-    found += [
-        _unnamed(hypothesis, selection)
-        for hypothesis in final.hypotheses
-        if hypothesis.kind == "unknown" and hypothesis not in curves
-    ]
-    return tuple(found)
+    unnamed = [one for one in final.hypotheses if one.kind == "unknown" and one not in curves]
+    found = [_beside_unnamed(cause, unnamed) for cause in found]
+    return (*found, *(_unnamed(hypothesis, selection) for hypothesis in unnamed))
 
 
 def _beside_its_like(cause: Cause, found: Sequence[Cause]) -> Cause:
-    """The same; uncertain, if another acts in its equation and one of both shows in no recording alone."""
+    """The same; uncertain, if one of it and another may make up for the shape of the other's law: two effects
+    in one equation, or an effect and a condition, on which any law may depend, if one of both shows in no
+    recording alone."""
     own = cause.hypothesis
 
-    def alike(other: Cause) -> bool:
+    def mends(other: Cause) -> bool:
         one = other.hypothesis
-        same = (one.where, one.equation) == (own.where, own.equation)
-        return same and own.kind == one.kind == "physics" and (cause.by_all or other.by_all)
+        kinds = {own.kind, one.kind}
+        alike = kinds == {"physics"} and (one.where, one.equation) == (own.where, own.equation)
+        return (alike or kinds == {"physics", "parameter"}) and (cause.by_all or other.by_all)
 
-    others = tuple(other.hypothesis for other in found if other is not cause and alike(other))
+    others = tuple(other.hypothesis for other in found if other is not cause and mends(other))
     return replace(cause, form="uncertain", mending=others) if others else cause
+
+
+def _beside_unnamed(cause: Cause, unnamed: Sequence[Hypothesis]) -> Cause:
+    """The same; uncertain, if it is physics and is complete only with what acts unnamed on its part."""
+    own = cause.hypothesis
+    others = tuple(one for one in unnamed if not one.where or own.where in (one.where, ""))
+    return replace(cause, form="uncertain", unnamed=others) if others and own.kind == "physics" else cause
 
 
 def beyond(final: Refit, hypothesis: Hypothesis) -> tuple[Beyond, ...]:

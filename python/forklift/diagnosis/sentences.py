@@ -280,15 +280,24 @@ def led(found: Outcome) -> str:
 
 def doubt(cause: Cause) -> str:
     """Why a law that leaves nothing over is uncertain: a number that no such part has, its own or of a cause
-    beside it; or a cause beside it that may make up for its shape. Empty, if it is not for these."""
+    beside it; or a cause beside it that may make up for its shape, as what has no name may. Empty, if it is
+    not for these."""
     if cause.mending:
-        others = " and ".join(f"“{one.name}”" for one in cause.mending)
-        return f"it acts in the same equation as {others}: one may make up for the shape of the other's law"
-    if not cause.beyond and not cause.beside:
-        return ""
+        others = _quoted(cause.mending)
+        bent = (
+            f"{others} may make up for the shape of its law"
+            if cause.hypothesis.kind == "physics"
+            else f"it may make up for the shape of the law of {others}"
+        )
+        return f"{bent}: one of both shows in no recording alone"
     if not cause.beyond:
-        others = " and ".join(f"“{one.name}”" for one in cause.beside)
-        return f"only beside {others}, with a number that no such part has: something else may act alike"
+        if cause.beside:
+            others = _quoted(cause.beside)
+            return f"only beside {others}, with a number that no such part has: something else may act alike"
+        if cause.unnamed:
+            others = _quoted(cause.unnamed)
+            return f"only beside {others}, which has no name: it may make up for the shape of the law"
+        return ""
     each = (
         f"its {one.number.name.rpartition('.')[2].replace('_', ' ')} is "
         f"{amount(one.number.value, one.number.unit)} ({number(one.number.lower)} to "
@@ -296,6 +305,10 @@ def doubt(cause: Cause) -> str:
         for one in cause.beyond
     )
     return f"{'; '.join(each)}: something else may act alike"
+
+
+def _quoted(others: Sequence[Hypothesis]) -> str:
+    return " and ".join(f"“{one.name}”" for one in others)
 
 
 def _lines(found: Outcome) -> Iterator[str]:

@@ -355,7 +355,7 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
 def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
     """How sure its law is."""
     if row["form"] != "complete":
-        return f"Its law is uncertain: {_doubt(found, cause)}."
+        return f"{'It' if row['kind'] in ENTERED else 'Its law'} is uncertain: {_doubt(found, cause)}."
     if row["kind"] in ENTERED:
         return f"{sentences.with_it(found)}."
     if sentences.in_all_alone(found):
@@ -379,7 +379,7 @@ def _doubt(found: Diagnosis, cause: Cause) -> str:
             f"{'' if cause.curve else '; those held out alone do not decide'}"
         )
     if not found.final.complete:
-        return "something is left over, so that its law is not settled"
+        return "something is left over, so that it is not settled"
     if cause.hypothesis.kind == "unknown":
         return f"it has no name, but with it {sentences.remainder(found)}"
     return f"the catalogue's alone leaves something over; with a curve beside it {sentences.remainder(found)}"

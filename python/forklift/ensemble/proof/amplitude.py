@@ -1,16 +1,12 @@
 """How large a concealed law is made, and whether the recordings can show it.
 
-The size of a law is the root mean square change that it makes to the commanded lifts, over the probes
-(a few of
-the campaign's own recordings): half from the velocity, in units of the slope noise of a height sensor
-behind the
-filter that judges it, half from the pressure, in units of its sensor's noise.
+The size of a law is the root mean square change that it makes to the commanded lifts, over the probes (a few
+of the campaign's own recordings): half from the velocity, in units of the slope noise of a height sensor
+behind the filter that judges it, half from the pressure, in units of its sensor's noise.
 
-A law is *hidden* if another truck imitates it: of its change d in all channels, in units of the
-sensors' noise, no
-more than chi-square = 20 is left after the best linear combination of the truck's own unknown parameters, oil
-temperatures and loads within their priors. At 20 the mean logarithm of the likelihood ratio is 10. The
-rule is
+A law is *hidden* if another truck imitates it: of its change d in all channels, in units of the sensors'
+noise, no more than chi-square = 20 is left after the best linear combination of the truck's own unknown
+parameters and loads within their priors. At 20 the mean logarithm of the likelihood ratio is 10. The rule is
 applied before any diagnosis, by this plant alone.
 """
 
@@ -42,9 +38,8 @@ PROBE_TICKS = 300
 VELOCITY_NOISE_M_S = sensors.HEIGHT_NOISE_M / run.TICK_S / np.sqrt(110.0)
 """Slope noise of a second-order filter over 11 samples: variance over the sum of k², k = -5 ... 5."""
 HIDDEN = 20.0
-PRIORS = {"estimated": 0.3, "area": 0.15, "current": 0.02, "temperature": 1.0, "load": 0.01}
-"""Standard deviations: of logarithms, of openings' logarithms, of knots [A], of oil [K], of loads'
-logarithms."""
+PRIORS = {"estimated": 0.3, "area": 0.15, "current": 0.02, "load": 0.01}
+"""Standard deviations: of logarithms, of openings' logarithms, of knots [A], of loads' logarithms."""
 
 
 def plausible(effect: str) -> dict[str, tuple[float, float, str]]:
