@@ -7,7 +7,7 @@ from typing import cast
 
 import pytest
 
-from forklift.base.typeset import number
+from forklift.base.typeset import alike, number
 from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import causes
 from forklift.diagnosis.hypothesis import Hypothesis
@@ -136,6 +136,21 @@ def test_a_rival_that_ended_in_no_number_is_none():
 )
 def test_what_is_no_number_is_printed(value, said):
     assert number(value) == said
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ((1.13, 1.01), ["1.1", "1.0"]),
+        ((0.98, 1.0), ["0.98", "1.00"]),
+        ((51.53, 1.06), ["51.5", "1.1"]),
+        ((-3.2, 41.0), ["−3.2", "41.0"]),
+        ((430.0, 1.2), ["430", "1.2"]),
+        ((5.0, 0.0), ["5", "0"]),
+    ],
+)
+def test_numbers_that_are_compared_have_as_many_decimals(values, said):
+    assert alike(*values) == said
 
 
 @pytest.mark.parametrize(

@@ -144,7 +144,7 @@ def test_the_velocity_of_null_fits(null_replays):
 
 def test_the_fit_says_of_null_what_its_replays_show(null_fit, null_replays):
     assert null_fit.complete
-    assert "explains all 6 held-out recordings to the sensors' noise" in null_fit.sentences[0]
+    assert "explains all 6 held-out recordings down to the sensors' noise" in null_fit.sentences[0]
     judged = {(found.file, found.channel): found for found in null_fit.held_out}
     for replay in null_replays:
         for channel in ANALOGUE:

@@ -1,12 +1,13 @@
 """A truck's free shapes: what they say, and that a simulation with one does what it says."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from forklift import ForkliftError, Truck, commands, simulate
-from forklift.plant.forklift.free_curve import COEFFICIENTS, FreeCurve, ports, variables
+from forklift.plant.forklift.free_curve import COEFFICIENTS, FINE, FreeCurve, ports, variables
 from forklift.plant.forklift.physical import physical
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.unknowns import unknowns
@@ -100,10 +101,25 @@ def test_a_truck_tells_the_shape_it_has():
     np.testing.assert_allclose(values, np.linspace(400.0, 1200.0, 101))
     assert shape.unit == "N"
     assert shape.sentence == (
-        "On the main lift something adds 400 N to the force where the velocity of the cylinder is −400 mm/s, "
-        "and 1.2 kN where it is 0 m/s, with a lag of 100 ms."
+        "On the main lift something adds 800 N more to the force where the velocity of the cylinder is 0 m/s "
+        "than where it is −400 mm/s, with a lag of 100 ms."
     )
     assert shape.formula.startswith("force(velocity) = f [N], f = 200 B0 + 400 B1 + ")
+
+
+@pytest.mark.parametrize(("ways", "tops"), [(1, 0), (4, 4), (6, 6)])
+def test_a_curve_that_comes_and_goes_at_equal_distances_says_so(ways, tops):
+    """Rollers, a chain's links: the distance is what a mechanic looks for."""
+    at = np.linspace(0.0, 1.2, 400)
+    curve = FreeCurve("free", "force", "position", 0.0, 1.2, coefficients=(0.0,) * FINE)
+    told = curve.through(at, 300.0 * (1.0 - np.cos(2.0 * np.pi * ways * at / 1.2))).sentence
+    assert ("tops" in told) == (tops > 0)
+    if tops:
+        count, apart = re.search(
+            r"It has (\d+) tops, one every (\d+) mm or so of the position", told
+        ).groups()
+        assert int(count) == tops
+        assert float(apart) == pytest.approx(1200.0 / ways, rel=0.03)
 
 
 def test_what_has_no_name_is_told_in_quantities_that_a_reader_knows():

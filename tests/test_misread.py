@@ -57,6 +57,20 @@ def test_a_load_was_entered_too_low_or_too_high(off, way):
     assert f"{abs(off) - 0.2:g} to {abs(off) + 0.2:g} kg" in interval
 
 
+@pytest.mark.parametrize(("off", "way"), [(110.0, "too low"), (-60.0, "too high")])
+def test_loads_that_are_off_by_the_same_are_told_by_one_number(off, way):
+    """What was forgotten on every pallet; forks without one weigh what they do, to a quarter of a kilo."""
+    rows = [
+        row("load_entered.load in empty.csv", "kg", 0.24, 0.2),
+        row("load_entered.load in one.csv", "kg", off + 0.1, 0.3),
+        row("load_entered.load in other.csv", "kg", off - 0.1, 0.3),
+    ]
+    clause, interval = ForkliftWords().found(hypothesis("load_entered"), rows)
+    assert clause.endswith(f"the load was entered {abs(off):.0f} kg {way} in 2 of the 3 recordings fitted")
+    assert "0.24" not in interval
+    assert "±0.3 kg" in interval
+
+
 def test_a_condition_that_differs_from_recording_to_recording_is_told_by_its_range():
     rows = [
         row("temperature_offset.oil_temperature in cold.csv", "K", -18.0, 2.0),
@@ -66,7 +80,7 @@ def test_a_condition_that_differs_from_recording_to_recording_is_told_by_its_ran
     clause, interval = ForkliftWords().found(hypothesis("temperature_offset"), rows)
     assert "−18 to +21 K" in clause
     assert "1 K" not in clause.replace("21 K", "")
-    assert "2 of 3" in interval
+    assert "2 of the 3" in clause
     assert "too low" in interval  # what a positive number means
 
 

@@ -9,6 +9,7 @@ import pytest
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Recording, Truck, diagnose
 from forklift.diagnosis.result import Diagnosis
+from forklift.report.of_diagnosis import diagnosis_page
 
 Columns = dict[str, np.ndarray]
 
@@ -52,6 +53,12 @@ def test_a_load_that_was_entered_too_low_is_named():
         "parameter-error",
         ["load_entered"],
     )
+    sentence, page = found.sentence, " ".join(diagnosis_page(found).split())
+    assert sentence.startswith("The load was entered 120 kg too low in 5 of the 8 recordings fitted")
+    # Each recording's load is its own in every fit: the fit was as good before, by loads that nobody enters.
+    assert "further from those entered than is plausible" in sentence
+    assert "First check what was entered." in page
+    assert "What the recordings ask for" not in page  # no one place stands for what acts in many
 
 
 @pytest.mark.parametrize("channel", ["pressure_free_pa", "position_free_m"])

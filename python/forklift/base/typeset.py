@@ -35,6 +35,17 @@ def number(value: float | None, digits: int = 3) -> str:
     return f"{said.replace('-', '−')}{FAST}×{FAST}10{str(int(power)).translate(HIGH)}"
 
 
+def alike(*values: float, digits: int = 2) -> list[str]:
+    """Numbers that are compared, all to the decimals that the least of them needs for so many digits; each by
+    itself where they are further apart than a hundredfold."""
+    sizes = [abs(value) for value in values if np.isfinite(value) and value]
+    if len(sizes) < len(values) or max(sizes) > 100.0 * min(sizes) or not 1e-3 <= min(sizes) < 1e6:
+        return [number(value, digits) for value in values]
+    least = float(f"{min(sizes):.{digits}g}")
+    decimals = max(0, digits - 1 - int(np.floor(np.log10(least))))
+    return [f"{value:.{decimals}f}".replace("-", "−") for value in values]
+
+
 def amount(value: float, unit: str, digits: int = 3) -> str:
     """A value in its own unit."""
     return f"{number(value, digits)} {printed(unit)}".rstrip()

@@ -69,14 +69,16 @@ def propose(
     if {cause.hypothesis.kind for cause in found} <= {"sensor", "parameter"} and selection.final.complete:
         return Proposed(
             None,
-            "before anything more is recorded, check with an independent instrument what was found "
-            "to be wrong: " + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
+            "before anything more is recorded, check this with an independent instrument: "
+            + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
         )
     if not selection.final.complete or any(cause.hypothesis.kind == "unknown" for cause in found):
         return Proposed(
             None,
-            "no hypothesis that was tried explains what is left over, or what was found has no name. So "
-            "there is nothing that a further recording could tell it from",
+            "what was found has no name, so that nothing is known that a further recording could tell it from"
+            if selection.final.complete
+            else "no hypothesis that was tried explains what is left over, so that there are none between "
+            "which a further recording could decide",
         )
     return Proposed(
         None,

@@ -24,6 +24,11 @@ if TYPE_CHECKING:
     from forklift.plant.subject import Words
 
 
+STRAINED = 0.2
+"""Share of what is left over, from which on the headline says that conditions far from those entered cost it:
+chosen, as what a reader would miss."""
+
+
 class Gain(NamedTuple):
     """What the machine is told by: its headline, before and after, on what was held out."""
 
@@ -58,14 +63,14 @@ def sentence(found: Outcome) -> str:
         return f"No mismatch can be seen, and nothing be told of any effect: {found.findings.unexcited}."
     if found.verdict == "no-mismatch":
         return (
-            f"No mismatch: the fitted {noun} explains all {judged} recordings {kept} to the sensors' "
-            f"noise (mean square at most {found.final.worst.mean_square:.2f} in any signal); "
+            f"No mismatch: the fitted {noun} explains all {judged} recordings {kept} down to the "
+            f"sensors' noise (mean square at most {found.final.worst.mean_square:.2f} in any signal); "
             f"{remainder(found)}."
         )
     if found.verdict == "sensor-fault" and not found.explaining and found.baseline.complete:
         return (
             f"A sensor fails: {' and '.join(named(found, cause) for cause in found.causes)}; without these "
-            f"samples the fitted {noun} explains all {judged} recordings {kept} to the sensors' noise."
+            f"samples the fitted {noun} explains all {judged} recordings {kept} down to the sensors' noise."
         )
     seen = "".join(f" Besides, {named(found, cause)}." for cause in found.causes)  # if none explains it
     if found.unexplained and found.doubted:
@@ -187,7 +192,13 @@ def _less(found: Outcome) -> str:
     told, kept = gain(found), judged_on(found)
     if told is None or not told.shows:
         before, after = told.printed if told else ("", "")
-        beside = f", while {told.what} goes from {before} to {after}" if told else ""
+        beside = ""
+        if told:
+            same = f", while {told.what} stays at {after}"
+            beside = same if before == after else f", while {told.what} goes from {before} to {after}"
+        strain = found.baseline.worst.strain / found.baseline.worst.samples
+        if strain >= STRAINED * found.baseline.worst.mean_square:
+            beside += ": before, conditions had to lie further from those entered than is plausible"
         return (
             f"; what is left over of the recordings {kept} falls from "
             f"{number(found.baseline.worst.mean_square)} to {number(found.final.worst.mean_square)} times "

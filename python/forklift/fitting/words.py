@@ -68,7 +68,8 @@ def _part(fit: Fitted, part: str) -> str:
     size = f"{worst.mean_square:.2f} times its power (1 is noise alone), in the {signal} of {worst.file}"
     if worst.explained:
         text = (
-            f"{_head(fit, part)}the fitted {noun} explains all {what} to the sensors' noise: at most {size}"
+            f"{_head(fit, part)}the fitted {noun} explains all {what} down to the sensors' noise: at most "
+            f"{size}"
         )
     else:
         bad = sorted({found.file for found in seen if not found.explained})

@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from forklift.base.typeset import number, printed, size
+import numpy as np
+
+from forklift.base.typeset import capital, number, printed, size
 
 Rows = Sequence[Mapping[str, Any]]
 """Parameters as `forklift.diagnosis.numbers.Number` has them: name, unit, value, lower, upper."""
 OF = " in "
 """Between what a condition's number is called and the recording that it is of."""
+HARDLY = 0.02
+"""A recording that is off by less than this share of the one that is furthest off is not said to be off."""
+ALIKE = 0.05
+"""Recordings whose numbers differ by less than this share of them are off by the same."""
 APART = " less their mean"
 """After the name of a condition's number: by how much one recording's differs from the mean of all."""
 
@@ -58,7 +64,8 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
     rows
         The mean, if the recordings agree on it, and each recording: what acts, less what was entered. Where
         no recording tells the mean, it is marked so, and each recording is told apart from it too. Of what
-        is off by the same in all of them that number alone.
+        is off by the same in all of them that number alone. Where there is no mean, those that are off by
+        the same are told by one number (see `HARDLY`, `ALIKE`): forks without a load weigh as entered.
     """
     apart = [row for row in rows if APART in row["name"]]
     each = [row for row in rows if OF in row["name"] and row not in apart]
@@ -76,15 +83,23 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
         return Found(
             f"the {what} was {entered} {_size(told)} {unit} too {way}{some}", f"{_interval(told, unit)}."
         )
+    furthest = max(abs(row["value"]) for row in off)
+    off = [row for row in off if abs(row["value"]) >= HARDLY * furthest]
     low, high = min(off, key=lambda row: row["value"]), max(off, key=lambda row: row["value"])
     wide = max(row["upper"] - row["lower"] for row in off)
+    known = f"each known to ±{number(0.5 * wide, 2)} {unit} (95 % interval)"
+    some = f" in {len(off)} of the {len(each)} recordings fitted" if len(off) < len(each) else ""
+    by = f"by {_signed(low['value'])} to {_signed(high['value'])} {unit}"
+    if high["value"] - low["value"] <= ALIKE * furthest:
+        usual = float(np.mean([row["value"] for row in off]))
+        way = "low" if usual > 0.0 else "high"
+        return Found(
+            f"the {what} was {entered} {number(abs(usual))} {unit} too {way}{some}",
+            f"{capital(by)}, {known}.",
+        )
     return Found(
-        f"the {what} is not what was {entered}: by {_signed(low['value'])} to "
-        f"{_signed(high['value'])} {unit}, "
-        f"differing from recording to recording",
-        f"In {len(off)} of {len(each)} recordings fitted it is off, each known to ±{number(0.5 * wide, 2)} "
-        f"{unit} (95 % "
-        f"interval); positive: it was {entered} too low.",
+        f"the {what} is not what was {entered}: {by}, differing from recording to recording{some}",
+        f"{capital(known)}; positive: it was {entered} too low.",
     )
 
 

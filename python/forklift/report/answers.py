@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from forklift.base.typeset import capital, number, printed, prose, size, spans, stretches
+from forklift.base.typeset import alike, capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.ledger import uncontested
 from forklift.fitting.criteria import AT_NOISE
+from forklift.fitting.intervals import QUANTILE
 from forklift.report.blocks import Fact
 from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing
 from forklift.report.ledger import considered_of, counts
@@ -81,8 +82,8 @@ def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             "Nothing that these recordings show.",
             [
                 f"With its parameters fitted, the {found.machine.words.noun} explains {judged(found)}. At "
-                f"worst one signal is left with {number(worst)} {NOISE}; up to about {AT_NOISE:g} counts as "
-                "explained."
+                f"worst one signal is left with {number(worst)} {NOISE}; up to about {AT_NOISE:g} of a whole "
+                "signal is taken for noise."
             ],
         )
     if found.doubted:
@@ -329,7 +330,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             if count["fitted"] > len(found.causes)
             else "Nothing else promised enough to be fitted"
         )
-        draws = f"{tried}. {why}: there is no credibility to tell. Judged on {judged(found)}."
+        far = _far_from_none(cause, row)
+        draws = f"{tried}. {why}: there is no credibility to tell.{far} Judged on {judged(found)}."
     out = dict(ruled_out(found, cause))
     stands = [name for name in standing(found, cause) if name not in out]
     first_order = [f"To first order {some(stands)} could stand for it: see Doubts."] if stands else []
@@ -350,6 +352,15 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
         )
     sure = f"Credibility {row['credibility']:.2f} of 1" if cause.rivals else capital(uncontested(found))
     return Fact(question, sure, [draws, law, *first_order, *groups])
+
+
+def _far_from_none(cause: Cause, row: Mapping[str, Any]) -> str:
+    """How sure it is that an effect is there at all, where nothing else was fitted against it."""
+    size_of = next((one for one in row["parameters"] if one["name"] == cause.hypothesis.amplitude), None)
+    if row["kind"] != "physics" or size_of is None or size_of["upper"] <= size_of["lower"]:
+        return ""
+    times = 2.0 * QUANTILE * abs(size_of["value"]) / (size_of["upper"] - size_of["lower"])
+    return f" Its size is {number(times, 2)} times what it is uncertain by (one standard deviation)."
 
 
 def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
@@ -451,7 +462,8 @@ def _errors(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[tuple[str, st
     """Root mean square errors in units that a workshop reads: signal, before, after, unit."""
     for one in sorted(told["errors"], key=lambda one: one["channel"]):
         name, unit, scale = found.machine.words.fine(one["channel"], one["unit"])
-        yield name, number(scale * one["before"], 2), number(scale * one["after"], 2), unit
+        before, after = alike(scale * one["before"], scale * one["after"])
+        yield name, before, after, unit
 
 
 def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
@@ -482,9 +494,12 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 f"More of the {over}, over a wider range." if over else "Nothing can be proposed.",
                 ["Give the catalogue an effect that may act there: see Evidence."],
             )
-        answer = "Nothing more is needed for this cause." if found.causes else "Nothing more is needed."
+        cause = " for this cause" if found.causes else ""
+        answer = f"No further recording is needed{cause}."
         if found.causes and all(cause.hypothesis.kind in ENTERED for cause in found.causes):
-            answer = "First check the sensor, or what was entered."
+            sensors = {cause.hypothesis.kind == "sensor" for cause in found.causes}
+            what = ["what was entered", "the sensor"]
+            answer = f"First check {' and '.join(what[one] for one in sorted(sensors, reverse=True))}."
             use = f"The fitted {found.machine.words.noun}{use.removeprefix('The model with it')}"
         return Fact(question, answer, [prose(found.next_why), *([use] if found.causes else [])])
     if alike:

@@ -143,8 +143,8 @@ def _everywhere(found: Diagnosis) -> Iterator[str]:
     if not found.groups:
         if found.causes:
             yield (
-                "Whether it holds in recordings of other groups (loads, pressures, days) was not asked: it "
-                "takes two groups at least that can be left out in turn."
+                f"Whether it holds beyond these recordings was not asked: no groups of them (each "
+                f"{found.machine.part_word}, say, or each day) could be left out in turn."
             )
         return
     bad = [one.group for one in found.groups if not one.holds]

@@ -127,8 +127,11 @@ def _heat(found: Diagnosis, *, changed: bool) -> Iterator[Figure]:
 def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:
     """At the place of the cause, if an unknown input can act there, else where the recordings want one.
 
-    Nothing where only bends tell, and what was found has none.
+    Nothing where only bends tell, and what was found has none; nor of conditions that were entered wrongly,
+    which act in many places.
     """
+    if found.explaining and found.explaining[0].hypothesis.kind == "parameter":
+        return
     one = law.place_of(found)
     drawn = law.against(found, one) if one else []
     telling = [of for of in drawn if of.explained >= TOLD_REGION]
@@ -136,7 +139,9 @@ def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:
         return
     words, part = found.machine.words, found.machine.part_of(one.port)
     own = not found.explaining or law.is_at(found.machine, one.port, found.explaining[0].hypothesis)
+    over = found.explaining[0].hypothesis.over if found.explaining else ""
     variables = [(of, Quantity(*words.variable(of.variable, part))) for of in telling]
+    variables.sort(key=lambda one: one[1].name != over)  # that of the curve that was found first
     far = beyond(found.baseline, one)
     if far > BEYOND and named and all(of.slope is not None for of in named):
         return
@@ -209,19 +214,20 @@ def _conditions(found: Diagnosis) -> Iterator[Table]:
             what, unit, _ = found.machine.words.condition(name)
             short = next((short for _, short in ends if name.startswith(short)), name)
             end, less = ends.get((file, short)), apart.get((file, short))
-            row = [file, HELD.get(role, role), f"{capital(what)} [{unit}]", f"{given:.1f}", f"{value:.1f}"]
+            row = [file, f"{given:.1f}", f"{value:.1f}"]
             row.append(f"{given + end[0]:.1f} to {given + end[1]:.1f}" if end else "—")
             if apart:
                 row += [f"{less.value:.1f}", f"{less.lower:.1f} to {less.upper:.1f}"] if less else ["—", "—"]
-            rows.append(row)
+            rows.append([*row, f"{capital(what)} [{unit}]", HELD.get(role, role)])
         if rows:
-            heads = ["Recording", "Role", "Condition", "Entered or recorded", "Found", "95 % interval"]
+            heads = ["Recording", "Entered or recorded", "Found", "95 % interval"]
             heads += ["Offset less their mean", "95 % interval"] if apart else []
+            right = [0 < k < len(heads) for k in range(len(heads) + 2)]
             yield Table(
                 "Conditions of the recordings, as entered and as found",
-                heads,
+                [*heads, "Condition", "Role"],
                 rows,
-                [k >= 3 for k in range(len(heads))],
+                right,
                 note="Recordings fitted on have an interval; of those held out the condition was fitted "
                 f"alone, with all else as it was found.{_untold(found) if apart else ''}",
             )

@@ -45,7 +45,7 @@ def heat(
     role = {one.file: one.role for judged in models.values() for one in judged}
     files = sorted(role, key=lambda file: role[file] != "validate")
     seen = {key[1:] for known in cells.values() for key in known}
-    channels = dict.fromkeys(one.channel for judged in models.values() for one in judged)
+    channels = _worst_first(next(iter(models.values())))
     columns = [(channel, phase) for channel in channels for phase in names if (channel, phase) in seen]
     greatest = max((cell[0] for known in cells.values() for cell in known.values()), default=1.0)
     top = max(greatest, LEAST_STRONGEST)
@@ -60,6 +60,14 @@ def heat(
         height=len(cells) * (HEAD_PX + rows) + FOOT_PX,
         least_px=_labels_px(files) + COLUMN_PX * len(columns),
     )
+
+
+def _worst_first(judged: Sequence[ChannelResidual]) -> list[str]:
+    """Signals by the most that they leave over in a recording: what a narrow screen shows comes first."""
+    worst: dict[str, float] = {}
+    for one in judged:
+        worst[one.channel] = max(one.mean_square, worst.get(one.channel, 0.0))
+    return sorted(worst, key=lambda channel: -worst[channel])
 
 
 def _cells(
@@ -270,7 +278,7 @@ def _note(phases: str, greatest: float) -> str:
     return (
         "Each cell is the mean square left over there, in units of the noise power of that sensor: 1 "
         "is noise "
-        f"alone. Over a whole signal of a recording up to about {AT_NOISE:g} counts as explained; a single "
+        f"alone. Over a whole signal of a recording up to about {AT_NOISE:g} is taken for noise; a single "
         "cell may lie above. As in every number that is left over, parameters were moved within their "
         "uncertainty to suit each recording, so that it is not the squared error of the drawn curve. "
         "A dot: an encoder at rest, which "

@@ -67,7 +67,8 @@ def instead(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             if not found.unexplained
             else "Nothing that was tried explains it."
         )
-        return Fact(question, none, [*(_runner_up(found, told) if found.causes else []), *open_])
+        near = [*_given_up(found, told), *_runner_up(found, told)] if found.causes else []
+        return Fact(question, none, [*near, *open_])
     alone = [
         f"The same by the catalogue's law alone leaves {number(cause.alone)} on average: its law is in "
         "doubt, not its place."
@@ -128,18 +129,29 @@ def some(names: Sequence[str], *, quoted: bool = True) -> str:
     return " or ".join(f"“{name}”" if quoted else name for name in names[:LIKE]) + more
 
 
+def _given_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
+    """What was begun and fell far behind."""
+    at = found.machine.words.at
+    names = [f"“{at(one['name'], one['where'])}”" for one in told["hypotheses"] if one["given_up"]]
+    more = f" and {len(names) - LIKE} more" if len(names) > LIKE else ""
+    return [f"Begun, and given up far behind: {', '.join(names[:LIKE])}{more}."] if names else []
+
+
 def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
-    """What promised most of what was neither named nor fitted."""
+    """What promised most of what was not even begun."""
     named = max((one["promised"] or 0.0 for one in told["hypotheses"] if one["named"]), default=0.0)
     other = next(
-        (one for one in told["hypotheses"] if not (one["named"] or one["fitted"] or one["unidentifiable"])),
+        (
+            one
+            for one in told["hypotheses"]
+            if not (one["named"] or one["fitted"] or one["given_up"] or one["unidentifiable"])
+        ),
         None,
     )
     if not other or not named:
         return []
-    fate = "begun and given up" if other["given_up"] else "not fitted"
     return [
-        f"Next in promise, and {fate}: {found.machine.words.at(other['name'], other['where'])}, with "
+        f"Next in promise, and not fitted: {found.machine.words.at(other['name'], other['where'])}, with "
         f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what the cause promised before any fit (list "
         "below)."
     ]

@@ -62,4 +62,4 @@ def _fate(one: Mapping[str, Any]) -> str:
         return "begun and given up: it fell far behind"
     if one["skipped"]:
         return "not tried: the work that a diagnosis may do was spent"
-    return "not testable" if one["unidentifiable"] else "too little beside the best to be fitted"
+    return "not testable" if one["unidentifiable"] else "not fitted: it promised too little beside the others"

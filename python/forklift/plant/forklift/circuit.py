@@ -64,7 +64,7 @@ PARTS: Mapping[str, tuple[str, tuple[float, float], str]] = {
     ),
     "tank": ("M 630 250 V 276 H 690 V 250", (660, 296), "tank"),
     "viscosity": ("M 660 256 q -9 12 0 15 q 9 -3 0 -15", (712, 268), "oil"),
-    "operating-point": ("M 60 34 H 140 V 48 H 60 Z", (100, 70), "as entered"),
+    "operating-point": ("M 60 34 H 140 V 48 H 60 Z", (146, 70), "as entered"),
 }
 """By equation: what is drawn, and where it is called what."""
 ALWAYS = frozenset(PARTS) - {"operating-point", "mast-coupling", "sensor"}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.signal import find_peaks
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -26,6 +27,14 @@ from forklift.recordings.channels import Lift
 
 if TYPE_CHECKING:
     from forklift.plant.forklift.truck import Truck
+
+RESOLVED = 1001
+"""Values of its variable at which a curve's tops are looked for."""
+PROMINENT = 0.25
+"""Of all that a curve rises: by that a top stands out from what lies beside it. Chosen, as the two below."""
+FEWEST_TOPS = 3
+REGULAR = 0.5
+"""Of the mean distance of tops: how much distances may differ, where they are called equal."""
 
 
 @dataclass(frozen=True)
@@ -169,25 +178,33 @@ class FreeCurve:
 
     @property
     def sentence(self) -> str:
-        """The shape in plain terms."""
+        """The shape in plain terms. Of a sum its rise alone: a constant belongs to the truck's parameters."""
         at, values = self.curve()
         low, high = int(np.argmin(values)), int(np.argmax(values))
         variable, unit = variables()[self.variable], variables()[self.variable]["unit"]
         name, meaning = self.port.replace("_", " "), variable["meaning"].partition(",")[0]
-        if self._factor:
-            before, after = f"multiplies the {name} by", ""
-            least, most = (f"{values[k]:.3g}" for k in (low, high))
-        else:
-            before, after = "adds", f" to the {name}"
-            least, most = (_amount(values[k], self.unit) for k in (low, high))
         late = f", with a lag of {amount(self.lag_s, 's')}" if self.lag_s > 0.0 else ""
         if self.fades:
             meaning, late = f"change of the {meaning} in the last {amount(self.lag_s, 's')}", ""
-        first, last = ((least, low), (most, high)) if low < high else ((most, high), (least, low))
-        return (
-            f"On the {self.lift} lift something {before} {first[0]}{after} where the {meaning} is "
-            f"{_amount(at[first[1]], unit)}, and {last[0]} where it is {_amount(at[last[1]], unit)}{late}."
-        )
+        where = [f"{_amount(at[k], unit)}" for k in (low, high)]
+        if self._factor:
+            told = (
+                f"multiplies the {name} by {values[low]:.3g} where the {meaning} is {where[0]}, and by "
+                f"{values[high]:.3g} where it is {where[1]}"
+            )
+        else:
+            rise = f"{_amount(values[high] - values[low], self.unit)} more to the {name}"
+            told = f"adds {rise} where the {meaning} is {where[1]} than where it is {where[0]}"
+        return f"On the {self.lift} lift something {told}{late}.{self._repeats(meaning, unit)}"
+
+    def _repeats(self, meaning: str, unit: str) -> str:
+        """That it comes and goes at equal intervals, as what rolls or is linked does, where it is so."""
+        at, values = self.curve(RESOLVED)
+        tops, _ = find_peaks(values, prominence=PROMINENT * np.ptp(values))
+        apart = np.diff(at[tops])
+        if len(tops) < FEWEST_TOPS or np.ptp(apart) > REGULAR * apart.mean():
+            return ""
+        return f" It has {len(tops)} tops, one every {_amount(apart.mean(), unit)} or so of the {meaning}."
 
     @property
     def _factor(self) -> bool:

@@ -240,7 +240,7 @@ class ForkliftSubject(Forklift):
     def drives(self, recording: Recording) -> Sequence[Drive]:
         """The commands of the lifts that move [A]."""
         return [
-            Drive(f"{lift} lift", "A", recording[f"current_{lift}_a"], held=True)
+            Drive(f"command, {lift} lift", "A", recording[f"current_{lift}_a"], held=True)
             for lift in commanded(recording.lift)
         ]
 
