@@ -194,8 +194,9 @@ def _less(found: Outcome) -> str:
         before, after = told.printed if told else ("", "")
         beside = ""
         if told:
-            same = f", while {told.what} stays at {after}"
-            beside = same if before == after else f", while {told.what} goes from {before} to {after}"
+            same = after.partition(" ")[0] == before
+            course = f"stays at {after}" if same else f"goes from {before} to {after}"
+            beside = f", while {told.what} {course}"
         strain = found.baseline.worst.strain / found.baseline.worst.samples
         if strain >= STRAINED * found.baseline.worst.mean_square:
             beside += ": before, conditions had to lie further from those entered than is plausible"
@@ -325,9 +326,11 @@ def _quoted(others: Sequence[Hypothesis]) -> str:
 def _lines(found: Outcome) -> Iterator[str]:
     words = found.machine.words
     if found.location:
+        entered = found.location.equation == "operating-point"  # acts in many places, as no one input does
+        inputs = "" if entered else f" Of an unknown input there, {found.location.region}."
         yield (
             f"Where: {words.equation(found.location.equation)}{_part(found)}, seen most in "
-            f"{found.location.signal}. Of an unknown input there, {found.location.region}."
+            f"{found.location.signal}.{inputs}"
         )
         for one in found.inputs[:4]:
             yield f"  unknown input at {one.port}: ln evidence {one.evidence:.0f}, leaves {one.noise**2:.2f}"

@@ -95,7 +95,7 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
         way = "low" if usual > 0.0 else "high"
         return Found(
             f"the {what} was {entered} {number(abs(usual))} {unit} too {way}{some}",
-            f"{capital(by)}, {known}.",
+            f"{capital(known if _signed(low['value']) == _signed(high['value']) else f'{by}, {known}')}.",
         )
     return Found(
         f"the {what} is not what was {entered}: {by}, differing from recording to recording{some}",
