@@ -18,9 +18,9 @@ import pytest
 from forklift import ForkliftError, diagnose
 from forklift.ensemble.proof import bounds, kinds, prove, seal, sensitivity
 from forklift.ensemble.proof import open as opened
-from forklift.ensemble.proof.amplitude import HIDDEN, left_of_fault
 from forklift.ensemble.proof.conceal import Made, conceal
 from forklift.ensemble.proof.draw import RECORDINGS, draw, kind_of
+from forklift.ensemble.proof.imitation import HIDDEN, left_of_fault
 from forklift.ensemble.proof.judge import intervals, judged, removed
 from forklift.ensemble.proof.random import DEVELOPMENT
 from forklift.ensemble.proof.score import reliability, score, share

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from forklift.ensemble.proof import amplitude, kinds
+from forklift.ensemble.proof import amplitude, imitation, kinds
 from forklift.ensemble.proof.truth import drive, model, others, run, sensors, strangers
 from forklift.ensemble.proof.truth.truck import THESIS, scattered
 from reference.witness import FREE, MAIN
@@ -116,10 +116,27 @@ def test_sensors_fail_as_told():
 def test_an_imitation_leaves_what_is_orthogonal_and_pays_for_its_prior():
     d = np.array([3.0, 4.0, 0.0])
     free = np.array([[1e6, 0.0, 0.0]]).T  # one standard deviation explains anything along the first
-    assert amplitude.imitated(d, free) == pytest.approx(16.0, rel=1e-6)
-    assert amplitude.imitated(d, np.zeros((3, 0))) == 25.0
+    assert imitation.imitated(d, free) == pytest.approx(16.0, rel=1e-6)
+    assert imitation.imitated(d, np.zeros((3, 0))) == 25.0
     held = np.array([[1.0, 0.0, 0.0]]).T
-    assert amplitude.imitated(d, held) == pytest.approx(16.0 + 4.5)  # 9/(1 + 1)
+    assert imitation.imitated(d, held) == pytest.approx(16.0 + 4.5)  # 9/(1 + 1)
+
+
+@pytest.mark.parametrize(("beside", "hidden"), [(0.0, True), (3.0, True), (40.0, False)])
+def test_trucks_far_apart_are_followed_along_their_bend(beside, hidden):
+    """A swing of another height and frequency: one linear step leaves a thousand times what a few leave."""
+    time = np.linspace(0.0, 1.0, 400)
+
+    def swing(theta):
+        return 40.0 * np.exp(0.3 * theta[0]) * np.sin(20.0 * np.exp(0.05 * theta[1]) * time)
+
+    odd = beside / np.linalg.norm(np.cos(90.0 * time)) * np.cos(90.0 * time)  # what none of them does
+    at_none, truth = swing(np.zeros(2)), np.array([0.8, -1.5])
+    d = swing(truth) - at_none + odd
+    steps = np.array([swing(1e-4 * one) - at_none for one in np.eye(2)]).T / 1e-4
+    assert imitation.imitated(d, steps) > 1000.0
+    left = imitation.least(d, lambda thetas: [swing(one) for one in thetas], at_none, 2, 20.0)
+    assert (left <= 20.0) is hidden
 
 
 def test_another_truck_has_rising_openings_and_differs():

@@ -139,7 +139,7 @@ def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:
         return
     words, part = found.machine.words, found.machine.part_of(one.port)
     own = not found.explaining or law.is_at(found.machine, one.port, found.explaining[0].hypothesis)
-    over = found.explaining[0].hypothesis.over if found.explaining else ""
+    over = found.explaining[0].hypothesis.over.removeprefix("the ") if found.explaining else ""
     variables = [(of, Quantity(*words.variable(of.variable, part))) for of in telling]
     variables.sort(key=lambda one: one[1].name != over)  # that of the curve that was found first
     far = beyond(found.baseline, one)

@@ -1,20 +1,14 @@
-"""How large a concealed law is made, and whether the recordings can show it.
+"""How large a concealed law is made.
 
 The size of a law is the root mean square change that it makes to the commanded lifts, over the probes (a few
 of the campaign's own recordings): half from the velocity, in units of the slope noise of a height sensor
 behind the filter that judges it, half from the pressure, in units of its sensor's noise.
-
-A law is *hidden* if another truck imitates it: of its change d in all channels, in units of the sensors'
-noise, no more than chi-square = 20 is left after the best linear combination of the truck's own unknown
-parameters and loads within their priors. At 20 the mean logarithm of the likelihood ratio is 10. The rule is
-applied before any diagnosis, by this plant alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +18,7 @@ from forklift.ensemble.proof import kinds
 from forklift.ensemble.proof.draw import Draw
 from forklift.ensemble.proof.truth import effects, others, run, sensors, strangers
 from forklift.ensemble.proof.truth.model import Law
-from forklift.ensemble.proof.truth.truck import ESTIMATED, LIFTS, Lift
+from forklift.ensemble.proof.truth.truck import LIFTS, Lift
 
 Floats = NDArray[np.float64]
 Trucks = tuple[Lift, Lift]
@@ -37,9 +31,6 @@ PROBES = 3
 PROBE_TICKS = 300
 VELOCITY_NOISE_M_S = sensors.HEIGHT_NOISE_M / run.TICK_S / np.sqrt(110.0)
 """Slope noise of a second-order filter over 11 samples: variance over the sum of k², k = -5 ... 5."""
-HIDDEN = 20.0
-PRIORS = {"estimated": 0.3, "area": 0.15, "current": 0.02, "load": 0.01}
-"""Standard deviations: of logarithms, of openings' logarithms, of knots [A], of loads' logarithms."""
 
 
 def plausible(effect: str) -> dict[str, tuple[float, float, str]]:
@@ -100,7 +91,7 @@ def probes(given: Draw, conditions: Sequence[run.Condition]) -> list[int]:
 LIFTS_PLACE = {"free": (1.0, 0.0), "main": (0.0, 1.0), "both": (1.0, 1.0)}
 
 
-def _probe(name: str, one: run.Condition) -> run.Condition:
+def of_probe(name: str, one: run.Condition) -> run.Condition:
     """The beginning of a recording; all of it where the law only acts at the end of the way."""
     return one if kinds.nearest(name) == "end_cushion" else replace(one, command=one.command[:, :PROBE_TICKS])
 
@@ -142,7 +133,7 @@ def found_for(
     """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible, and at
     what makes no truck chatter."""
     chosen = probes(given, conditions)
-    plain = [_probe(name, conditions[n]) for n in chosen]
+    plain = [of_probe(name, conditions[n]) for n in chosen]
     moved = [given.plans[n].lift for n in chosen]
     top = most(name)
     law = law_of(name, where, top, random)
@@ -171,121 +162,3 @@ def found_for(
         share, has = float(np.exp(np.interp(np.log(wanted), np.log(sizes), np.log(shares)))), wanted
     law.values[key] = np.multiply(full, share)
     return law, top * share, has
-
-
-def left(
-    given: Draw,
-    laws: Sequence[Law],
-    place: int,
-    trucks: Trucks,
-    conditions: Sequence[run.Condition],
-    tick_s: float,
-) -> float:
-    """Chi-square that the best imitating truck leaves of the law at `place`, scaled to all recordings."""
-    law, chosen = laws[place], probes(given, conditions)
-    shown = [_probe(law.name, conditions[n]) for n in chosen]
-    key, full = next(iter(law.values.items()))
-    absent = {f"{law.name}.{key}": np.multiply(full, 0.0)}
-    without = [replace(one, values=absent) for one in shown]
-    return _left(given, laws, chosen, without, shown, sensors.Sensors(), trucks, tick_s)
-
-
-def left_of_fault(
-    given: Draw,
-    laws: Sequence[Law],
-    entered: Sequence[run.Condition],
-    true: Sequence[run.Condition],
-    seen: sensors.Sensors,
-    trucks: Trucks,
-    tick_s: float,
-) -> float:
-    """The same of conditions that are not as they were entered, and of sensors that read wrongly: what
-    another truck leaves, under the conditions as entered and read rightly."""
-    chosen = probes(given, true)
-    believed, shown = ([_probe("", each[n]) for n in chosen] for each in (entered, true))
-    return _left(given, laws, chosen, believed, shown, seen, trucks, tick_s)
-
-
-def _left(
-    given: Draw,
-    laws: Sequence[Law],
-    chosen: Sequence[int],
-    without: Sequence[run.Condition],
-    shown: Sequence[run.Condition],
-    seen: sensors.Sensors,
-    trucks: Trucks,
-    tick_s: float,
-) -> float:
-    """What is left of the way from `without` to what is `shown`, by trucks other than that of `without`."""
-    moved = {
-        lift for n in chosen for lift in (LIFTS if given.plans[n].lift == "both" else (given.plans[n].lift,))
-    }
-    steps = [*_steps(trucks, sorted(moved))]
-    asked = [*without, *shown]
-    for other, _ in steps:
-        asked += [replace(one, trucks=other) for one in without]
-    ran, count = run.simulate(trucks, laws, asked, ROUGH, tick_s), len(chosen)
-    rows = [
-        _whitened(given, ran[n * count : (n + 1) * count], seen if n == 1 else sensors.Sensors())
-        for n in range(2 + len(steps))
-    ]
-    base = np.concatenate(rows[0])
-    d = np.concatenate(rows[1]) - base
-    columns = [(np.concatenate(one) - base) / step for one, (_, step) in zip(rows[2:], steps, strict=True)]
-    return imitated(d, np.array(columns).T) * len(given.plans) / count
-
-
-def imitated(d: Floats, columns: Floats) -> float:
-    """The least |d - J theta|² + |theta|², where each column of J is the change by one standard deviation."""
-    if columns.size == 0:
-        return float(d @ d)
-    gram = columns.T @ columns + np.eye(columns.shape[1])
-    along = columns.T @ d
-    return float(d @ d - along @ np.linalg.solve(gram, along))
-
-
-STEP = 0.25
-"""Of a standard deviation, for difference quotients."""
-
-
-def _steps(trucks: Trucks, moved: Sequence[str]) -> Any:
-    """Other trucks, each one step away along one unknown, and the step in standard deviations."""
-    for lift in moved:
-        place = LIFTS.index(lift)
-
-        def other(place: int = place, **changed: Any) -> Trucks:
-            made = [dict(one) for one in trucks]
-            made[place] |= changed
-            return made[0], made[1]
-
-        for name in ESTIMATED:
-            yield other(**{name: trucks[place][name] * np.exp(STEP * PRIORS["estimated"])}), STEP
-        for n in np.flatnonzero(trucks[place]["area"] > 0.0):
-            area = trucks[place]["area"].copy()
-            area[n] *= np.exp(STEP * PRIORS["area"])
-            yield other(area=area), STEP
-        for knot in range(1, len(trucks[place]["current"]) - 1):
-            current = trucks[place]["current"].copy()
-            current[knot] += STEP * PRIORS["current"]
-            yield other(current=current), STEP
-        # A load entered wrongly by a per cent, by what it does: a mass that moves.
-        yield other(m=trucks[place]["m"] + STEP * PRIORS["load"] * 1000.0), STEP
-
-
-def _whitened(given: Draw, found: Sequence[run.Trajectory], seen: sensors.Sensors) -> list[Floats]:
-    """All channels of all probes as the sensors see them, in units of their noise; an encoder from where it
-    starts, as nobody knows where on its wheel that is."""
-    keep = np.exp(-run.TICK_S / given.nuisances.colour_s) if given.nuisances.colour_s > 0.0 else 0.0
-    pressure = sensors.PRESSURE_NOISE_PA * given.nuisances.noise * np.sqrt((1 + keep) / (1 - keep))
-    rows = []
-    for one in found:
-        read = sensors.read(one, seen)
-        for lift in LIFTS:
-            way = read[f"position_{lift}_m"]
-            rows += [
-                (way - way[0]) / (sensors.COUNT_M / np.sqrt(12.0)),
-                read[f"pressure_{lift}_pa"] / pressure,
-            ]
-        if given.nuisances.height:
-            rows.append(read["fork_height_m"] / (sensors.HEIGHT_NOISE_M * given.nuisances.noise))
-    return rows

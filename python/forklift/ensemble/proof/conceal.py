@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.ensemble.proof import kinds
-from forklift.ensemble.proof.amplitude import END_M, found_for, left, left_of_fault
-from forklift.ensemble.proof.amplitude import HIDDEN as HIDDEN
+from forklift.ensemble.proof.amplitude import END_M, found_for
 from forklift.ensemble.proof.draw import Draw, Plan
+from forklift.ensemble.proof.imitation import HIDDEN as HIDDEN
+from forklift.ensemble.proof.imitation import left, left_of_fault
 from forklift.ensemble.proof.random import Purpose, stream
 from forklift.ensemble.proof.truth import drive, run, sensors
 from forklift.ensemble.proof.truth.model import Law
