@@ -253,6 +253,7 @@ def test_what_hardly_shows_may_mend_the_law_of_what_acts_in_its_equation_or_depe
         ("physics", "main", "uncertain"),
         ("physics", "", "uncertain"),
         ("physics", "free", "complete"),
+        ("parameter", "", "uncertain"),
         ("sensor", "main", "complete"),
     ],
 )

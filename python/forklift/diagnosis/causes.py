@@ -143,10 +143,10 @@ def _beside_its_like(cause: Cause, found: Sequence[Cause]) -> Cause:
 
 
 def _beside_unnamed(cause: Cause, unnamed: Sequence[Hypothesis]) -> Cause:
-    """The same; uncertain, if it is physics and is complete only with what acts unnamed on its part."""
+    """The same; uncertain, if it is complete only with what acts unnamed on its part. A sensor has no law."""
     own = cause.hypothesis
     others = tuple(one for one in unnamed if not one.where or own.where in (one.where, ""))
-    return replace(cause, form="uncertain", unnamed=others) if others and own.kind == "physics" else cause
+    return replace(cause, form="uncertain", unnamed=others) if others and own.kind != "sensor" else cause
 
 
 def beyond(final: Refit, hypothesis: Hypothesis) -> tuple[Beyond, ...]:

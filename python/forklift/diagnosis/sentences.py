@@ -307,8 +307,9 @@ def doubt(cause: Cause) -> str:
             others = _quoted(cause.beside)
             return f"only beside {others}, with a number that no such part has: something else may act alike"
         if cause.unnamed:
-            others = _quoted(cause.unnamed)
-            return f"only beside {others}, which has no name: it may make up for the shape of the law"
+            effect = cause.hypothesis.kind == "physics"
+            law = "the shape of the law" if effect else "some of what is told as this"
+            return f"only beside {_quoted(cause.unnamed)}, which has no name: it may make up for {law}"
         return ""
     each = (
         f"its {one.number.name.rpartition('.')[2].replace('_', ' ')} is "
