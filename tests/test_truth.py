@@ -139,6 +139,22 @@ def test_trucks_far_apart_are_followed_along_their_bend(beside, hidden):
     assert (left <= 20.0) is hidden
 
 
+def test_a_truck_that_no_solver_follows_is_none_that_imitates():
+    """The longest step leads beyond what runs; a shorter one does as well."""
+    asked = []
+
+    def answers(thetas):
+        asked.append(len(thetas))
+        if any(abs(one[0]) > 1.0 for one in thetas):
+            raise FloatingPointError
+        return [np.array([20.0 * one[0] + 200.0 * one[0] ** 3]) for one in thetas]
+
+    left = imitation.least(np.array([60.0]), answers, np.zeros(1), 1, 20.0)
+    assert left <= 20.0
+    assert len(imitation.DAMPINGS) in asked  # all were tried together, and the longest dropped
+    assert len(imitation.DAMPINGS) - 1 in asked
+
+
 def test_another_truck_has_rising_openings_and_differs():
     one, other = scattered(3), scattered(4)
     for lift in (*one, *other):

@@ -186,14 +186,26 @@ def least(
         if (promised > SHOWN * float(d @ d)) if step == 0 else (promised > FAR * enough):
             return promised
         gram, along = columns.T @ columns + np.eye(count), columns.T @ rest - theta
-        tried = [theta + np.linalg.solve(gram + more * np.eye(count), along) for more in DAMPINGS]
-        said = answers(tried)
-        costs = [_cost(d - (one - at_none), own) for one, own in zip(said, tried, strict=True)]
-        k = int(np.argmin(costs))
-        if costs[k] >= best:
+        steps = [theta + np.linalg.solve(gram + more * np.eye(count), along) for more in DAMPINGS]
+        tried = _followed(answers, steps)
+        costs = [_cost(d - (said - at_none), own) for own, said in tried]
+        if min(costs, default=best) >= best:
             return best
-        theta, now, best = tried[k], said[k], costs[k]
+        best = min(costs)
+        theta, now = tried[costs.index(best)]
     return best
+
+
+def _followed(
+    answers: Callable[[Sequence[Floats]], list[Floats]], steps: Sequence[Floats]
+) -> list[tuple[Floats, Floats]]:
+    """Steps with what they answer, but for the longest, if those make a truck that chatters."""
+    for first in range(len(steps)):
+        try:
+            return list(zip(steps[first:], answers(steps[first:]), strict=True))
+        except FloatingPointError:
+            continue
+    return []
 
 
 def imitated(d: Floats, columns: Floats) -> float:
