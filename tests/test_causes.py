@@ -7,7 +7,7 @@ from typing import cast
 
 import pytest
 
-from forklift.base.typeset import alike, number
+from forklift.base.typeset import as_precise, number
 from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import causes
 from forklift.diagnosis.hypothesis import Hypothesis
@@ -150,7 +150,7 @@ def test_what_is_no_number_is_printed(value, said):
     ],
 )
 def test_numbers_that_are_compared_have_as_many_decimals(values, said):
-    assert alike(*values) == said
+    assert as_precise(*values) == said
 
 
 @pytest.mark.parametrize(

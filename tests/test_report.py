@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare
-from forklift.base.typeset import alike
+from forklift.base.typeset import as_precise
 from forklift.diagnosis.ledger import uncontested
 from forklift.plant.forklift.candidates import NextRecording
 from forklift.plant.forklift.effects import EFFECTS, Equation
@@ -66,7 +66,7 @@ def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(leak
         f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
         f"{gain['gain']:.2f} points (95 % interval {gain['gain_lower']:.2f} to {gain['gain_upper']:.2f})",
         *(
-            f"{name} {' → '.join(alike(scale * one['before'], scale * one['after']))} {unit}"
+            f"{name} {' → '.join(as_precise(scale * one['before'], scale * one['after']))} {unit}"
             for one in told["errors"]
             for name, unit, scale in [WORDS.fine(one["channel"], one["unit"])]
         ),

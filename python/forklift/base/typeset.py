@@ -35,7 +35,7 @@ def number(value: float | None, digits: int = 3) -> str:
     return f"{said.replace('-', '−')}{FAST}×{FAST}10{str(int(power)).translate(HIGH)}"
 
 
-def alike(*values: float, digits: int = 2) -> list[str]:
+def as_precise(*values: float, digits: int = 2) -> list[str]:
     """Numbers that are compared, all to the decimals that the least of them needs for so many digits; each by
     itself where they are further apart than a hundredfold."""
     sizes = [abs(value) for value in values if np.isfinite(value) and value]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from forklift.base.typeset import capital, number, printed, size
 
@@ -91,7 +90,7 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
     some = f" in {len(off)} of the {len(each)} recordings fitted" if len(off) < len(each) else ""
     by = f"by {_signed(low['value'])} to {_signed(high['value'])} {unit}"
     if high["value"] - low["value"] <= ALIKE * furthest:
-        usual = float(np.mean([row["value"] for row in off]))
+        usual = fmean(row["value"] for row in off)
         way = "low" if usual > 0.0 else "high"
         return Found(
             f"the {what} was {entered} {number(abs(usual))} {unit} too {way}{some}",

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from forklift.base.typeset import alike, capital, number, printed, prose, size, spans, stretches
+from forklift.base.typeset import as_precise, capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.ledger import uncontested
@@ -462,7 +462,7 @@ def _errors(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[tuple[str, st
     """Root mean square errors in units that a workshop reads: signal, before, after, unit."""
     for one in sorted(told["errors"], key=lambda one: one["channel"]):
         name, unit, scale = found.machine.words.fine(one["channel"], one["unit"])
-        before, after = alike(scale * one["before"], scale * one["after"])
+        before, after = as_precise(scale * one["before"], scale * one["after"])
         yield name, before, after, unit
 
 

@@ -123,18 +123,17 @@ def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
             )
 
 
-def some(names: Sequence[str], *, quoted: bool = True) -> str:
+def some(names: Sequence[str], *, quoted: bool = True, between: str = " or ") -> str:
     names = list(dict.fromkeys(names))
     more = f" and {len(names) - LIKE} more" if len(names) > LIKE else ""
-    return " or ".join(f"“{name}”" if quoted else name for name in names[:LIKE]) + more
+    return between.join(f"“{name}”" if quoted else name for name in names[:LIKE]) + more
 
 
 def _given_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     """What was begun and fell far behind."""
     at = found.machine.words.at
-    names = [f"“{at(one['name'], one['where'])}”" for one in told["hypotheses"] if one["given_up"]]
-    more = f" and {len(names) - LIKE} more" if len(names) > LIKE else ""
-    return [f"Begun, and given up far behind: {', '.join(names[:LIKE])}{more}."] if names else []
+    names = [at(one["name"], one["where"]) for one in told["hypotheses"] if one["given_up"]]
+    return [f"Begun, and given up far behind: {some(names, between=', ')}."] if names else []
 
 
 def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:

@@ -11,8 +11,8 @@ plant alone, on a few of the campaign's recordings, and scaled to all.
 
 The minimum is searched for by Levenberg–Marquardt (Marquardt 1963), as far as it takes to say on which side
 of the bound it lies. One linear step is not enough: trucks as far apart as their priors answer with terms of
-second order a hundred times the noise's square. In one campaign chains that stretch and a larger dead volume
-differed by 1,700 by the first linear step, and by 2 after four.
+second order far beyond the noise's square. Of chains that stretch a larger dead volume leaves far more than
+the bound by the first linear step, and less than it after four (10 of seed 19000001).
 """
 
 from __future__ import annotations
@@ -179,7 +179,10 @@ def least(
     for step in range(MOST_STEPS):
         if best <= enough:
             return best
-        ways = answers([theta + STEP * along for along in np.eye(count)])
+        try:
+            ways = answers([theta + STEP * along for along in np.eye(count)])
+        except FloatingPointError:  # where the best truck nearly chatters no further step leads on
+            return best
         columns = (np.array(ways) - now).T / STEP
         rest = d - (now - at_none)
         promised = imitated(rest + columns @ theta, columns)
