@@ -10,9 +10,10 @@ At 20 the mean logarithm of the likelihood ratio is 10. The rule is applied befo
 plant alone, on a few of the campaign's recordings, and scaled to all.
 
 The minimum is searched for by Levenberg–Marquardt (Marquardt 1963), as far as it takes to say on which side
-of the bound it lies. One linear step is not enough: trucks as far apart as their priors answer with terms of
+of the bound it lies, with derivatives that every step mends (Broyden 1965) and that are asked for anew where
+steps no longer gain. One linear step is not enough: trucks as far apart as their priors answer with terms of
 second order far beyond the noise's square. Of chains that stretch a larger dead volume leaves far more than
-the bound by the first linear step, and less than it after four (10 of seed 19000001).
+the bound by the first linear step, and less than it after three (10 of seed 19000001).
 """
 
 from __future__ import annotations
@@ -41,10 +42,13 @@ STEP = 0.1
 """Of a standard deviation, for difference quotients: what rounding adds to a column then is about one."""
 DAMPINGS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4)
 """What is added to the prior's weight in the steps that are tried together."""
-MOST_STEPS = 6
-FAR = 10.0
-"""How many times the bound a linear step has to leave for the search to end, from the second step on: what
-it bends by is less than that then. Chosen."""
+STALLED = 0.9
+"""A step that leaves more than this share of what was left asks for new derivatives. Chosen."""
+MOST_DERIVATIVES = 4
+"""How often they are asked for. Chosen; campaigns took one to three."""
+BENDS = 2.0
+"""How many times what a linear step with new derivatives promises has to reach the bound for the search to go
+on, from the second derivatives on. Chosen."""
 SHOWN = 0.25
 """Share of the change's square that the first linear step has to leave for the search to end there: it bends
 by less than that. Chosen."""
@@ -100,17 +104,17 @@ def _left(
     }
     others, count = Others(trucks, tuple(sorted(moved))), len(chosen)
 
-    def told(asked: Sequence[run.Condition], read: sensors.Sensors) -> list[Floats]:
-        ran = run.simulate(trucks, laws, asked, TOLERANCE, tick_s)
-        return [np.concatenate(_whitened(given, ran[n : n + count], read)) for n in range(0, len(ran), count)]
+    def ran(asked: Sequence[run.Condition]) -> list[list[run.Trajectory]]:
+        found = run.simulate(trucks, laws, asked, TOLERANCE, tick_s)
+        return [found[n : n + count] for n in range(0, len(found), count)]
 
     def answers(thetas: Sequence[Floats]) -> list[Floats]:
-        return told(
-            [replace(one, trucks=others.at(theta)) for theta in thetas for one in without], sensors.Sensors()
-        )
+        asked = [replace(one, trucks=others.at(theta)) for theta in thetas for one in without]
+        return [_whitened(given, found, sensors.Sensors()) for found in ran(asked)]
 
     share = count / len(given.plans)
-    (at_none,), (changed,) = told(without, sensors.Sensors()), told(shown, seen)
+    first, second = ran([*without, *shown])
+    at_none, changed = _whitened(given, first, sensors.Sensors()), _whitened(given, second, seen)
     return least(changed - at_none, answers, at_none, others.count, HIDDEN * share) / share
 
 
@@ -173,30 +177,54 @@ def least(
     at_none
         (n,) f(0).
     enough
-        The search ends below it, and where a linear step leaves `FAR` times as much.
+        The search ends below it, and where no step is likely to come as far.
     """
     theta, now, best = np.zeros(count), at_none, float(d @ d)
-    for step in range(MOST_STEPS):
-        if best <= enough:
-            return best
-        try:
-            ways = answers([theta + STEP * along for along in np.eye(count)])
-        except FloatingPointError:  # where the best truck nearly chatters no further step leads on
-            return best
-        columns = (np.array(ways) - now).T / STEP
+    columns: Floats | None = None
+    known = 0
+    while best > enough:
         rest = d - (now - at_none)
-        promised = imitated(rest + columns @ theta, columns)
-        if (promised > SHOWN * float(d @ d)) if step == 0 else (promised > FAR * enough):
-            return promised
-        gram, along = columns.T @ columns + np.eye(count), columns.T @ rest - theta
-        steps = [theta + np.linalg.solve(gram + more * np.eye(count), along) for more in DAMPINGS]
-        tried = _followed(answers, steps)
+        fresh = columns is None
+        if columns is None:
+            columns, known = _derivatives(answers, theta, now), known + 1
+            if columns is None:  # no step leads on from there
+                return best
+            promised = imitated(rest + columns @ theta, columns)
+            if known == 1 and promised > SHOWN * float(d @ d):
+                return promised
+            if known > 1 and best - BENDS * (best - promised) > enough:
+                return best
+        tried = _followed(answers, _steps(theta, columns, rest))
         costs = [_cost(d - (said - at_none), own) for own, said in tried]
-        if min(costs, default=best) >= best:
-            return best
-        best = min(costs)
-        theta, now = tried[costs.index(best)]
+        gained = min(costs, default=best) / best
+        if gained < 1.0:
+            new, said = tried[costs.index(min(costs))]
+            moved = new - theta
+            columns = columns + np.outer(said - now - columns @ moved, moved) / float(moved @ moved)
+            theta, now, best = new, said, min(costs)
+        if gained > STALLED:
+            if known == MOST_DERIVATIVES or (fresh and gained >= 1.0):
+                return best
+            columns = None
     return best
+
+
+def _derivatives(
+    answers: Callable[[Sequence[Floats]], list[Floats]], theta: Floats, now: Floats
+) -> Floats | None:
+    """Each column the change by one standard deviation; none where a truck nearly chatters."""
+    try:
+        ways = answers([theta + STEP * along for along in np.eye(len(theta))])
+    except FloatingPointError:
+        return None
+    return (np.array(ways) - now).T / STEP
+
+
+def _steps(theta: Floats, columns: Floats, rest: Floats) -> list[Floats]:
+    """Where to go from θ, the longest way first."""
+    own = np.eye(len(theta))
+    gram, along = columns.T @ columns + own, columns.T @ rest - theta
+    return [theta + np.linalg.solve(gram + more * own, along) for more in DAMPINGS]
 
 
 def _followed(
@@ -224,9 +252,9 @@ def _cost(rest: Floats, theta: Floats) -> float:
     return float(rest @ rest + theta @ theta)
 
 
-def _whitened(given: Draw, found: Sequence[run.Trajectory], seen: sensors.Sensors) -> list[Floats]:
-    """All channels of all probes as the sensors see them, in units of their noise; an encoder from where it
-    starts, as nobody knows where on its wheel that is."""
+def _whitened(given: Draw, found: Sequence[run.Trajectory], seen: sensors.Sensors) -> Floats:
+    """(n,) all channels of all probes as the sensors see them, in units of their noise; an encoder from where
+    it starts, as nobody knows where on its wheel that is."""
     keep = np.exp(-run.TICK_S / given.nuisances.colour_s) if given.nuisances.colour_s > 0.0 else 0.0
     pressure = sensors.PRESSURE_NOISE_PA * given.nuisances.noise * np.sqrt((1 + keep) / (1 - keep))
     rows = []
@@ -240,4 +268,4 @@ def _whitened(given: Draw, found: Sequence[run.Trajectory], seen: sensors.Sensor
             ]
         if given.nuisances.height:
             rows.append(read["fork_height_m"] / (sensors.HEIGHT_NOISE_M * given.nuisances.noise))
-    return rows
+    return np.concatenate(rows)
