@@ -328,13 +328,13 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             if count["given_up"]
             else "All else that was fitted contains it"
             if count["fitted"] > len(found.causes)
-            else "Nothing else promised enough to be fitted"
+            else "The predicted gain of all else is too far behind to be fitted"
         )
         far = _far_from_none(cause, row)
         draws = f"{tried}. {why}: there is no credibility to tell.{far} Judged on {judged(found)}."
     out = dict(ruled_out(found, cause))
     stands = [name for name in standing(found, cause) if name not in out]
-    first_order = [f"To first order {some(stands)} could stand for it: see Doubts."] if stands else []
+    first_order = [f"By a linear estimate {some(stands)} could stand for it: see Doubts."] if stands else []
     first_order += [f"“{name}” {told}." for name, told in out.items()]
     groups = _groups(found) if cause is found.causes[0] else []
     alike = as_good(found, cause)
@@ -494,8 +494,11 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 f"More of the {over}, over a wider range." if over else "Nothing can be proposed.",
                 ["Give the catalogue an effect that may act there: see Evidence."],
             )
-        cause = " for this cause" if found.causes else ""
-        answer = f"No further recording is needed{cause}."
+        answer = (
+            "No further recording would say more about this cause."
+            if found.causes
+            else "No further recording is needed."
+        )
         if found.causes and all(cause.hypothesis.kind in ENTERED for cause in found.causes):
             sensors = {cause.hypothesis.kind == "sensor" for cause in found.causes}
             what = ["what was entered", "the sensor"]

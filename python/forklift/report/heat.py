@@ -27,6 +27,8 @@ FEW_MOST, MOST = 20.0, 1e3
 """The greatest mean square that the first ticks are for, and the second."""
 COLUMN_PX, ROW_PX, LETTER_PX = 46, 20, 6.6
 HEAD_PX, FOOT_PX = 76, 46
+THREE_DIGITS = 99.5
+"""Mean square from which a number is as wide as a cell on paper, and set smaller."""
 DARK = 0.54
 """Share of the scale from which a colour is told from the background's: its number has the other ink."""
 SCALE = [[0.0, "@cold"], [0.5, "@warm"], [1.0, "@hot"]]
@@ -156,7 +158,7 @@ def _digits(
         "y": [file for _, file, _ in seen],
         "text": [brief(*cell[::2]) for _, _, cell in seen],
         "textfont": {
-            "size": 11.5,
+            "size": [10.0 if cell[0] >= THREE_DIGITS else 11.5 for _, _, cell in seen],
             "color": ["@onhot" if _strength(cell[0], top) > DARK else "@oncold" for _, _, cell in seen],
         },
         "hoverinfo": "skip",

@@ -42,7 +42,8 @@ def instead(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             question,
             f"The same, acting on {some(places, quoted=False)}.",
             [
-                "There it does as much to these recordings, to first order: they cannot part the places.",
+                "By a linear estimate it does as much to these recordings there: "
+                "they cannot part the places.",
                 *open_,
             ],
         )
@@ -63,7 +64,7 @@ def instead(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             if told["verdict"] == "no-mismatch"
             else "Nothing that was begun keeps up with it."
             if count["given_up"]
-            else "Nothing else promises enough."
+            else "Nothing else has a predicted gain that comes near."
             if not found.unexplained
             else "Nothing that was tried explains it."
         )
@@ -116,7 +117,7 @@ def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
             left = min(left for left, _ in fitted)
             yield (
                 said(found, one.other),
-                f"imitates {100.0 * one.share:.0f} % of it to first order, but fitted it leaves "
+                f"imitates {100.0 * one.share:.0f} % of it by a linear estimate, but fitted it leaves "
                 f"{number(left)} "
                 f"on average, where what was found leaves {number(found.final.reduced_chi2)}: it is "
                 "ruled out",
@@ -150,9 +151,10 @@ def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     if not other or not named:
         return []
     return [
-        f"Next in promise, and not fitted: {found.machine.words.at(other['name'], other['where'])}, with "
-        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what the cause promised before any fit (list "
-        "below)."
+        "Next by predicted gain, and not fitted: "
+        f"{found.machine.words.at(other['name'], other['where'])}, with "
+        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what was predicted for the cause before any "
+        "fit (list below)."
     ]
 
 

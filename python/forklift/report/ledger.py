@@ -1,4 +1,4 @@
-"""Every hypothesis that was considered, with what it promised and what became of it."""
+"""Every hypothesis that was considered, with its predicted gain and what became of it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 
 def considered(told: Mapping[str, Any], words: Words) -> Table:
-    """The most promising first, those that could not be tested last."""
+    """The greatest predicted gain first, those that could not be tested last."""
     count = counts(told)
     return Table(
         f"{considered_of(count)}, {count['unidentifiable']} not testable",
-        ["Hypothesis", "Kind", "Promise", "What became of it"],
+        ["Hypothesis", "Kind", "Predicted gain", "What became of it"],
         [
             [
                 capital(words.at(one["name"], one["where"])), words.kinds[one["kind"]],
@@ -26,10 +26,10 @@ def considered(told: Mapping[str, Any], words: Words) -> Table:
             for one in told["hypotheses"]
         ],
         [False, False, True, False],
-        note="Promise: how far −ln of the probability of all recordings together would fall with it "
+        note="Predicted gain: how far −ln of the probability of all recordings together would fall with it "
         f"and all parameters at their best, by a linear estimate at the fitted {words.noun}, before any fit. "
-        "As long as a cause is missing, others promise some of what it explains; so only those are "
-        "fitted that do not fall far behind the best, and fits on recordings held out decide.",
+        "As long as a cause is missing, others are predicted to gain by some of what it explains; so only "
+        "those are fitted that do not fall far behind the best, and fits on recordings held out decide.",
     )  # fmt: skip
 
 
@@ -62,4 +62,4 @@ def _fate(one: Mapping[str, Any]) -> str:
         return "begun and given up: it fell far behind"
     if one["skipped"]:
         return "not tried: the work that a diagnosis may do was spent"
-    return "not testable" if one["unidentifiable"] else "not fitted: it promised too little beside the others"
+    return "not testable" if one["unidentifiable"] else "not fitted: its predicted gain is far behind"

@@ -50,10 +50,10 @@ GLOSSARY: dict[str, str] = {
     "at rest may lie below 1.",
     "Left over": "The mean square of measured less simulated, in units of the noise power, with what the fit "
     "leaves open removed: for each recording its own load, temperature and start, and the fitted parameters "
-    "within their uncertainty, are moved to where they explain it best (to first order). Where a recording's "
-    "own numbers had to move further than is plausible, what that costs is added to the signal that it "
-    "serves most. Decisions are made by it. It is not the squared error of a drawn curve, which has one set "
-    "of parameters for all recordings.",
+    "within their uncertainty, are moved to where they explain it best (by a linear estimate). Where a "
+    "recording's own numbers had to move further than is plausible, what that costs is added to the signal "
+    "that it serves most. Decisions are made by it. It is not the squared error of a drawn curve, which has "
+    "one set of parameters for all recordings.",
     "Free run": "A simulation from the start of a recording to its end, which gets what drove it and sees no "
     "measurement.",
 }
@@ -115,7 +115,7 @@ def another_law(curve: Screened, joined: bool) -> str:
     """Why the law of what explains everything is in doubt; `joined`: whether the curve is in the model."""
     return (
         "The catalogue's law alone leaves no more than the noise in any signal, but a curve over "
-        f"{curve.hypotheses[0].over} beside it explains all recordings better (it promises "
+        f"{curve.hypotheses[0].over} beside it explains all recordings better (by a linear estimate by "
         f"{number(curve.gain)} in ln posterior, where {LAW:g} is much); fitted without those held out, it "
         f"{'explains these better too' if joined else 'does not clearly explain these better'}. Where no "
         "recording lies, neither is told."
