@@ -34,8 +34,10 @@ Floats = NDArray[np.float64]
 Trucks = tuple[Lift, Lift]
 
 HIDDEN = 20.0
-PRIORS = {"estimated": 0.3, "area": 0.15, "current": 0.02, "load": 0.01}
-"""Standard deviations: of logarithms, of openings' logarithms, of knots [A], of loads' logarithms."""
+PRIORS = {"estimated": 0.3, "area": 0.15, "current": 0.02, "load": 10.0, "temperature": 1.0}
+"""Standard deviations: of logarithms, of openings' logarithms, of knots [A]; of each recording, of the load
+[kg] and of the oil's temperature [K]."""
+OF_CONDITIONS = ("load", "temperature")
 TOLERANCE = 3e-6
 """Of the runs: two of them then differ by a fiftieth of the noise's square over all samples."""
 STEP = 0.1
@@ -102,14 +104,14 @@ def _left(
     moved = {
         lift for n in chosen for lift in (LIFTS if given.plans[n].lift == "both" else (given.plans[n].lift,))
     }
-    others, count = Others(trucks, tuple(sorted(moved))), len(chosen)
+    others, count = Others(trucks, tuple(sorted(moved)), without), len(chosen)
 
     def ran(asked: Sequence[run.Condition]) -> list[list[run.Trajectory]]:
         found = run.simulate(trucks, laws, asked, TOLERANCE, tick_s)
         return [found[n : n + count] for n in range(0, len(found), count)]
 
     def answers(thetas: Sequence[Floats]) -> list[Floats]:
-        asked = [replace(one, trucks=others.at(theta)) for theta in thetas for one in without]
+        asked = [one for theta in thetas for one in others.at(theta)]
         return [_whitened(given, found, sensors.Sensors()) for found in ran(asked)]
 
     share = count / len(given.plans)
@@ -120,43 +122,51 @@ def _left(
 
 @dataclass(frozen=True)
 class Others:
-    """Trucks that differ by what nobody knows of those lifts that moved."""
+    """Trucks that differ by what nobody knows of those lifts that moved, under conditions that differ by what
+    nobody knows of each recording."""
 
     trucks: Trucks
     moved: tuple[str, ...]
+    conditions: Sequence[run.Condition]
 
     @property
     def count(self) -> int:
         """Of their unknowns."""
-        return sum(1 for _ in self._unknowns())
+        return sum(1 for _ in self._unknowns()) + len(OF_CONDITIONS) * len(self.conditions)
 
-    def at(self, theta: Floats) -> Trucks:
-        """The trucks, each unknown away by so many standard deviations."""
+    def at(self, theta: Floats) -> list[run.Condition]:
+        """The conditions with the trucks, each unknown away by so many standard deviations."""
         made = [dict(one) for one in self.trucks]
         for lift in self.moved:  # what is moved in place is a copy
             own = made[LIFTS.index(lift)]
             own |= {"area": own["area"].copy(), "current": own["current"].copy()}
-        for (place, name, knot), by in zip(self._unknowns(), theta, strict=True):
+        for (place, name, knot), by in zip(self._unknowns(), theta, strict=False):
             own = made[place]
             if name == "area":
                 own["area"][knot] *= np.exp(by * PRIORS["area"])
             elif name == "current":
                 own["current"][knot] += by * PRIORS["current"]
-            elif name == "m":  # a load entered wrongly by a per cent, by what it does: a mass that moves
-                own["m"] = own["m"] + by * PRIORS["load"] * 1000.0
             else:
                 own[name] = own[name] * np.exp(by * PRIORS["estimated"])
-        return made[0], made[1]
+        each = theta[self.count - len(OF_CONDITIONS) * len(self.conditions) :].reshape(-1, len(OF_CONDITIONS))
+        return [
+            replace(
+                one,
+                trucks=(made[0], made[1]),
+                load_kg=one.load_kg + load * PRIORS["load"],
+                temperature_degc=one.temperature_degc + temperature * PRIORS["temperature"],
+            )
+            for one, (load, temperature) in zip(self.conditions, each, strict=True)
+        ]
 
     def _unknowns(self) -> Iterator[tuple[int, str, int]]:
-        """Lift, name and knot of each."""
+        """Lift, name and knot of each of the trucks'."""
         for lift in self.moved:
             place = LIFTS.index(lift)
             yield from ((place, name, 0) for name in ESTIMATED)
             own = self.trucks[place]
             yield from ((place, "area", int(knot)) for knot in np.flatnonzero(own["area"] > 0.0))
             yield from ((place, "current", knot) for knot in range(1, len(own["current"]) - 1))
-            yield place, "m", 0
 
 
 def least(
