@@ -270,3 +270,33 @@ def test_a_law_that_explains_everything_only_beside_what_has_no_name_is_uncertai
     named, unnamed = causes(Selection(refit(left=900.0), (step,), both))
     assert (named.form, unnamed.form) == (form, "uncertain")
     assert ("force" in sentences.doubt(named)) == (form == "uncertain")
+
+
+@pytest.mark.parametrize(
+    ("left", "of", "amplitude", "form"),
+    [
+        (108.0, "physics", "size", "uncertain"),  # 99 % of what it removes
+        (108.0, "sensor", "lag", "uncertain"),
+        (140.0, "physics", "size", "complete"),  # 95 %
+        (108.0, "parameter", None, "complete"),  # it follows whatever differs from one recording to the next
+        (108.0, "unknown", "bend", "complete"),  # a curve follows anything
+    ],
+)
+def test_a_law_is_uncertain_if_a_little_other_one_of_a_rival_would_do_as_well(
+    left: float, of: Kind, amplitude: str | None, form: str
+) -> None:
+    """All signals arrive late; or the valve does, behind several lags."""
+    late = replace(hypothesis("late"), amplitude="late")
+    rival = replace(hypothesis("slow"), kind=of, amplitude=amplitude)
+    accepted = refit(late, left=100.0, complete=True)
+    (cause,) = causes(selected(accepted, refit(rival, left=left)))
+    assert cause.form == form
+    assert ("“slow” removes 99.0 %" in sentences.doubt(cause)) == (form == "uncertain")
+
+
+def test_what_is_told_with_its_rival_beside_it_is_no_rival_of_it() -> None:
+    """A rival that holds the cause and more says nothing of another law."""
+    late, slow = (replace(hypothesis(name), amplitude=name) for name in ("late", "slow"))
+    accepted = refit(late, left=100.0, complete=True)
+    (cause,) = causes(selected(accepted, refit(late, slow, left=101.0)))
+    assert cause.form == "complete"

@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Literal
 
 from forklift.diagnosis.criteria import (
+    ANOTHER_SHAPE,
     AS_GOOD,
     AS_NEAR,
     LIKELY,
@@ -58,6 +59,9 @@ class Cause:
     recording alone: what hardly shows may make up for a law of another shape."""
     unnamed: tuple[Hypothesis, ...] = ()
     """What acts on the same part without a name: a law that nobody knows may bend its own."""
+    nearly: tuple[tuple[Hypothesis, ...], float] | None = None
+    """The rival that removes nearly all that it removes, with that share: a law a little unlike the
+    catalogue's would make it as good."""
 
     @property
     def curves(self) -> tuple[Hypothesis, ...]:
@@ -68,7 +72,7 @@ class Cause:
 def causes(selection: Selection) -> tuple[Cause, ...]:
     """The hypotheses of the final model in the order in which they were accepted."""
     found: list[Cause] = []
-    final = selection.final
+    final, before = selection.final, selection.baseline
     form: Form = "complete" if final.complete and selection.curve is None else "uncertain"
     for step in selection.steps:
         if step.accepted is None:
@@ -104,9 +108,21 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         for hypothesis in _new(accepted, known):
             if hypothesis in final.hypotheses and hypothesis.kind != "unknown":
                 by_all = all(refit.foretold is not None for refit in refits)
-                outside = beyond(final, hypothesis)
-                own_form: Form = "uncertain" if outside else form
-                cause = Cause(hypothesis, credible, own_form, alike, rivals, by_all=by_all, beyond=outside)
+                outside, nearly = (
+                    beyond(final, hypothesis),
+                    _nearly(hypothesis, step.refits, accepted, before),
+                )
+                own_form: Form = "uncertain" if outside or nearly else form
+                cause = Cause(
+                    hypothesis,
+                    credible,
+                    own_form,
+                    alike,
+                    rivals,
+                    by_all=by_all,
+                    beyond=outside,
+                    nearly=nearly,
+                )
                 curve = _curve(hypothesis, selection)
                 if curve:
                     twin = _twin(hypothesis, curve, selection)
@@ -114,6 +130,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                         cause, form="uncertain", curve=curve, twin=twin, alone=accepted.reduced_chi2
                     )
                 found.append(cause)
+        before = accepted
     doubtful = tuple(cause.hypothesis for cause in found if cause.beyond)
     if doubtful:
         found = [
@@ -124,6 +141,23 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
     unnamed = [one for one in final.hypotheses if one.kind == "unknown" and one not in curves]
     found = [_beside_unnamed(cause, unnamed) for cause in found]
     return (*found, *(_unnamed(hypothesis, selection) for hypothesis in unnamed))
+
+
+def _nearly(
+    own: Hypothesis, refits: Sequence[Refit], accepted: Refit, before: Refit
+) -> tuple[tuple[Hypothesis, ...], float] | None:
+    """The rival without it that removes most, if that is `ANOTHER_SHAPE` of what was removed with it. What
+    has a freedom in every recording follows anything, and has no law that could be another."""
+    gained = before.reduced_chi2 - accepted.reduced_chi2
+    known = _labels(before)
+    near = [
+        (names, (before.reduced_chi2 - refit.reduced_chi2) / gained)
+        for refit in _rivals(refits, accepted)
+        if gained > 0.0 and (names := _new(refit, known)) and own.label not in _labels(refit)
+        if all(one.amplitude is not None and one.kind != "unknown" for one in names)
+    ]
+    best = max(near, key=lambda one: one[1], default=None)
+    return best if best and best[1] >= ANOTHER_SHAPE else None
 
 
 def _beside_its_like(cause: Cause, found: Sequence[Cause]) -> Cause:

@@ -292,8 +292,8 @@ def led(found: Outcome) -> str:
 
 def doubt(cause: Cause) -> str:
     """Why a law that leaves nothing over is uncertain: a number that no such part has, its own or of a cause
-    beside it; or a cause beside it that may make up for its shape, as what has no name may. Empty, if it is
-    not for these."""
+    beside it; a rival that removes nearly as much; or a cause beside it that may make up for its shape, as
+    what has no name may. Empty, if it is not for these."""
     if cause.mending:
         others = _quoted(cause.mending)
         bent = (
@@ -303,6 +303,12 @@ def doubt(cause: Cause) -> str:
         )
         return f"{bent}: one of both shows in no recording alone"
     if not cause.beyond:
+        if cause.nearly:
+            names, share = cause.nearly
+            return (
+                f"{_quoted(names)} removes {_percent(share)} of what it removes: with a law a little unlike "
+                "the catalogue's that would be as good"
+            )
         if cause.beside:
             others = _quoted(cause.beside)
             return f"only beside {others}, with a number that no such part has: something else may act alike"
@@ -318,6 +324,11 @@ def doubt(cause: Cause) -> str:
         for one in cause.beyond
     )
     return f"{'; '.join(each)}: something else may act alike"
+
+
+def _percent(share: float) -> str:
+    """No more than all of it."""
+    return "all" if share >= 0.9995 else f"{100.0 * share:.1f} %"
 
 
 def _quoted(others: Sequence[Hypothesis]) -> str:
