@@ -47,7 +47,8 @@ class Cause:
     twin: Hypothesis | None = None
     """Of what acts on the whole machine: the same shape on another part of it."""
     by_all: bool = False
-    """Whether the credibility is of how all recordings foretell each other, as none shows it alone."""
+    """Whether the credibility is of how all recordings foretell each other, as none shows it alone. With
+    any law nothing is left over then, as without it: the form of an effect is uncertain."""
     alone: float | None = None
     """Mean square that it leaves over by the catalogue's law alone, where a curve mends it."""
     beyond: tuple[Beyond, ...] = ()
@@ -112,7 +113,8 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
                     beyond(final, hypothesis),
                     _nearly(hypothesis, step.refits, accepted, before),
                 )
-                own_form: Form = "uncertain" if outside or nearly else form
+                untested = by_all and hypothesis.kind == "physics"
+                own_form: Form = "uncertain" if outside or nearly or untested else form
                 cause = Cause(
                     hypothesis,
                     credible,

@@ -292,8 +292,8 @@ def led(found: Outcome) -> str:
 
 def doubt(cause: Cause) -> str:
     """Why a law that leaves nothing over is uncertain: a number that no such part has, its own or of a cause
-    beside it; a rival that removes nearly as much; or a cause beside it that may make up for its shape, as
-    what has no name may. Empty, if it is not for these."""
+    beside it; a rival that removes nearly as much; a cause beside it that may make up for its shape, as what
+    has no name may; or that no recording shows it alone. Empty, if it is not for these."""
     if cause.mending:
         others = _quoted(cause.mending)
         bent = (
@@ -316,6 +316,8 @@ def doubt(cause: Cause) -> str:
             effect = cause.hypothesis.kind == "physics"
             law = "the shape of the law" if effect else "some of what is told as this"
             return f"only beside {_quoted(cause.unnamed)}, which has no name: it may make up for {law}"
+        if cause.by_all and cause.hypothesis.kind == "physics":
+            return "it shows in no recording alone, so that these recordings tell little of its law"
         return ""
     each = (
         f"its {one.number.name.rpartition('.')[2].replace('_', ' ')} is "

@@ -369,10 +369,6 @@ def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
         return f"{'It' if row['kind'] in ENTERED else 'Its law'} is uncertain: {_doubt(found, cause)}."
     if row["kind"] in ENTERED:
         return f"{sentences.with_it(found)}."
-    if sentences.in_all_alone(found):
-        return (
-            f"{capital(sentences.remainder(found))}, as without it: these recordings tell little of its law."
-        )
     right = "its law is right" if not found.deficiency[1].failures else "its law is right in size"
     return (
         f"{capital(sentences.remainder(found))}: {right} as far as these recordings tell"
