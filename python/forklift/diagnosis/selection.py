@@ -400,8 +400,9 @@ def _round(
     if not best.quiet:
         least = max(least, LITTLE * excess_screened(best, screening))
     led = any(helps(refit, best, share_asked(best, race.refitter)) for refit in shapes)
-    # Of a clear mismatch a recording held out may leave anything: what it leaves is no measure then.
-    sure = not led and best.worst.mean_square > MISFIT
+    # Of a clear mismatch a recording held out may leave anything: what it leaves is no measure then, unless a
+    # curve removed most of it.
+    sure = not any(explains(refit, best) for refit in shapes) and best.worst.mean_square > MISFIT
     ranked = [
         one
         for place, one in enumerate(screening.singles)

@@ -37,7 +37,7 @@ START_WIDTH_M = 0.2
 
 PLACE, PLACES = "centre", (0.1, 0.3, 0.5, 0.7, 0.9)
 """The parameter that is a place of the stroke, and at which shares of the way travelled it is looked for."""
-REACH, FAR = "length", (0.5, 1.0)
+REACH, FAR = "length", (0.15, 0.25, 0.5, 1.0)
 """The parameter that is a way from the lower stop. A lift that turns back before its stop meets only what
 reaches to where it turned: starts count from there, and go on to these shares of the way travelled."""
 WIDE = 2.0
