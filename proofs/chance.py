@@ -4,10 +4,10 @@
 
 The campaigns of `forklift prove --seed SEED --campaigns CAMPAIGNS` in which nothing is concealed are
 diagnosed. Of each hypothesis the screening says how far −ln posterior would fall over all recordings; one
-that is next to nothing (`LEAST`) is not asked for. The table has the greatest of every
-kind in each campaign, of sensors also of those (`rounded`: what encoders must show of a curve is more), and
-below it over all campaigns, beside the bound from which on it would have been asked for. Ends with status 1
-if a bound was passed.
+that is next to nothing (`LEAST_FAULT`, `LEAST_EFFECT`) is not asked for, or not accepted. The table has the
+greatest of every kind in each campaign, of sensors also of those (`rounded`: what encoders must show of a
+curve is more), and below it over all campaigns, beside the bound from which on it would have been asked
+for. Ends with status 1 if a bound was passed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from forklift.diagnosis.criteria import (
     ALARM_PHYSICS,
     ALARM_ROUNDED,
     ALARM_SENSOR,
-    LEAST,
+    LEAST_EFFECT,
+    LEAST_FAULT,
 )
 from forklift.ensemble.proof.conceal import conceal
 from forklift.ensemble.proof.draw import Draw, draw, kind_of
@@ -44,7 +45,7 @@ def promised(found: Diagnosis) -> dict[str, tuple[float, str]]:
         hypothesis = one.hypotheses[0]
         if hypothesis.kind == "sensor":
             most["rounded"] = max(most["rounded"], (one.gain, hypothesis.label))
-        if abs(one.amplitudes[0]) < LEAST[hypothesis.kind]:
+        if abs(one.amplitudes[0]) < (LEAST_EFFECT if hypothesis.kind == "physics" else LEAST_FAULT):
             continue
         kind = {"parameter": "one offset" if hypothesis.amplitude else "condition"}.get(
             hypothesis.kind, hypothesis.kind

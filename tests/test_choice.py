@@ -29,8 +29,10 @@ from forklift.diagnosis.rules import (
     choice,
     foresees,
     helping,
+    helps,
     led_elsewhere,
     may_help,
+    measures,
     mended,
     replaces,
     stands_alone,
@@ -77,6 +79,7 @@ class Tried:
     foretold: Any = None
     missing: float = 1000.0
     pooled: bool = False
+    sizes: dict[str, float] = field(default_factory=dict)
 
     @property
     def quiet(self) -> bool:
@@ -84,6 +87,9 @@ class Tried:
 
     def by_recording(self) -> dict[str, float]:
         return {"a": 0.5 * self.squares, "b": 0.5 * self.squares}
+
+    def size(self, name: Name) -> float:
+        return self.sizes.get(name.label, 1.0)
 
 
 LEAK, DRY, STRIBECK = Name("leak"), Name("dry friction"), Name("Stribeck")
@@ -450,14 +456,65 @@ def test_no_name_stays_that_removes_less_than_it_must_to_be_accepted(removed, st
     [
         ("sensor", 0.5 * LEAST_FAULT, 0),
         ("sensor", 2.0 * LEAST_FAULT, 1),
-        ("physics", 0.5 * LEAST_EFFECT, 0),
-        ("physics", 2.0 * LEAST_EFFECT, 1),
+        ("physics", 0.5 * LEAST_EFFECT, 1),  # by another shape than that it was screened at it may be more
     ],
 )
-def test_what_is_next_to_nothing_is_not_asked_for_where_nothing_shows(kind, size, asked):
+def test_a_sensor_that_is_off_by_next_to_nothing_is_not_asked_for_where_nothing_shows(kind, size, asked):
     one = cast(Hypothesis, Name("gain", kind))
     screened = Screened((one,), 1e4, (size,), (1e-4,))
     assert len(alarming(Screening(0.0, (screened,), (), ())).singles) == asked
+
+
+@pytest.mark.parametrize(
+    ("size", "gained", "accepted"),
+    [
+        (2.0 * LEAST_EFFECT, 0.0, True),
+        (0.5 * LEAST_EFFECT, 0.0, False),  # a leak of 0.4 % of what is usual
+        (0.5 * LEAST_EFFECT, 2.0 * CLEARLY, True),  # a load on a spring, told as the truck on its tyres
+    ],
+)
+def test_an_effect_of_next_to_nothing_is_accepted_only_if_recordings_held_out_show_it(size, gained, accepted):
+    best = Tried((), 1000.0, complete=True)
+    tried = Tried((LEAK,), 1000.0 - gained, complete=True, loo_log_score=100.0, sizes={"leak": size})
+    assert helps(cast(Refit, tried), cast(Refit, best), 0.1) is accepted
+
+
+@pytest.mark.parametrize(
+    ("score", "gained", "excess", "accepted"),
+    [
+        (167.0, -6.0, 1700.0, True),  # a viscosity that falls by another law
+        (167.0, -2.0 * AS_NEAR, 1700.0, False),  # recordings held out object
+        (50.0, -6.0, 1700.0, False),  # a tenth of what is left over is asked for
+        (13.0, -6.0, 100.0, False),
+    ],
+)
+def test_what_all_recordings_bear_out_is_accepted_where_hardly_anything_is_left_over(
+    score, gained, excess, accepted
+):
+    """Each recording's own load and temperature follow what is missing, so that those held out are explained
+    as well without it: but without it they do not foretell each other."""
+    best = Tried((), 18865.0, excess, slight=True, worst=SimpleNamespace(mean_square=1.35))
+    tried = replace(best, hypotheses=(LEAK,), squares=18865.0 - gained, loo_log_score=score)
+    refitter = SimpleNamespace(together=1.0, later=0.1)
+    found = helping([cast(Refit, tried)], cast(Refit, best), cast(Refitter, refitter), ())
+    assert bool(found) is accepted
+
+
+@pytest.mark.parametrize(
+    ("left", "removed", "asked"),
+    [
+        (2.0 * MISFIT, None, False),
+        (2.0 * MISFIT, 0.11, False),  # it helps, and is no measure: the tyres were never tried beside it
+        (2.0 * MISFIT, 0.8, True),
+        (0.9 * MISFIT, None, True),
+    ],
+)
+def test_what_a_recording_held_out_leaves_is_a_measure_if_it_is_little_or_a_curve_removes_it(
+    left, removed, asked
+):
+    best = Tried((), 2000.0, 1000.0, worst=SimpleNamespace(mean_square=left))
+    shapes = [] if removed is None else [Tried((CURVE,), 2000.0 - 1000.0 * removed)]
+    assert measures(cast(Refit, best), cast(list[Refit], shapes)) is asked
 
 
 @pytest.mark.parametrize(("left_out", "chosen"), [(0.5, True), (2.0, False)])

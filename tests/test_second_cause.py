@@ -59,6 +59,9 @@ class Fitted:
     def freedoms(self) -> int:
         return len(self.hypotheses)
 
+    def size(self, hypothesis: Hypothesis) -> float:
+        return 1.0
+
     def deviations(self, hypothesis: Hypothesis) -> float:
         return 100.0
 

@@ -54,15 +54,9 @@ LEAST_FAULT = 0.02
 a millisecond, a fiftieth of a bar: no truck's sensor is specified to less, and rounding that is alike in all
 recordings looks like as much."""
 LEAST_EFFECT = 0.01
-"""Likewise: an effect of less, where no channel shows anything, is none. It is a hundredth of what is usual
-where it is one; and in many recordings of one kind what two simulations differ by adds up to as much."""
-LEAST: Mapping[Kind, float] = {
-    "physics": LEAST_EFFECT,
-    "parameter": LEAST_FAULT,
-    "sensor": LEAST_FAULT,
-    "unknown": 0.0,
-}
-"""By kind."""
+"""Likewise: an effect of less, where no recording held out shows it, is none. It is a hundredth of what is
+usual where it is one; and in many recordings of one kind what two simulations differ by adds up to as
+much."""
 
 # Which names are tried, accepted and compared.
 FIRST, FURTHER = 3, 4

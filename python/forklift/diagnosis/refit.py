@@ -148,9 +148,13 @@ class Refit:
         over; of a sensor, from what any sensor is off by."""
         if hypothesis.amplitude is None or hypothesis.kind == "unknown":
             return True
-        if hypothesis.kind == "sensor" and abs(self._amplitude(hypothesis.amplitude)[0]) < LEAST_FAULT:
+        if hypothesis.kind == "sensor" and self.size(hypothesis) < LEAST_FAULT:
             return False
         return self.deviations(hypothesis) >= CLEAR
+
+    def size(self, hypothesis: Hypothesis) -> float:
+        """How far its amplitude lies from its null value, in its prior's deviations; 0 without one."""
+        return 0.0 if hypothesis.amplitude is None else abs(self._amplitude(hypothesis.amplitude)[0])
 
     def deviations(self, hypothesis: Hypothesis) -> float:
         """How many of its standard deviations the amplitude lies from its null value, each widened by what is

@@ -17,6 +17,7 @@ from forklift.diagnosis.criteria import (
     CONFIRMED,
     DOUBTFUL,
     FIRST,
+    LEAST_EFFECT,
     LEAST_GAIN,
     LIVES_BEYOND,
     MISFIT,
@@ -60,6 +61,12 @@ def may_help(one: Screened, best: Refit, refitter: Refitter) -> bool:
     return LIVES_BEYOND * one.gain >= 0.5 * asked * fitted / held
 
 
+def measures(best: Refit, shapes: Sequence[Refit]) -> bool:
+    """Whether what the best leaves over says what a name must promise: of a clear mismatch a recording held
+    out may leave anything, unless a curve that was tried removes most of it."""
+    return best.worst.mean_square <= MISFIT or any(explains(one, best) for one in shapes)
+
+
 def least_of_a_faint(hypotheses: Sequence[Hypothesis], best: Refit, refitter: Refitter) -> float:
     """By how much what leaves nothing over of a faint mismatch must lower the sum of squares: by twice what
     one must promise where no channel shows anything."""
@@ -85,7 +92,11 @@ def helping(refits: Sequence[Refit], best: Refit, refitter: Refitter, shapes: Se
             helps(refit, best, max(share, MOST_OF) if partly(refit) else share)
             or completes(refit, best, refitter)
         )
-        and (refit.complete or best.squares - refit.squares >= (1.0 if freer(refit, best) else ALIKE) * most)
+        and (
+            not most
+            or refit.complete
+            or best.squares - refit.squares >= (1.0 if freer(refit, best) else ALIKE) * most
+        )
     ]
 
 
@@ -235,9 +246,18 @@ def helps(refit: Refit, best: Refit, share: float) -> bool:
     if not refit.finished:
         return False
     if best.complete:
-        return refit.identifiable and gained >= -AS_NEAR and (refit.loo_log_score or 0.0) >= CONFIRMED
+        borne_out = gained >= -AS_NEAR and (refit.loo_log_score or 0.0) >= CONFIRMED
+        return refit.identifiable and borne_out and not next_to_none(refit, best)
     eased = best.strained and refit.complete
     return refit.identifiable and gained >= (CLEARLY if eased else max(CLEARLY, share * best.excess))
+
+
+def next_to_none(refit: Refit, best: Refit) -> bool:
+    """Whether it has an effect of a size that is none, and recordings held out do not show it either: in many
+    recordings of one kind what two simulations differ by adds up to as much."""
+    new = [one for one in refit.hypotheses if one not in best.hypotheses and one.kind == "physics"]
+    unseen = best.squares - refit.squares < CLEARLY
+    return unseen and any(refit.size(one) < LEAST_EFFECT for one in new if one.amplitude is not None)
 
 
 def led_elsewhere(refits: Sequence[Refit], best: Refit, share: float) -> Refit | None:
@@ -257,7 +277,8 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     """Whether it leaves nothing over of a faint mismatch, or less than half in the channels that were not
     explained, or of what hardly shows something that all recordings bear out, or next to nothing where
     conditions had gone further than is plausible; and gains as much on recordings held out as a hypothesis
-    must promise where no channel shows anything.
+    must promise where no channel shows anything; or where all recordings foretell each other better by that
+    much, and those held out do not object.
 
     A condition that takes away strain that was all there was need not gain as much.
 
@@ -266,14 +287,18 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     """
     if best.complete or best.worst.mean_square > MISFIT or not (refit.finished and refit.identifiable):
         return False
-    borne_out = best.slight and (refit.loo_log_score or 0.0) >= CONFIRMED
+    new = [one for one in refit.hypotheses if one not in best.hypotheses]
+    gained, least = best.squares - refit.squares, least_of_a_faint(new, best, refitter)
+    score = refit.loo_log_score or 0.0
+    if best.slight and 2.0 * score >= least and gained >= -AS_NEAR:
+        return not next_to_none(refit, best)
+    borne_out = best.slight and score >= CONFIRMED
     eased = best.strained and refit.slight
     if not (refit.complete or borne_out or eased or refit.missing < (1.0 - MOST_OF) * best.missing):
         return False
     if best.strains_alone and refit.complete and freer(refit, best):
-        return refit.squares < best.squares  # that chance does not strain conditions so far is known already
-    new = [one for one in refit.hypotheses if one not in best.hypotheses]
-    return best.squares - refit.squares >= least_of_a_faint(new, best, refitter)
+        return gained > 0.0  # that chance does not strain conditions so far is known already
+    return gained >= least
 
 
 def choice(enough: Sequence[Refit], before: Refit) -> Refit | None:

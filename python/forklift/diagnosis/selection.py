@@ -17,7 +17,7 @@ from forklift.diagnosis.criteria import (
     CONFIRMED,
     FIRST,
     FURTHER,
-    LEAST,
+    LEAST_FAULT,
     LEAST_GAIN,
     LITTLE,
     MISFIT,
@@ -58,6 +58,7 @@ from forklift.diagnosis.rules import (
     least_of_a_faint,
     led_elsewhere,
     may_help,
+    measures,
     mended,
     promises_more,
     replaces,
@@ -106,14 +107,17 @@ class Selection:
 def alarming(screening: Screening) -> Screening:
     """Only the hypotheses that promise so much that they are asked for although no channel shows anything.
 
-    A sensor that is off by next to nothing, and an effect that is next to none, are not asked for.
+    A sensor that is off by next to nothing is not asked for. An effect is tried at one of several shapes, of
+    which another may have another size: whether it is next to none is told from its fit (`next_to_none`).
     """
     loud = [
-        one
-        for one in screening.singles
-        if one.gain >= alarm(one.hypotheses[0]) and not abs(one.amplitudes[0]) < LEAST[one.hypotheses[0].kind]
+        one for one in screening.singles if one.gain >= alarm(one.hypotheses[0]) and not _next_to_nothing(one)
     ]
     return replace(screening, singles=tuple(loud), pairs=())
+
+
+def _next_to_nothing(one: Screened) -> bool:
+    return one.hypotheses[0].kind in ("sensor", "parameter") and abs(one.amplitudes[0]) < LEAST_FAULT
 
 
 def select(
@@ -400,20 +404,19 @@ def _round(
     if not best.quiet:
         least = max(least, LITTLE * excess_screened(best, screening))
     led = any(helps(refit, best, share_asked(best, race.refitter)) for refit in shapes)
-    # Of a clear mismatch a recording held out may leave anything: what it leaves is no measure then, unless a
-    # curve removed most of it.
-    sure = not any(explains(refit, best) for refit in shapes) and best.worst.mean_square > MISFIT
+    filtered = measures(best, shapes)
     ranked = [
         one
         for place, one in enumerate(screening.singles)
-        if (place == 0 or one.gain >= least) and (sure or may_help(one, best, race.refitter))
+        if (place == 0 or one.gain >= least) and (not filtered or may_help(one, best, race.refitter))
     ]
     if best.strains_alone and not ranked:
         ranked = [one for one in screening.singles if one.hypotheses[0].amplitude is None]
     pairs = [
         pair
         for pair in screening.pairs[:1]
-        if pair.gain > PAIR * screening.singles[0].gain and (sure or may_help(pair, best, race.refitter))
+        if pair.gain > PAIR * screening.singles[0].gain
+        and (not filtered or may_help(pair, best, race.refitter))
     ]
     waves = [ranked[:1], [*ranked[1:FIRST], *pairs]]
     if not led:
