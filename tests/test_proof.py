@@ -18,6 +18,7 @@ import pytest
 from forklift import ForkliftError, diagnose
 from forklift.ensemble.proof import bounds, kinds, prove, seal, sensitivity
 from forklift.ensemble.proof import open as opened
+from forklift.ensemble.proof.apart import conceal_apart
 from forklift.ensemble.proof.conceal import Made, conceal
 from forklift.ensemble.proof.draw import RECORDINGS, draw, kind_of
 from forklift.ensemble.proof.imitation import HIDDEN, left_of_fault
@@ -102,6 +103,29 @@ def recorded(folder):
         nuisances=spoilt,
     )
     return given, conceal(given, folder)
+
+
+def test_another_process_makes_the_same_campaign_to_the_byte(small, tmp_path):
+    """Its answer, its truth and its folder."""
+    folder, given, made = small
+    apart = conceal_apart(given, tmp_path / "campaign", judge_hidden=True)
+    assert apart.answer == made.answer
+    assert {file: columns.keys() for file, columns in apart.truth.items()} == {
+        file: columns.keys() for file, columns in made.truth.items()
+    }
+    for file, columns in made.truth.items():
+        for name, values in columns.items():
+            assert np.array_equal(apart.truth[file][name], values)
+    assert {path.name: path.read_bytes() for path in (tmp_path / "campaign").iterdir()} == {
+        path.name: path.read_bytes() for path in folder.iterdir()
+    }
+
+
+def test_why_another_process_made_no_campaign_is_told(small, tmp_path):
+    _, given, _ = small
+    (tmp_path / "campaign").write_text("a file in the folder's place")
+    with pytest.raises(RuntimeError, match=r"campaign 0 of 5 was not made: [\s\S]*FileExistsError"):
+        conceal_apart(given, tmp_path / "campaign", judge_hidden=False)
 
 
 @pytest.mark.parametrize("off_by", ["oil_temperature_degc", "pressure_free_pa"])
@@ -208,7 +232,7 @@ def test_the_diagnosing_process_is_given_the_folder_and_cannot_read_the_answer(t
         (folder / "campaign.toml").write_text("x")
         return Made(whole("leakage"), TRUTH)
 
-    monkeypatch.setattr(prove, "conceal", made)
+    monkeypatch.setattr(prove, "conceal_apart", made)
     monkeypatch.setattr(prove.subprocess, "run", spy)
     monkeypatch.setattr(prove.baselines, "answers", lambda *_: {})
     (tmp_path / "sealed").mkdir()
@@ -241,7 +265,7 @@ def stubbed(monkeypatch, stop_at=None):
             raise KeyboardInterrupt
         return said("leakage") | {"seconds": 1.0}
 
-    monkeypatch.setattr(prove, "conceal", made)
+    monkeypatch.setattr(prove, "conceal_apart", made)
     monkeypatch.setattr(prove, "diagnosed", told)
     monkeypatch.setattr(prove.baselines, "answers", lambda *_: {
         name: dict(verdict_right=True, location_right=True, cause_right=True, mismatch=True)

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from forklift.base import output
 from forklift.base.errors import ForkliftError
 from forklift.ensemble.proof import baselines, kinds
+from forklift.ensemble.proof.apart import conceal_apart
 from forklift.ensemble.proof.bounds import VARIABLE
-from forklift.ensemble.proof.conceal import conceal
 from forklift.ensemble.proof.draw import Draw, draw, kind_of
 from forklift.ensemble.proof.judge import intervals, judged, removed
 from forklift.ensemble.proof.random import DEVELOPMENT
@@ -192,7 +192,7 @@ def one(
     with tempfile.TemporaryDirectory(prefix="campaign-") as scratch:
         folder, found = Path(scratch) / "campaign", Path(scratch) / "diagnosis"
         began = time.monotonic()
-        made = conceal(given, folder, judge_hidden=judge_hidden)
+        made = conceal_apart(given, folder, judge_hidden=judge_hidden)
         made_s = time.monotonic() - began
         sealed = seal.close(made.answer, made.truth)
         commitment = out / "sealed" / f"{given.number:05d}"
