@@ -30,6 +30,15 @@ UNDRAWN = """() => [...document.querySelectorAll(".plot")].filter(place => {
 """Figures without an image or with a curve of no points."""
 
 
+UNSEEN = """() => [...document.querySelectorAll(".circuit")].filter(circuit => {
+  const window = circuit.closest(".scroll").getBoundingClientRect();
+  return ![...circuit.querySelectorAll(".marked")].some(one => {
+    const at = one.getBoundingClientRect();
+    return at.left >= window.left && at.right <= window.right;
+  });
+}).length"""
+"""Drawings of a circuit of which no marked part is in view, until the reader scrolls sideways."""
+
 FIGURE = "number => document.querySelectorAll('.plot')[number]"
 
 
@@ -45,6 +54,7 @@ def holds_whole(page, width: int) -> None:
     """Every figure is drawn with data, and nothing reaches beyond the edge, folded tables opened too."""
     scrolled_through(page)
     assert page.evaluate(UNDRAWN) == []
+    assert page.evaluate(UNSEEN) == 0
     page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.evaluate(BEYOND) == []

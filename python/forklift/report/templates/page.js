@@ -170,6 +170,12 @@ const reachable = new ResizeObserver(seen => {
     target.classList.toggle("wider", wider);
     if (wider) target.tabIndex = 0;
     else target.removeAttribute("tabindex");
+    const marked = target.querySelector(".marked");
+    if (wider && marked && !target.dataset.placed) {  // what is marked comes into view
+      const own = target.getBoundingClientRect(), at = marked.getBoundingClientRect();
+      target.scrollLeft += at.left + at.width / 2 - own.left - own.width / 2;
+      target.dataset.placed = "1";
+    }
   }
 });
 document.querySelectorAll(".scroll").forEach(one => reachable.observe(one));
