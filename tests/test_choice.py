@@ -127,6 +127,17 @@ def test_a_number_at_its_bound_yields_to_a_simpler_twin_within_the_margin():
     assert chosen(free, Tried((DRY,), 1000.0 + 0.5 * AS_NEAR)) is free
 
 
+@pytest.mark.parametrize(
+    ("kind", "removed", "told"),
+    [("sensor", 0.99, "valve"), ("sensor", 0.97, "late"), ("physics", 0.99, "late")],
+)
+def test_signals_that_are_all_late_yield_to_a_valve_that_answers_late(kind, removed, told):
+    """A valve behind several lags is a dead time but for two deviations in a hundred."""
+    late = Tried((Name("late", kind, unlikely=True),), 1000.0, complete=True)
+    valve = Tried((Name("valve"),), 1000.0 + (1.0 - removed) * 9000.0, complete=True)
+    assert chosen(late, valve, before=10000.0).hypotheses[0].label == told
+
+
 def replaced(refit: Tried, best: Tried, baseline: Tried) -> bool:
     return replaces(cast(Refit, refit), cast(Refit, best), cast(Refit, baseline), 0.5)
 

@@ -12,6 +12,7 @@ import numpy as np
 from forklift.diagnosis.criteria import (
     AHEAD,
     ALIKE,
+    ANOTHER_SHAPE,
     AS_NEAR,
     CLEARLY,
     CONFIRMED,
@@ -304,12 +305,16 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
 def choice(enough: Sequence[Refit], before: Refit) -> Refit | None:
     """The best of those that help; of those nearly as good the simplest: that is not unlikely, none of whose
     numbers has gone to a bound, and that has the fewest. Where all recordings were asked, that by which they
-    foretell each other best; of those nearly as good, likewise. `before` is what they are tried beside.
+    foretell each other best; of those nearly as good, likewise. Signals that are all late by the same yield
+    to what removes nearly as much: they are a machine that answers late, but for the shape of that law.
+    `before` is what they are tried beside.
     """
     if not enough:
         return None
     first = min(enough, key=rank)
     margin = AS_NEAR if first.complete else max(AS_NEAR, SIMPLER * (before.squares - first.squares))
+    if any(one.unlikely and one.kind == "sensor" for one in first.hypotheses):
+        margin = max(margin, (1.0 - ANOTHER_SHAPE) * (before.squares - first.squares))
     level = [refit for refit in enough if rank(refit)[:2] == rank(first)[:2]]
     near = [refit for refit in level if refit.squares - first.squares < margin]
     asked = {refit: refit.loo_log_score for refit in level if refit.loo_log_score is not None}
