@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections import Counter
 from functools import cache
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.hypothesis import Hypothesis
-from forklift.diagnosis.screening import Screening, screen
+from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.fitting.problem import LeastSquares
 from forklift.plant.forklift.hypotheses import hypotheses
 from test_problem import problem, somewhere
@@ -115,3 +117,12 @@ def test_without_encoders_only_other_sensors_promise_anything():
     others = gains(heard)
     pressures = [one for one in every() if one.kind == "sensor" and one.where.startswith("pressure_")]
     assert any(others.get(one, 0.0) > 0.5 * all_of_them[one] > 0.0 for one in pressures)
+
+
+def test_a_law_goes_before_a_condition_that_gains_more_by_a_freedom_in_every_recording():
+    """Each recording's own temperature followed a viscosity that falls by another law."""
+    law = SimpleNamespace(amplitude="share")
+    temperature = SimpleNamespace(amplitude=None)
+    by_law = Screened((cast(Hypothesis, law),), 987.0, (4.0,), (0.1,), 984.0)
+    by_condition = Screened((cast(Hypothesis, temperature),), 1027.0, (np.nan,), (np.nan,), 961.0)
+    assert by_law.worth > by_condition.worth

@@ -10,11 +10,21 @@ from forklift.diagnosis import curve_trials
 from forklift.diagnosis.curve_trials import shape_ahead, twinned
 
 
+class Named(str):
+    """A hypothesis by its name; a condition has no amplitude."""
+
+    amplitude: str | None = "size"
+
+
+class Condition(Named):
+    amplitude = None
+
+
 @dataclass(frozen=True)
 class Promise:
     gain: float
     evidence: float = 0.0
-    hypotheses: tuple[Any, ...] = ("curve",)
+    hypotheses: tuple[Any, ...] = (Named("curve"),)
 
 
 @dataclass(frozen=True)
@@ -88,6 +98,34 @@ def test_a_curve_goes_first_where_no_name_promises_much(
     screening = Screening((Promise(names),), () if pair is None else (Promise(pair),))
     general = General(Promise(evidence + 10.0, evidence))
     given: Any = (race, Best(strained=strained), screening, general)
+    shape_ahead(*given)
+    assert race.tried == (["curve"] if ahead else [])
+
+
+@pytest.mark.parametrize(
+    ("evidence", "other", "ahead"),
+    [
+        (
+            1393.0,
+            None,
+            True,
+        ),  # viscosity over pressure, of which each recording's own temperature follows most
+        (900.0, None, False),
+        (1393.0, 427.0, True),
+        (1393.0, 800.0, False),
+    ],
+)
+def test_a_curve_of_more_evidence_goes_before_a_condition_with_a_freedom_in_every_recording(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, other: float | None, ahead: bool
+) -> None:
+    monkeypatch.setattr(curve_trials, "by_chance", lambda best: False)
+    monkeypatch.setattr(curve_trials, "excess_screened", lambda best, screening: 1500.0)
+    monkeypatch.setattr(curve_trials, "twinned", lambda race, refits, general: refits)
+    temperature, name = Condition("temperature"), Named("name")
+    singles = [Promise(981.0, 956.0, (temperature,))]
+    singles += [] if other is None else [Promise(other, other, (name,))]
+    race, screening = Race(), Screening(tuple(singles), (Promise(1500.0, 0.0, (name, temperature)),))
+    given: Any = (race, Best(), screening, General(Promise(evidence + 10.0, evidence)))
     shape_ahead(*given)
     assert race.tried == (["curve"] if ahead else [])
 

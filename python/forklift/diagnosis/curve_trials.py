@@ -58,21 +58,30 @@ def faint_curve(race: Race, baseline: Refit, general: General) -> Screened | Non
 
 def shape_ahead(race: Race, best: Refit, screening: Screening, general: General) -> list[Refit]:
     """The curve that promises most, fitted beside the best before any name, if no name promises nearly as
-    much, and no two promise more: what repeats along the stroke, say."""
-    one = [found.gain for found in screening.singles[:1]]
-    two = [found.gain for found in screening.pairs[:1]]
+    much, and no two promise more: what repeats along the stroke, say. A condition has a freedom in every
+    recording, by which it follows laws of anything that differs from one to the next: of it the curve need
+    only have more evidence."""
+    singles, pairs = screening.singles, screening.pairs
+    one = [found.gain for found in singles if _of_laws(found)][:1]
+    two = [found.gain for found in pairs if _of_laws(found)][:1]
+    free = [found.evidence for found in singles if not _of_laws(found)][:1]
     promised = [*one, *two]
-    if best.quiet or by_chance(best) or not promised:
+    if best.quiet or by_chance(best) or not singles:
         return []
     # Encoders at rest leave less than their noise: more may be promised than seems to be left over. And where
     # conditions bend far to make up for what is missing, little is left over of it.
     excess = excess_screened(best, screening)
-    if not best.strained and excess >= max(promised) >= MOST_OF * excess:
+    if not best.strained and excess >= max(promised, default=0.0) >= MOST_OF * excess:
         return []
     shapes = general(best)
-    if not shapes or shapes[0].evidence < max([*(AHEAD * gain for gain in one), *two]):
+    if not shapes or shapes[0].evidence < max([*(AHEAD * gain for gain in one), *two, *free]):
         return []
     return twinned(race, race.beside(best, shapes[0].hypotheses[0], []), general)
+
+
+def _of_laws(found: Screened) -> bool:
+    """Whether none of them has a freedom in every recording."""
+    return all(one.amplitude is not None for one in found.hypotheses)
 
 
 def twinned(race: Race, refits: list[Refit], general: General) -> list[Refit]:

@@ -53,6 +53,11 @@ class Screened:
     """Of a faint curve, the evidence that may raise an alarm: see `curves.FreeCurves.faint`."""
 
     @property
+    def worth(self) -> float:
+        """By which the most promising goes first: its gain, less what a freedom in every recording costs."""
+        return self.evidence if self.hypotheses[0].amplitude is None else self.gain
+
+    @property
     def testable(self) -> bool:
         """Whether these recordings tell the amplitude at all."""
         return not any(deviation >= UNTOLD for deviation in self.deviations)
@@ -115,7 +120,7 @@ def screen(
     untestable = [hypothesis for hypothesis in hypotheses if hypothesis not in known]
     ranked = sorted((base.gain([one]) for one in known.values()), key=lambda found: -found.gain)
     first = {found.hypotheses[0].label: found for found in reversed(ranked)}  # the best under each label
-    singles = sorted(first.values(), key=lambda found: -found.gain)
+    singles = sorted(first.values(), key=lambda found: -found.worth)
     best = {found.hypotheses[0] for found in singles[:most]}
     pairs = [
         base.gain(pair)

@@ -400,7 +400,7 @@ def _round(
     as much, it is accepted instead.
     """
     gains = [found.gain for found in screening.singles]
-    least = WORTH * gains[0] if gains else 0.0
+    least = WORTH * max(gains, default=0.0)
     if not best.quiet:
         least = max(least, LITTLE * excess_screened(best, screening))
     led = any(helps(refit, best, share_asked(best, race.refitter)) for refit in shapes)
