@@ -109,22 +109,14 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         for hypothesis in _new(accepted, known):
             if hypothesis in final.hypotheses and hypothesis.kind != "unknown":
                 by_all = all(refit.foretold is not None for refit in refits)
-                outside, nearly = (
-                    beyond(final, hypothesis),
-                    _nearly(hypothesis, step.refits, accepted, before),
-                )
+                outside = beyond(final, hypothesis)
+                nearly = _nearly(hypothesis, step.refits, accepted, before)
                 untested = by_all and hypothesis.kind == "physics"
                 own_form: Form = "uncertain" if outside or nearly or untested else form
                 cause = Cause(
-                    hypothesis,
-                    credible,
-                    own_form,
-                    alike,
-                    rivals,
-                    by_all=by_all,
-                    beyond=outside,
-                    nearly=nearly,
-                )
+                    hypothesis, credible, own_form, alike, rivals,
+                    by_all=by_all, beyond=outside, nearly=nearly,
+                )  # fmt: skip
                 curve = _curve(hypothesis, selection)
                 if curve:
                     twin = _twin(hypothesis, curve, selection)

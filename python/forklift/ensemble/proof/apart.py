@@ -17,6 +17,10 @@ from forklift.ensemble.proof.conceal import Made, conceal
 from forklift.ensemble.proof.draw import Draw
 
 
+STOPPED = 130
+"""Status of a process that Ctrl-C ended."""
+
+
 def conceal_apart(given: Draw, folder: Path, *, judge_hidden: bool) -> Made:
     """As `forklift.ensemble.proof.conceal.conceal`.
 
@@ -43,10 +47,6 @@ def conceal_apart(given: Draw, folder: Path, *, judge_hidden: bool) -> Made:
     made = pickle.loads(ran.stdout)
     assert isinstance(made, Made)
     return made
-
-
-STOPPED = 130
-"""Status of a process that Ctrl-C ended."""
 
 
 def main() -> None:
