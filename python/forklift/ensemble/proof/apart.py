@@ -16,7 +16,6 @@ from pathlib import Path
 from forklift.ensemble.proof.conceal import Made, conceal
 from forklift.ensemble.proof.draw import Draw
 
-
 STOPPED = 130
 """Status of a process that Ctrl-C ended."""
 
