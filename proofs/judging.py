@@ -1,6 +1,9 @@
 """Is what a diagnosis said of a truck of `variations.py` right? And the table of all of them."""
 
+from math import inf
+
 from cases import BETWEEN_LIFTS, EQUATIONS, POINTS
+from forklift.diagnosis.criteria import SLIGHT
 from forklift.ensemble.proof.truth.truck import LIFTS
 
 PARTS = ("verdict", "equation", "lift", "cause", "alone", "form")
@@ -74,12 +77,16 @@ def verdicts(told, groups):
 
 
 def form(truth, answer, known):
-    """Whether `complete` is said of what is, and `uncertain` of another law at the right place."""
+    """Whether `complete` is said of what is, and `uncertain` of another law at the right place; of a law that
+    hardly shows that is right as well."""
+    before = (answer.get("left_over") or {}).get("worst_before", inf)
     told = {cause["form"] for cause in answer["causes"]}
     if truth["form"] == "uncertain" and any(
         set(truth["causes"]) & set(one.get("alike", ())) for one in known
     ):
         return True  # the catalogue's law imitates it within the noise: either is right
+    if truth["form"] == "complete" and told == {"uncertain"} and before <= SLIGHT:
+        return True
     return truth["form"] in ("", *told)
 
 
