@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from forklift import _core
 from forklift.ensemble.proof import kinds
 from forklift.ensemble.proof.draw import Draw
+from forklift.ensemble.proof.ends import END_M, lifts_of, ticks_before
 from forklift.ensemble.proof.truth import effects, others, run, sensors, strangers
 from forklift.ensemble.proof.truth.model import Law
 from forklift.ensemble.proof.truth.truck import LIFTS, Lift
@@ -91,17 +92,24 @@ def probes(given: Draw, conditions: Sequence[run.Condition]) -> list[int]:
 LIFTS_PLACE = {"free": (1.0, 0.0), "main": (0.0, 1.0), "both": (1.0, 1.0)}
 
 
-def of_probe(name: str, one: run.Condition) -> run.Condition:
+def probe_ticks(name: str, one: run.Condition) -> int:
     """The beginning of a recording; all of it where the law only acts at the end of the way."""
-    return one if kinds.nearest(name) == "end_cushion" else replace(one, command=one.command[:, :PROBE_TICKS])
+    whole = int(one.command.shape[1])
+    return whole if kinds.nearest(name) == "end_cushion" else min(whole, PROBE_TICKS)
+
+
+def beginning(one: run.Condition, ticks: int) -> run.Condition:
+    """So many ticks of a recording, whose oil warms up as fast."""
+    last = max(one.command.shape[1] - 1, 1)
+    return replace(one, command=one.command[:, :ticks], warming_k=one.warming_k * (ticks - 1) / last)
 
 
 def size(found: Sequence[run.Trajectory], without: Sequence[run.Trajectory], moved: Sequence[str]) -> float:
     """The root mean square change, see above; `moved` says which lift each recording commands."""
     squares = []
     for one, other, lift in zip(found, without, moved, strict=True):
-        rows = [n for n, name in enumerate(LIFTS) if lift in (name, "both")]
-        n = min(len(_before_end(one, rows)), len(_before_end(other, rows)))
+        rows = [LIFTS.index(name) for name in lifts_of(lift)]
+        n = min(ticks_before(each, lift, END_M) for each in (one, other))
         dv = (one.v[rows, :n] - other.v[rows, :n]) * _SENSED[rows] / VELOCITY_NOISE_M_S
         dp = (one.p_A[rows, :n] - other.p_A[rows, :n]) / sensors.PRESSURE_NOISE_PA
         squares.append(0.5 * np.mean(dv**2) + 0.5 * np.mean(dp**2))
@@ -110,14 +118,6 @@ def size(found: Sequence[run.Trajectory], without: Sequence[run.Trajectory], mov
 
 _SENSED = np.array([[2.0], [2.0]])
 """The forks move twice as far as a cylinder."""
-
-
-def _before_end(one: run.Trajectory, rows: Sequence[int]) -> Floats:
-    low = (one.x[rows] < END_M).any(axis=0)
-    return one.time_s[: np.argmax(low) if low.any() else None]
-
-
-END_M = 0.03
 
 
 def found_for(
@@ -133,7 +133,7 @@ def found_for(
     """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible, and at
     what makes no truck chatter."""
     chosen = probes(given, conditions)
-    plain = [of_probe(name, conditions[n]) for n in chosen]
+    plain = [beginning(conditions[n], probe_ticks(name, conditions[n])) for n in chosen]
     moved = [given.plans[n].lift for n in chosen]
     top = most(name)
     law = law_of(name, where, top, random)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.ensemble.proof import kinds
-from forklift.ensemble.proof.amplitude import END_M, found_for
+from forklift.ensemble.proof.amplitude import found_for
 from forklift.ensemble.proof.draw import Draw, Plan
+from forklift.ensemble.proof.ends import SHORTEST_S, end_m, recorded_ticks
 from forklift.ensemble.proof.imitation import HIDDEN as HIDDEN
 from forklift.ensemble.proof.imitation import left, left_of_fault
 from forklift.ensemble.proof.random import Purpose, stream
@@ -24,8 +25,6 @@ Floats = NDArray[np.float64]
 
 TOLERANCE = 3e-6
 """Of the recorded runs; between it and 1e-6 they part by less than a hundredth of the sensors' noise."""
-SHORTEST_S = 3.0
-CUSHION_END_M = 0.005
 SCHEMA = 1
 
 
@@ -100,8 +99,10 @@ def conceal(given: Draw, folder: Path, *, judge_hidden: bool = True) -> Made:
             cause["imitation_leaves"] = left(given, laws, place, trucks, conditions, tick_s)
             cause["hidden"] = cause["imitation_leaves"] < HIDDEN
     true = run.simulate(trucks, laws, conditions, TOLERANCE, tick_s)
-    end = CUSHION_END_M if "end_cushion" in given.concealed else END_M
-    true = [cut(one, plan.lift, end) for one, plan in zip(true, given.plans, strict=True)]
+    end = end_m(given)
+    true = [
+        one.until(recorded_ticks(one, plan.lift, end)) for one, plan in zip(true, given.plans, strict=True)
+    ]
     _write(given, folder, recorded, true, seen, damages)
     answer = {
         "schema": SCHEMA,
@@ -229,24 +230,6 @@ def _as_read(given: Draw, seen: sensors.Sensors, conditions: Sequence[run.Condit
         else replace(one, temperature_degc=stands, warming_k=0.0)
         for plan, one in zip(given.plans, conditions, strict=True)
     ]
-
-
-def cut(trajectory: run.Trajectory, lift: str, end_m: float) -> run.Trajectory:
-    """The trajectory until shortly before a commanded lift meets the end of its stroke."""
-    moved = [n for n, name in enumerate(LIFTS) if lift in (name, "both")]
-    met = np.flatnonzero((trajectory.x[moved] < end_m).any(axis=0))
-    n = max(int(met[0]), round(SHORTEST_S / run.TICK_S)) if len(met) else len(trajectory.time_s)
-    encoder = trajectory.encoder
-    return replace(
-        trajectory,
-        time_s=trajectory.time_s[:n],
-        x=trajectory.x[:, :n],
-        v=trajectory.v[:, :n],
-        p_A=trajectory.p_A[:, :n],
-        fork_height=trajectory.fork_height[:n],
-        temperature_degc=trajectory.temperature_degc[:n],
-        encoder=None if encoder is None else encoder[:, :n],
-    )
 
 
 def _write(

@@ -7,7 +7,8 @@ the best of all trucks, whose unknown parameters θ [standard deviations] pay fo
     min over θ of |d − (f(θ) − f(0))|² + |θ|²
 
 At 20 the mean logarithm of the likelihood ratio is 10. The rule is applied before any diagnosis, by this
-plant alone, on a few of the campaign's recordings, and scaled to all.
+plant alone, on a few of the campaign's recordings, that which changes most among them if it does by more
+than the others together, and scaled to all by the square of the change.
 
 The minimum is searched for by Levenberg–Marquardt (Marquardt 1963), as far as it takes to say on which side
 of the bound it lies, with derivatives that every step mends (Broyden 1965) and that are asked for anew where
@@ -24,8 +25,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.ensemble.proof.amplitude import of_probe, probes
+from forklift.ensemble.proof.amplitude import beginning, probe_ticks, probes
 from forklift.ensemble.proof.draw import Draw
+from forklift.ensemble.proof.ends import end_m, lifts_of, recorded_ticks
 from forklift.ensemble.proof.truth import run, sensors
 from forklift.ensemble.proof.truth.model import Law
 from forklift.ensemble.proof.truth.truck import ESTIMATED, LIFTS, Lift
@@ -66,12 +68,11 @@ def left(
 ) -> float:
     """Chi-square that the best imitating truck leaves of the law at `place`, scaled to all recordings; where
     it is far above the bound, by a linear step from the best that was found."""
-    law, chosen = laws[place], probes(given, conditions)
-    shown = [of_probe(law.name, conditions[n]) for n in chosen]
+    law = laws[place]
     key, full = next(iter(law.values.items()))
     absent = {f"{law.name}.{key}": np.multiply(full, 0.0)}
-    without = [replace(one, values=absent) for one in shown]
-    return _left(given, laws, chosen, without, shown, sensors.Sensors(), trucks, tick_s)
+    without = [replace(one, values=absent) for one in conditions]
+    return _left(given, law.name, laws, without, conditions, sensors.Sensors(), trucks, tick_s)
 
 
 def left_of_fault(
@@ -85,26 +86,27 @@ def left_of_fault(
 ) -> float:
     """The same of conditions that are not as they were entered, and of sensors that read wrongly: what
     another truck leaves, under the conditions as entered and read rightly."""
-    chosen = probes(given, true)
-    believed, shown = ([of_probe("", each[n]) for n in chosen] for each in (entered, true))
-    return _left(given, laws, chosen, believed, shown, seen, trucks, tick_s)
+    return _left(given, "", laws, entered, true, seen, trucks, tick_s)
 
 
 def _left(
     given: Draw,
+    name: str,
     laws: Sequence[Law],
-    chosen: Sequence[int],
-    without: Sequence[run.Condition],
-    shown: Sequence[run.Condition],
+    believed: Sequence[run.Condition],
+    true: Sequence[run.Condition],
     seen: sensors.Sensors,
     trucks: Trucks,
     tick_s: float,
 ) -> float:
-    """What is left of the way from `without` to what is `shown`, by trucks other than that of `without`."""
-    moved = {
-        lift for n in chosen for lift in (LIFTS if given.plans[n].lift == "both" else (given.plans[n].lift,))
-    }
-    others, count = Others(trucks, tuple(sorted(moved)), without), len(chosen)
+    """What is left of the way from what is `believed` to what is `true`, by trucks other than that of
+    `believed`."""
+    shown, whole = _shown(given, name, laws, believed, true, seen, trucks, tick_s)
+    if whole == 0.0:
+        return 0.0
+    without, judged = ([beginning(each[n], ticks) for n, ticks in shown.items()] for each in (believed, true))
+    moved = {lift for n in shown for lift in lifts_of(given.plans[n].lift)}
+    others, count = Others(trucks, tuple(sorted(moved)), without), len(shown)
 
     def ran(asked: Sequence[run.Condition]) -> list[list[run.Trajectory]]:
         found = run.simulate(trucks, laws, asked, TOLERANCE, tick_s)
@@ -114,10 +116,44 @@ def _left(
         asked = [one for theta in thetas for one in others.at(theta)]
         return [_whitened(given, found, sensors.Sensors()) for found in ran(asked)]
 
-    share = count / len(given.plans)
-    first, second = ran([*without, *shown])
-    at_none, changed = _whitened(given, first, sensors.Sensors()), _whitened(given, second, seen)
-    return least(changed - at_none, answers, at_none, others.count, HIDDEN * share) / share
+    first, second = ran([*without, *judged])
+    at_none = _whitened(given, first, sensors.Sensors())
+    d = _whitened(given, second, seen) - at_none
+    share = float(d @ d) / whole
+    return least(d, answers, at_none, others.count, HIDDEN * share) / share
+
+
+def _shown(
+    given: Draw,
+    name: str,
+    laws: Sequence[Law],
+    believed: Sequence[run.Condition],
+    true: Sequence[run.Condition],
+    seen: sensors.Sensors,
+    trucks: Trucks,
+    tick_s: float,
+) -> tuple[dict[int, int], float]:
+    """The recordings that are judged, with the ticks of each: the beginnings of the probes, and all of the
+    recording that changes most, if it does by more than they together. With it the change's square in all
+    recordings, as far as they are recorded."""
+    both = run.simulate(trucks, laws, [*believed, *true], TOLERANCE, tick_s)
+    count, ticks, squares = len(true), [], []
+    for plan, without, with_it in zip(given.plans, both[:count], both[count:], strict=True):
+        ticks.append(recorded_ticks(with_it, plan.lift, end_m(given)))
+        squares.append(_square(given, without, with_it, seen, ticks[-1]))
+    shown = {n: min(ticks[n], probe_ticks(name, true[n])) for n in probes(given, true)}
+    most = int(np.argmax(squares))
+    if squares[most] > sum(_square(given, both[n], both[count + n], seen, shown[n]) for n in shown):
+        shown[most] = ticks[most]
+    return shown, float(sum(squares))
+
+
+def _square(
+    given: Draw, without: run.Trajectory, with_it: run.Trajectory, seen: sensors.Sensors, ticks: int
+) -> float:
+    """Of the change, in units of the noise, until so many ticks."""
+    before = _whitened(given, [without.until(ticks)], sensors.Sensors())
+    return float(np.sum((_whitened(given, [with_it.until(ticks)], seen) - before) ** 2))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,12 @@ class Trajectory:
     fork_height: Floats
     temperature_degc: Floats
     encoder: Floats | None = None  # (2, n) [m], what an encoder sees before its counts
+
+    def until(self, ticks: int) -> Trajectory:
+        """The first so many ticks of it."""
+        signals = {field.name: getattr(self, field.name) for field in fields(self)}
+        kept = {name: signal[..., :ticks] for name, signal in signals.items() if signal is not None}
+        return replace(self, **kept)
 
 
 def simulate(
