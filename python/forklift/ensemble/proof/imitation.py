@@ -7,8 +7,8 @@ the best of all trucks, whose unknown parameters θ [standard deviations] pay fo
     min over θ of |d − (f(θ) − f(0))|² + |θ|²
 
 At 20 the mean logarithm of the likelihood ratio is 10. The rule is applied before any diagnosis, by this
-plant alone, on a few of the campaign's recordings, that which changes most among them if it does by more
-than the others together, and scaled to all by the square of the change.
+plant alone, on the beginnings of a few of the campaign's recordings, that which changes most among them if it
+does by more than the others together, and scaled to all by the square of the change.
 
 The minimum is searched for by Levenberg–Marquardt (Marquardt 1963), as far as it takes to say on which side
 of the bound it lies, with derivatives that every step mends (Broyden 1965) and that are asked for anew where
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from forklift.ensemble.proof.amplitude import beginning, probe_ticks, probes
 from forklift.ensemble.proof.draw import Draw
-from forklift.ensemble.proof.ends import end_m, lifts_of, recorded_ticks
+from forklift.ensemble.proof.ends import lifts_of
 from forklift.ensemble.proof.truth import run, sensors
 from forklift.ensemble.proof.truth.model import Law
 from forklift.ensemble.proof.truth.truck import ESTIMATED, LIFTS, Lift
@@ -53,6 +53,8 @@ MOST_DERIVATIVES = 4
 BENDS = 2.0
 """How many times what a linear step with new derivatives promises has to reach the bound for the search to go
 on, from the second derivatives on. Chosen."""
+FAR = 10.0
+"""How many times the bound may be left by what that step promises. Chosen."""
 SHOWN = 0.25
 """Share of the change's square that the first linear step has to leave for the search to end there: it bends
 by less than that. Chosen."""
@@ -101,10 +103,12 @@ def _left(
 ) -> float:
     """What is left of the way from what is `believed` to what is `true`, by trucks other than that of
     `believed`."""
-    shown, whole = _shown(given, name, laws, believed, true, seen, trucks, tick_s)
+    ends = [probe_ticks(name, one) for one in true]
+    believed, true = (list(map(beginning, each, ends)) for each in (believed, true))
+    shown, whole = _shown(given, laws, believed, true, seen, trucks, tick_s)
     if whole == 0.0:
         return 0.0
-    without, judged = ([beginning(each[n], ticks) for n, ticks in shown.items()] for each in (believed, true))
+    without, judged = ([each[n] for n in shown] for each in (believed, true))
     moved = {lift for n in shown for lift in lifts_of(given.plans[n].lift)}
     others, count = Others(trucks, tuple(sorted(moved)), without), len(shown)
 
@@ -125,35 +129,26 @@ def _left(
 
 def _shown(
     given: Draw,
-    name: str,
     laws: Sequence[Law],
     believed: Sequence[run.Condition],
     true: Sequence[run.Condition],
     seen: sensors.Sensors,
     trucks: Trucks,
     tick_s: float,
-) -> tuple[dict[int, int], float]:
-    """The recordings that are judged, with the ticks of each: the beginnings of the probes, and all of the
-    recording that changes most, if it does by more than they together. With it the change's square in all
-    recordings, as far as they are recorded."""
+) -> tuple[list[int], float]:
+    """The recordings that are judged: the probes, and the one that changes most, if it does by more than they
+    together. With it the change's square in all recordings."""
     both = run.simulate(trucks, laws, [*believed, *true], TOLERANCE, tick_s)
-    count, ticks, squares = len(true), [], []
-    for plan, without, with_it in zip(given.plans, both[:count], both[count:], strict=True):
-        ticks.append(recorded_ticks(with_it, plan.lift, end_m(given)))
-        squares.append(_square(given, without, with_it, seen, ticks[-1]))
-    shown = {n: min(ticks[n], probe_ticks(name, true[n])) for n in probes(given, true)}
-    most = int(np.argmax(squares))
-    if squares[most] > sum(_square(given, both[n], both[count + n], seen, shown[n]) for n in shown):
-        shown[most] = ticks[most]
-    return shown, float(sum(squares))
-
-
-def _square(
-    given: Draw, without: run.Trajectory, with_it: run.Trajectory, seen: sensors.Sensors, ticks: int
-) -> float:
-    """Of the change, in units of the noise, until so many ticks."""
-    before = _whitened(given, [without.until(ticks)], sensors.Sensors())
-    return float(np.sum((_whitened(given, [with_it.until(ticks)], seen) - before) ** 2))
+    pairs = zip(both[: len(true)], both[len(true) :], strict=True)
+    changes = [
+        _whitened(given, [with_it], seen) - _whitened(given, [without], sensors.Sensors())
+        for without, with_it in pairs
+    ]
+    squares = [float(one @ one) for one in changes]
+    shown, most = probes(given, true), int(np.argmax(squares))
+    if squares[most] > sum(squares[n] for n in shown):
+        shown.append(most)
+    return shown, sum(squares)
 
 
 @dataclass(frozen=True)
@@ -238,7 +233,7 @@ def least(
             promised = imitated(rest + columns @ theta, columns)
             if known == 1 and promised > SHOWN * float(d @ d):
                 return promised
-            if known > 1 and best - BENDS * (best - promised) > enough:
+            if known > 1 and (promised > FAR * enough or best - BENDS * (best - promised) > enough):
                 return best
         tried = _followed(answers, _steps(theta, columns, rest))
         costs = [_cost(d - (said - at_none), own) for own, said in tried]
