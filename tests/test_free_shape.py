@@ -113,10 +113,10 @@ def test_a_curve_that_comes_and_goes_at_equal_distances_says_so(ways, tops):
     at = np.linspace(0.0, 1.2, 400)
     curve = FreeCurve("free", "force", "position", 0.0, 1.2, coefficients=(0.0,) * FINE)
     told = curve.through(at, 300.0 * (1.0 - np.cos(2.0 * np.pi * ways * at / 1.2))).sentence
-    assert ("tops" in told) == (tops > 0)
+    assert ("maxima" in told) == (tops > 0)
     if tops:
         count, apart = re.search(
-            r"It has (\d+) tops, one every (\d+) mm or so of the position", told
+            r"It has (\d+) maxima, one every (\d+) mm or so of the position", told
         ).groups()
         assert int(count) == tops
         assert float(apart) == pytest.approx(1200.0 / ways, rel=0.03)

@@ -36,15 +36,16 @@ def outcome(*refits):
 def fates(found):
     told = [one.to_dict() for one in considered(found)]
     words = SimpleNamespace(at=lambda name, where: name, kinds={"physics": "effect"}, noun="model")
-    table = ledger.considered({"hypotheses": told}, words)
-    return ledger.counts({"hypotheses": told}), table, {row[0].lower(): row[3] for row in table.rows}
+    given = {"hypotheses": told, "verdict": "missing-physics"}
+    table = ledger.considered(given, words)
+    return ledger.counts(given), table, {row[0].lower(): row[3] for row in table.rows}
 
 
 def test_what_was_given_up_is_not_counted_as_fitted():
     found = outcome(refit(CAUSE, finished=True), refit(FAR, finished=False), refit(NEAR, finished=True))
     count, table, fate = fates(found)
     assert (count["considered"], count["fitted"], count["given_up"]) == (4, 2, 1)
-    assert "2 of them fitted, 1 begun and given up" in table.title
+    assert "4 hypotheses considered: 2 fitted, 1 begun and given up, 1 too weak to be tried" in table.title
     assert "given up" in fate["far"]
     assert "leaves 2" in fate["near"]
     assert "named" in fate["cause"]

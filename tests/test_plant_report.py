@@ -115,7 +115,7 @@ def test_the_verdict_comes_first_and_then_the_short_answers(bent, told, said):
 
 
 def test_the_sentence_of_outputs_in_several_units_counts_in_noise(bent):
-    assert "times the sensors' noise" in bent.sentence
+    assert "times the noise power" in bent.sentence
     plant = line(outputs=(Output("y", "V", sigma=0.05),), out=lambda t, x, u, w, p, bus: {
         "y": p["k"] * u["u"] + w["law"]
     })  # fmt: skip

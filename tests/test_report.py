@@ -13,7 +13,6 @@ from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck, commands, compare
 from forklift.base.typeset import as_precise
-from forklift.diagnosis.ledger import uncontested
 from forklift.plant.forklift.candidates import NextRecording
 from forklift.plant.forklift.effects import EFFECTS, Equation
 from forklift.plant.forklift.tables import outputs
@@ -54,7 +53,7 @@ def test_the_verdict_comes_first(told, said):
 def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(leak, told, said):
     first = said.everything[: said.everything.index("Before is the truck")]
     (cause,) = told["causes"]
-    contest = uncontested(leak)
+    contest = "No rival came near"
     row = cause["parameters"][0]
     value, lower, upper = words.size(row["value"], row["lower"], row["upper"])
     gain = told["fit_summary"]["validate"]
@@ -62,7 +61,7 @@ def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(leak
         "Oil leaks from the cylinder (main lift)",
         "The main lift: the oil balance of the cylinder",
         f"{value} m³/(s Pa) (95 % interval {lower} to {upper})",
-        f"Credibility {cause['credibility']:.2f} of 1" if cause["rivals"] else words.capital(contest),
+        f"Credibility {cause['credibility']:.2f} of 1" if cause["rivals"] else contest,
         f"Velocity fit {gain['nrmse_before']:.1f} → {gain['nrmse_after']:.1f} %",
         f"{gain['gain']:.2f} points (95 % interval {gain['gain_lower']:.2f} to {gain['gain_upper']:.2f})",
         *(
@@ -199,7 +198,7 @@ def test_the_mismatch_is_seen_in_the_colours_where_it_is(leak, blocks):
     heat = next(block for block in blocks if block.get("title", "").startswith("Where the difference lies"))
     before, after = heat["panels"][0]["data"][:2]
     assert (before["name"], after["name"]) == ("before", "after")
-    assert set(before["y"]) == {one.file for one in leak.recordings}
+    assert set(before["y"]) == {one.file.removesuffix(".csv") for one in leak.recordings}
     strong = [value for row in before["z"] for value in row if value is not None]
     weak = [value for row in after["z"] for value in row if value is not None]
     assert max(strong) == 1.0

@@ -69,7 +69,7 @@ def propose(
     if {cause.hypothesis.kind for cause in found} <= {"sensor", "parameter"} and selection.final.complete:
         return Proposed(
             None,
-            "before anything more is recorded, check this with an independent instrument: "
+            "before anything more is recorded, what was found is to be checked: "
             + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
         )
     if not selection.final.complete or any(cause.hypothesis.kind == "unknown" for cause in found):

@@ -14,6 +14,7 @@ from forklift.diagnosis.ledger import uncontested
 from forklift.diagnosis.numbers import of_hypothesis
 from forklift.diagnosis.outcome import COMMAND
 from forklift.fitting.agreement import together
+from forklift.plant.misread import HARDLY, OF, Found
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
@@ -24,9 +25,8 @@ if TYPE_CHECKING:
     from forklift.plant.subject import Words
 
 
-STRAINED = 0.2
-"""Share of what is left over, from which on the headline says that conditions far from those entered cost it:
-chosen, as what a reader would miss."""
+AS_BEFORE = 0.05
+"""Share of a mean square by less than which it is as before: chosen, as no reader calls that a change."""
 
 
 class Gain(NamedTuple):
@@ -102,13 +102,29 @@ def sentence(found: Outcome) -> str:
         causes += ", perhaps by another law than the catalogue's"
     if any(cause.beyond for cause in found.causes):
         causes += ", or something that acts alike"
-    left = (
-        remainder(found)
-        if found.final.complete
-        else "it is not the whole story: a mean square of up to "
-        f"{number(found.final.worst.mean_square)} times the noise's is left over"
+    return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}; {_left(found)}."
+
+
+def _left(found: Outcome) -> str:
+    if found.final.complete:
+        return remainder(found)
+    worst = number(found.final.worst.mean_square)
+    if beside(found):
+        signals = " and ".join(map(found.machine.words.signal, beside(found)))
+        return f"apart from that up to {worst} times the noise power is left over in the {signals}, as before"
+    return f"it is not the whole story: up to {worst} times the noise power is left over in a signal"
+
+
+def beside(found: Outcome) -> list[str]:
+    """The channels that are not explained, where what was found touches none of them: each is left with as
+    much as before. Empty where it does, or nothing is left."""
+    before = {(one.file, one.channel): one.mean_square for one in found.baseline.held_out}
+    over = [one for one in found.final.held_out if not one.explained]
+    same = all(
+        abs(one.mean_square - before.get((one.file, one.channel), 0.0)) <= AS_BEFORE * one.mean_square
+        for one in over
     )
-    return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}; {left}."
+    return list(dict.fromkeys(one.channel for one in over)) if same else []
 
 
 def in_one(causes: Sequence[str]) -> str:
@@ -156,8 +172,30 @@ def as_well(found: Outcome, cause: Cause) -> list[str]:
 
 def as_found(found: Outcome, one: Hypothesis) -> str:
     """How a sensor or a condition is off, with direction and size; empty of all else."""
+    return told_as(found, one).clause
+
+
+def told_as(found: Outcome, one: Hypothesis) -> Found:
+    """The same with its interval. Recordings count where there is something that could be entered wrongly:
+    not those that have none of it, as forks without a load, and are right."""
     rows = [row.to_dict() for row in of_hypothesis(found.final, one)]
-    return found.machine.words.found(one, rows).clause
+    none = (
+        {
+            recording.file
+            for recording in found.recordings
+            for name, value in found.machine.conditions(recording, {}).items()
+            if value == 0.0 and name.startswith(one.doubts)
+        }
+        if one.doubts
+        else set()
+    )
+    furthest = max((abs(row["value"]) for row in rows), default=0.0)
+    kept = [
+        row
+        for row in rows
+        if row["name"].partition(OF)[2] not in none or abs(row["value"]) > HARDLY * furthest
+    ]
+    return found.machine.words.found(one, kept)
 
 
 def _at(found: Outcome, one: Hypothesis) -> str:
@@ -192,21 +230,30 @@ def _less(found: Outcome) -> str:
     told, kept = gain(found), judged_on(found)
     if told is None or not told.shows:
         before, after = told.printed if told else ("", "")
-        beside = ""
-        if told:
-            same = after.partition(" ")[0] == before
-            course = f"stays at {after}" if same else f"goes from {before} to {after}"
-            beside = f", while {told.what} {course}"
-        strain = found.baseline.worst.strain / found.baseline.worst.samples
-        if strain >= STRAINED * found.baseline.worst.mean_square:
-            beside += ": before, conditions had to lie further from those entered than is plausible"
+        same = after.partition(" ")[0] == before
+        if strained(found):
+            fits = f" ({told.what} stays at {after})" if told and same else ""
+            return (
+                f"; without that the {found.machine.words.noun} fits as well{fits}, but only with conditions "
+                "further from those entered than is plausible"
+            )
+        course = f"stays at {after}" if same else f"goes from {before} to {after}"
         return (
             f"; what is left over of the recordings {kept} falls from "
             f"{number(found.baseline.worst.mean_square)} to {number(found.final.worst.mean_square)} times "
-            f"the sensors' noise (mean square, worst signal){beside}"
+            f"the noise power in the worst signal{f', while {told.what} {course}' if told else ''}"
         )
     before, after = told.printed
     return f"; {told.what} on recordings {kept} {told.better} from {before} to {after}"
+
+
+def strained(found: Outcome) -> bool:
+    """Whether nothing but implausible conditions spoke against the machine before anything was added."""
+    return (
+        found.baseline.strained
+        and all(one.mean_square - one.strain / one.samples <= one.bound for one in found.baseline.held_out)
+        and found.final.complete
+    )
 
 
 def judged_on(found: Outcome) -> str:

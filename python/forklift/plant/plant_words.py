@@ -102,6 +102,10 @@ class PlantWords:
         given = any(own.name == one.where for own in self.plant.inputs)
         return Found() if given else misread(f"the sensor of {one.where}", rows)
 
+    def check(self, one: Hypothesis) -> str:
+        """Nothing is known of a machine of one's own."""
+        return ""
+
     def law(self, one: Hypothesis) -> Sequence[str]:
         """Where it acts, and its source."""
         effect = next((e for e in self.plant.effects if one.kind == "physics" and e.id == one.id), None)

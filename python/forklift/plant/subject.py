@@ -235,6 +235,9 @@ class Words(Protocol):
     def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
         """Of a sensor or a condition: how it is off, with direction and size; empty of all else."""
 
+    def check(self, one: Hypothesis) -> str:
+        """What to look at on the machine to tell what no recording does; empty, if nothing is known."""
+
     def law(self, one: Hypothesis) -> Sequence[str]:
         """Of an effect that the catalogue knows its equation, how it shows itself, and its source."""
 

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 from forklift.base.typeset import as_precise, capital, number, printed, prose, size, spans, stretches
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
-from forklift.diagnosis.ledger import uncontested
+from forklift.diagnosis.numbers import of_hypothesis
 from forklift.fitting.criteria import AT_NOISE
 from forklift.fitting.intervals import QUANTILE
+from forklift.plant.misread import OF
 from forklift.report.blocks import Fact
+from forklift.report.entered import in_how_many
 from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing
 from forklift.report.ledger import considered_of, counts
 from forklift.report.words import NOISE
@@ -21,14 +23,19 @@ if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.result import Diagnosis
     from forklift.fitting.residuals import ChannelResidual
-    from forklift.plant.protocol import Hypothesis
 
 
 ENTERED = ("sensor", "parameter")
 """Kinds of cause that are none of the machine's: a sensor, or what was entered."""
+IS_A = {
+    "sensor": "The sensor is wrong, not the machine.",
+    "parameter": "What was entered is wrong, neither the machine nor a sensor.",
+    "physics": "The machine does so, and the model did not.",
+}
+"""By kind of cause, what is to blame."""
 AS_CREDIBLE = 5.0
 """Difference in ln evidence below which two places explain as much."""
-HARDLY = 0.01
+LITTLE = 0.01
 """Share of a mean by less than which it hardly changes."""
 
 
@@ -153,13 +160,13 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
                 "either; it is drawn below."
             ],
         )
-    known = words.found(cause.hypothesis, row["parameters"])
+    known = sentences.told_as(found, cause.hypothesis)
     if known.clause:
         perhaps = "" if cause.credibility >= LIKELY else "perhaps "
         return Fact(
             "What is wrong, and how much?",
             capital(perhaps + known.clause),
-            [known.interval, *_entered(found, cause)],
+            [known.interval, *in_how_many(found, cause), IS_A[row["kind"]]],
         )
     told = list(sizes(row))
     shown = (
@@ -175,7 +182,7 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
     return Fact(
         f"What is wrong{', and how much' if told else ''}?",
         capital(name),
-        [*details, *([shown] if shown else [])],
+        [*details, *([shown] if shown else []), *([IS_A[row["kind"]]] if row["kind"] in IS_A else [])],
     )
 
 
@@ -189,7 +196,7 @@ def _in_use(found: Diagnosis) -> Iterator[str]:
         unit = printed(shown.unit)
         present, absent = (f"{number(shown.scale * one)} {unit}" for one in (used.present, used.absent))
         most = f"{number(abs(shown.scale) * used.most, 2)} {unit} apart {number(used.at_s)} s after the start"
-        hardly = abs(used.present - used.absent) < HARDLY * abs(used.absent)
+        hardly = abs(used.present - used.absent) < LITTLE * abs(used.absent)
         means = (
             f"{present} on average with and without it; {most}"
             if hardly
@@ -203,21 +210,6 @@ def _apart(found: Diagnosis, cause: Cause) -> str:
     """Its name, with where it acts if another has that name too."""
     alike = [one for one in found.causes if one.hypothesis.name == cause.hypothesis.name]
     return said(found, cause.hypothesis) if len(alike) > 1 else cause.hypothesis.name
-
-
-def _entered(found: Diagnosis, cause: Cause) -> Iterator[str]:
-    """Where the values of a condition stand that was entered wrongly."""
-    if list(entered(found, cause.hypothesis)):
-        yield "Every recording's value, entered and found: see Evidence."
-
-
-def entered(found: Diagnosis, one: Hypothesis) -> Iterator[tuple[str, str, str, float, float]]:
-    """Every recording's conditions that a hypothesis doubts: file, role, condition, entered and found."""
-    for told in found.after.predictions:
-        given = found.machine.conditions(told.recording, {})
-        for name, value in told.conditions.items():
-            if any(name.startswith(of) for of in one.doubts) and name in given:
-                yield told.recording.file, told.recording.role, name, given[name], value
 
 
 def sizes(row: Mapping[str, Any]) -> Iterator[str]:
@@ -238,7 +230,7 @@ def _where(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         if place
     )
     velocity = bool(found.causes) and sentences.gain(found) is not None and not sentences.in_all_alone(found)
-    details = [_most(found, location["signal"], velocity)]
+    details = [] if sentences.strained(found) else [_most(found, location["signal"], velocity)]
     theirs = bool(found.causes) and not found.unexplained and found.causes[0].hypothesis.kind in ENTERED
     if found.inputs and not theirs:
         details.append(_unknown(found))
@@ -283,11 +275,7 @@ def _most(found: Diagnosis, channel: str, headline: bool) -> str:
     if not headline or not of or channel.startswith(of):
         return told
     derived = channel == "fork_height_m" or channel.startswith("position")
-    return told + (
-        f" The {of} in the headline is derived from such a position."
-        if derived
-        else f" The headline tells the {of}, for which the model is made."
-    )
+    return told + (f" The {of} in the headline is derived from such a position." if derived else "")
 
 
 def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[str, Any]) -> Fact:
@@ -323,15 +311,8 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
             "of all that was fitted."
         )
     else:
-        why = (
-            "What was begun without it fell far behind"
-            if count["given_up"]
-            else "All else that was fitted contains it"
-            if count["fitted"] > len(found.causes)
-            else "The predicted gain of all else is too far behind to be fitted"
-        )
-        far = _far_from_none(cause, row)
-        draws = f"{tried}. {why}: there is no credibility to tell.{far} Judged on {judged(found)}."
+        far = _far_from_none(found, cause)
+        draws = f"{far}Judged on {judged(found)}. {tried}."
     out = dict(ruled_out(found, cause))
     stands = [name for name in standing(found, cause) if name not in out]
     first_order = [f"By a linear estimate {some(stands)} could stand for it: see Doubts."] if stands else []
@@ -350,17 +331,36 @@ def _sure(found: Diagnosis, told: Mapping[str, Any], cause: Cause, row: Mapping[
                 *groups,
             ],
         )
-    sure = f"Credibility {row['credibility']:.2f} of 1" if cause.rivals else capital(uncontested(found))
+    sure = f"Credibility {row['credibility']:.2f} of 1" if cause.rivals else _uncontested(found, cause, count)
     return Fact(question, sure, [draws, law, *first_order, *groups])
 
 
-def _far_from_none(cause: Cause, row: Mapping[str, Any]) -> str:
-    """How sure it is that an effect is there at all, where nothing else was fitted against it."""
-    size_of = next((one for one in row["parameters"] if one["name"] == cause.hypothesis.amplitude), None)
-    if row["kind"] != "physics" or size_of is None or size_of["upper"] <= size_of["lower"]:
+def _uncontested(found: Diagnosis, cause: Cause, count: Mapping[str, int]) -> str:
+    """Why there is no credibility, which compares what was fitted."""
+    if count["given_up"]:
+        return "No rival came near: those begun were given up"
+    if cause.hypothesis.kind != "unknown" and count["fitted"] > len(found.causes):
+        return "No rival came near: all else that was fitted contains it"
+    return "No rival came near enough to be fitted"
+
+
+def _far_from_none(found: Diagnosis, cause: Cause) -> str:
+    """How sure it is that it is there at all, where nothing else was fitted against it."""
+    if cause.hypothesis.kind == "unknown":
         return ""
-    times = 2.0 * QUANTILE * abs(size_of["value"]) / (size_of["upper"] - size_of["lower"])
-    return f" Its size is {number(times, 2)} times what it is uncertain by (one standard deviation)."
+    off = 1.0 if cause.hypothesis.kind == "sensor" and _is_gain(cause) else 0.0
+    rows = [row for row in of_hypothesis(found.final, cause.hypothesis) if row.upper > row.lower]
+    own = [row for row in rows if OF not in row.name]
+    if cause.hypothesis.kind == "physics":
+        own = [row for row in own if row.name == cause.hypothesis.amplitude]
+    deviations = [2.0 * QUANTILE * abs(row.value - off) / (row.upper - row.lower) for row in own or rows]
+    if not deviations:
+        return ""
+    return f"Its size is {number(max(deviations), 2)} standard deviations from none. "
+
+
+def _is_gain(cause: Cause) -> bool:
+    return (cause.hypothesis.amplitude or "").rpartition(".")[2] == "gain"
 
 
 def _law(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> str:
@@ -413,6 +413,19 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         now = ", ".join(f"{name} {after} {unit}".rstrip() for name, _, after, unit in errors)
         return Fact(question, answer, [f"Root mean square error, {kept}: {now}."] if now else [])
     changes = [f"{name} {before} → {after} {unit}".rstrip() for name, before, after, unit in errors]
+    all_errors = [f"Root mean square errors, {kept}: {', '.join(changes)}."] if changes else []
+    if sentences.strained(found):
+        return Fact(
+            question,
+            "It does not: it fits as well before",
+            [
+                *all_errors,
+                "But before, each recording's own conditions had to lie further from those entered than is "
+                f"plausible. That costs {number(left['worst_before'] - _unstrained(found))} of the "
+                f"{number(left['worst_before'])} {NOISE} in the worst signal "
+                f"({_worst_of(found, found.baseline.worst)}); after, nothing of it is left.",
+            ],
+        )
     noise = (
         f"What is left over falls in the worst signal from {number(left['worst_before'])} "
         f"({_worst(found, found.baseline.worst)}) to {number(left['worst_after'])} "
@@ -420,7 +433,6 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     )
     if found.final.loo_log_score:
         noise += f" {capital(sentences.by_all(found))}, which decides here."
-    all_errors = [f"Root mean square errors, {kept}: {', '.join(changes)}."] if changes else []
     gain = sentences.gain(found)
     if gain is None or not gain.shows:
         change = f"Left over {number(left['worst_before'])} → {number(left['worst_after'])}"
@@ -446,10 +458,20 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     )
 
 
+def _unstrained(found: Diagnosis) -> float:
+    """What the worst signal leaves over but for the cost of implausible conditions."""
+    worst = found.baseline.worst
+    return worst.mean_square - worst.strain / worst.samples
+
+
+def _worst_of(found: Diagnosis, one: ChannelResidual) -> str:
+    return f"{found.machine.words.signal(one.channel)}, {one.file}"
+
+
 def _worst(found: Diagnosis, one: ChannelResidual) -> str:
     """Which signal of which recording; and how much of it is the cost of implausible conditions."""
     cost = one.strain / one.samples
-    of = f"{found.machine.words.signal(one.channel)}, {one.file}"
+    of = _worst_of(found, one)
     told = cost >= max(0.05, 0.05 * one.mean_square)
     return f"{of}; {number(cost)} of it for conditions beyond what is plausible" if told else of
 
@@ -470,7 +492,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     if wanted is None:
         if alike or uncertain:
             name = any(cause.hypothesis.kind == "unknown" for cause in found.causes)
-            effect = "Give the catalogue an effect that may act there: the curve in Evidence has its shape."
+            effect = "To give it a name, look for what acts there on the machine: its curve is in Evidence."
             return Fact(
                 question,
                 "No recording is known that would settle it.",
@@ -488,7 +510,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             return Fact(
                 question,
                 f"More of the {over}, over a wider range." if over else "Nothing can be proposed.",
-                ["Give the catalogue an effect that may act there: see Evidence."],
+                ["To give it a name, look for what acts there on the machine: see Evidence."],
             )
         answer = (
             "No further recording would say more about this cause."
@@ -500,7 +522,8 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             what = ["what was entered", "the sensor"]
             answer = f"First check {' and '.join(what[one] for one in sorted(sensors, reverse=True))}."
             use = f"The fitted {found.machine.words.noun}{use.removeprefix('The model with it')}"
-        return Fact(question, answer, [prose(found.next_why), *([use] if found.causes else [])])
+        checks = [check for cause in found.causes if (check := found.machine.words.check(cause.hypothesis))]
+        return Fact(question, answer, [*checks, prose(found.next_why), *([use] if found.causes else [])])
     if alike:
         why = f"It would tell the cause from this: {some(alike)}."
     elif found.selection.curve:

@@ -44,8 +44,8 @@ def law(
         "without knowing any cause. Dotted line and band: the same as a function of one variable, with its "
         "95 % interval. Solid line: what the final model has there, drawn in the same way: its own readings "
         f"were put in the recordings' place. All is relative to the fitted {noun}, which has taken up the "
-        "mean already, and is smoothed towards none; so only the shape and the change count, not where zero "
-        "lies, and the size of the cause is the one said above. Where the dotted and the solid line agree, "
+        "mean already, and smoothed, which makes it smaller; so only the shape counts, not where zero lies, "
+        "and the cause has the size said above. Where the dotted and the solid line agree, "
         "the final model has what the recordings ask for; in grey stretches no recording tells."
         + ("" if own else " No single place stands for that cause; of those there are, this explains most.")
         + more,

@@ -6,11 +6,12 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from forklift.base.typeset import capital, number, printed, prose
+from forklift.base.typeset import capital, number, printed, prose, size
 from forklift.diagnosis.ledger import Untold
 from forklift.diagnosis.sentences import doubt, led, remainder, with_it
-from forklift.report.answers import judged
+from forklift.report.answers import ENTERED, judged
 from forklift.report.blocks import Block, Points, Section, Table
+from forklift.report.entered import each_alone
 from forklift.report.instead import ruled_out, said
 from forklift.report.words import NOISE, another_law
 
@@ -29,7 +30,7 @@ UNTOLD: Mapping[Untold, str] = {
     "have one, as it was "
     "entered or recorded",
     "no-trace": "Nothing that these recordings measure answers to it",
-    "any-size": "What these recordings measure answers to it so little that it may have any plausible size",
+    "any-size": "It would hardly show in these recordings, whatever size it may plausibly have",
 }
 """Why recordings tell nothing of a hypothesis."""
 
@@ -37,9 +38,7 @@ UNTOLD: Mapping[Untold, str] = {
 def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """Everything that speaks against the verdict, or limits it."""
     blocks: list[Block] = [
-        Points(list(_alike(found)), "Could it be taken for something else?"),
-        Points(list(_form(found, told)), "Is the law right?"),
-        Points([*_regimes(told), *_everywhere(found)], "Does it hold everywhere?"),
+        *_of_causes(found, told),
         *_groups(found),
         Points(
             [*_untestable(told, found.machine.words), *_skipped(told, found.machine.words)],
@@ -58,10 +57,16 @@ def doubts(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     )
 
 
+def _of_causes(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Points]:
+    """What is asked of causes."""
+    none = ["No cause was named."]
+    yield Points(list(_alike(found)) if found.causes else none, "Could it be taken for something else?")
+    yield Points(list(_form(found, told)) if found.causes else none, "Is the law right?")
+    everywhere = [*_regimes(found, told), *_everywhere(found)]
+    yield Points(everywhere if found.causes else none, "Does it hold everywhere?")
+
+
 def _alike(found: Diagnosis) -> Iterator[str]:
-    if not found.causes:
-        yield "No cause was named, so that there is none to be taken for another."
-        return
     none = True
     for cause in found.causes:
         name = capital(said(found, cause.hypothesis))
@@ -86,13 +91,20 @@ def _alike(found: Diagnosis) -> Iterator[str]:
                 "such recordings cannot part them, whatever they measure."
             )
     if none:
-        yield "Nothing that was tried explains what was held out as well, and nothing could stand for it."
+        none_else = (
+            "Nothing else that was fitted explains it as well"
+            if any(cause.rivals for cause in found.causes)
+            else "Nothing else came near enough to be fitted to its end"
+        )
+        yield f"{none_else}, and by a linear estimate nothing in the catalogue could stand for it."
 
 
 def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
         name = capital(said(found, cause.hypothesis))
-        if row["form"] == "complete":
+        if row["form"] == "complete" and row["kind"] in ENTERED:
+            yield f"{name}: that is no law of the machine's. {capital(with_it(found))}."
+        elif row["form"] == "complete":
             yield f"{name}: complete. {with_it(found)}."
         elif doubt(cause):
             yield f"{name}: uncertain. {capital(remainder(found))}, but {doubt(cause)}."
@@ -107,8 +119,6 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
                 f"{name}: uncertain. The place is supported, but the final model leaves up to "
                 f"{number(told['left_over']['worst_after'])} {NOISE} in a signal; the law may be another."
             )
-    if not found.causes:
-        yield "No law was added."
 
 
 def _spoken(found: Diagnosis, text: str) -> str:
@@ -122,19 +132,21 @@ def _left(found: Diagnosis) -> Iterator[str]:
     """How many signals are not explained, and in how many what is left over is correlated."""
     held, worst = found.final.held_out, found.final.worst
     over = [one for one in held if not one.explained]
-    signal = found.machine.words.signal(worst.channel)
-    most = f"most in the {signal}, {worst.file}: {number(worst.mean_square)} {NOISE}"
+    signal = found.machine.words.signal
+    most = f"most in the {signal(worst.channel)}, {worst.file}: {number(worst.mean_square)} {NOISE}"
     if over:
         yield f"In {len(over)} of {len(held)} signals more than noise is left over, {most}."
     else:
         yield f"In none of {len(held)} signals more than noise is left over; {most}."
     tested = [one for one in held if one.white is not None]
-    coloured = sum(not one.white for one in tested)
+    coloured = [one for one in tested if not one.white]
     if coloured:
+        which = f" ({signal(coloured[0].channel)}, {coloured[0].file})" if len(coloured) == 1 else ""
+        size_of = "smaller than that noise" if not over else "part of it"
         yield (
-            f"What is left over is correlated in time in {coloured} of {len(tested)} signals (Ljung–Box "
-            "test): the sensors' noise may be so itself, or something slow is not explained that is "
-            f"{'smaller than that noise' if not over else 'part of it'}. The intervals allow for it."
+            f"What is left over is correlated in time in {len(coloured)}{which} of {len(tested)} signals "
+            "that no encoder reads (Ljung–Box test): the sensors' noise may be so itself, or something slow "
+            f"is not explained that is {size_of}. The intervals allow for it."
         )
 
 
@@ -214,7 +226,7 @@ def _cautions(cautions: Sequence[Caution]) -> Iterator[str]:
             yield f"The same, with other numbers, in: {more}."
 
 
-def _regimes(told: Mapping[str, Any]) -> list[str]:
+def _regimes(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     tested = [one for one in told["regimes"] if one["agree"] is not None]
     bad = [one for one in tested if not one["agree"]]
     if bad:
@@ -223,22 +235,29 @@ def _regimes(told: Mapping[str, Any]) -> list[str]:
             f"(z = {one['z']:.1f})."
             for one in bad
         ]
+    said_apart = [line for cause in found.causes for line in each_alone(found, cause)]
     if not tested:
-        return [
-            "No two parts of these recordings each tell it alone, so that this was not tested."
-            if told["causes"]
-            else "No cause was named, so that there is no size to compare."
-        ]
-    splits = ", ".join(dict.fromkeys(one["split"] for one in tested))
-    return [f"Estimated from two disjoint parts of the recordings, its size agrees, split by: {splits}."]
+        rest = any(cause.hypothesis.kind != "parameter" for cause in found.causes)
+        untested = "No two parts of these recordings each tell it alone, so that this was not tested."
+        return [*said_apart, *([untested] if rest else [])]
+    each: dict[str, list[str]] = {}
+    for one in tested:
+        each.setdefault(one["parameter"], []).append(one["split"])
+    return [
+        *(
+            f"Estimated from two disjoint parts of the recordings, {name} agrees, split by: "
+            f"{', '.join(dict.fromkeys(splits))}."
+            for name, splits in each.items()
+        ),
+        *said_apart,
+    ]
 
 
 def _side(one: Mapping[str, Any], place: int) -> str:
     side = one["sides"][place]
-    return (
-        f"{number(side['value'])} ({number(side['lower'])} to {number(side['upper'])}) "
-        f"{printed(one['unit'])} from {side['regime']}"
-    )
+    value, lower, upper = size(side["value"], side["lower"], side["upper"])
+    unit = printed(one["unit"])
+    return f"{value} ({lower} to {upper}){f' {unit}' if unit not in ('', '1') else ''} from {side['regime']}"
 
 
 def _untestable(told: Mapping[str, Any], words: Words) -> list[str]:

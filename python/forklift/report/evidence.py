@@ -10,8 +10,8 @@ from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.criteria import TOLD_REGION
 from forklift.diagnosis.laws import Law, laws
 from forklift.report import charts, heat, law, parameters, rivals
-from forklift.report.answers import entered
 from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Sketch, Table
+from forklift.report.entered import entered
 from forklift.report.fits import every_fit, operating_points
 from forklift.report.instead import said
 from forklift.report.tables import mean_square, percent, share

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -112,7 +113,7 @@ def _trace(
         "name": label,
         **axes,
         "x": list(range(len(columns))),
-        "y": list(files),
+        "y": _short(files),
         "z": [[None if ms is None else round(_strength(ms, top), 3) for ms in row] for row in squares],
         "customdata": [
             [
@@ -121,8 +122,8 @@ def _trace(
             ]
             for row in known
         ],
-        "hovertemplate": "%{y}<br>%{customdata[0]}, %{customdata[1]}<br>%{customdata[2]} times the noise's "
-        "square, over %{customdata[3]} samples<extra></extra>",
+        "hovertemplate": "%{y}<br>%{customdata[0]}, %{customdata[1]}<br>%{customdata[2]} times the noise "
+        "power, over %{customdata[3]} samples<extra></extra>",
         "hoverongaps": False,
         "zmin": 0.0,
         "zmax": 1.0,
@@ -145,8 +146,8 @@ def _digits(
     """The cells' numbers, in the colour that can be read on theirs."""
     axes = {"xaxis": f"x{place + 1}", "yaxis": f"y{place + 1}"} if place else {}
     seen = [
-        (k, file, cell)
-        for file in files
+        (k, short, cell)
+        for file, short in zip(files, _short(files), strict=True)
         for k, column in enumerate(columns)
         if (cell := cells.get((file, *column))) is not None
     ]
@@ -155,7 +156,7 @@ def _digits(
         "mode": "text",
         **axes,
         "x": [k for k, _, _ in seen],
-        "y": [file for _, file, _ in seen],
+        "y": [short for _, short, _ in seen],
         "text": [brief(*cell[::2]) for _, _, cell in seen],
         "textfont": {
             "size": [10.0 if cell[0] >= THREE_DIGITS else 11.5 for _, _, cell in seen],
@@ -165,8 +166,14 @@ def _digits(
     }
 
 
+def _short(files: Sequence[str]) -> list[str]:
+    """Names of recordings without their ending, if all have the same, so that a narrow screen shows more."""
+    ends = {Path(file).suffix for file in files}
+    return [file.removesuffix(*ends) for file in files] if len(ends) == 1 else list(files)
+
+
 def _labels_px(files: Sequence[str]) -> int:
-    return 20 + round(LETTER_PX * max(map(len, files), default=0))
+    return 20 + round(LETTER_PX * max(map(len, _short(files)), default=0))
 
 
 def _layout(

@@ -60,11 +60,11 @@ def instead(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     if not rivals:
         count = counts(told)
         none = (
-            "Nothing else was needed."
+            "Nothing else is needed."
             if told["verdict"] == "no-mismatch"
-            else "Nothing that was begun keeps up with it."
+            else "Nothing that was begun came near it."
             if count["given_up"]
-            else "Nothing else has a predicted gain that comes near."
+            else "Nothing else comes near it, by a linear estimate."
             if not found.unexplained
             else "Nothing that was tried explains it."
         )
@@ -117,11 +117,17 @@ def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
             left = min(left for left, _ in fitted)
             yield (
                 said(found, one.other),
-                f"imitates {100.0 * one.share:.0f} % of it by a linear estimate, but fitted it leaves "
-                f"{number(left)} "
-                f"on average, where what was found leaves {number(found.final.reduced_chi2)}: it is "
-                "ruled out",
+                f"imitates {100.0 * one.share:.0f} % of it by a linear estimate, but fitted in its place it "
+                f"leaves {number(left)} on average, where this leaves {number(_in_its_round(found, cause))}: "
+                "it is ruled out",
             )
+
+
+def _in_its_round(found: Diagnosis, cause: Cause) -> float:
+    """What was left over when the cause was found, which is what its rivals were held against."""
+    rounds = (step.accepted for step in found.selection.steps if step.accepted is not None)
+    own = (one for one in rounds if cause.hypothesis.label in {name.label for name in one.hypotheses})
+    return next(own, found.final).reduced_chi2
 
 
 def some(names: Sequence[str], *, quoted: bool = True, between: str = " or ") -> str:
@@ -151,16 +157,12 @@ def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     if not other or not named:
         return []
     return [
-        "Next by predicted gain, and not fitted: "
-        f"{found.machine.words.at(other['name'], other['where'])}, with "
-        f"{100.0 * (other['promised'] or 0.0) / named:.0f} % of what was predicted for the cause before any "
-        "fit (list below)."
+        f"Next best, and not tried: {found.machine.words.at(other['name'], other['where'])}. By a linear "
+        f"estimate it could explain {100.0 * (other['promised'] or 0.0) / named:.0f} % as much (list below)."
     ]
 
 
 def untold(count: Mapping[str, int]) -> list[str]:
     others = count["unidentifiable"]
     plural = "hypotheses" if others > 1 else "hypothesis"
-    return (
-        [f"{others} other {plural} could not be tested with these recordings: see Doubts."] if others else []
-    )
+    return [f"{others} {plural} could not be tested with these recordings: see Doubts."] if others else []

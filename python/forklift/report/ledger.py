@@ -16,12 +16,12 @@ def considered(told: Mapping[str, Any], words: Words) -> Table:
     """The greatest predicted gain first, those that could not be tested last."""
     count = counts(told)
     return Table(
-        f"{considered_of(count)}, {count['unidentifiable']} not testable",
+        considered_of(count),
         ["Hypothesis", "Kind", "Predicted gain", "What became of it"],
         [
             [
                 capital(words.at(one["name"], one["where"])), words.kinds[one["kind"]],
-                "—" if one["promised"] is None else number(one["promised"]), _fate(one),
+                "—" if one["promised"] is None else number(one["promised"]), _fate(one, told),
             ]
             for one in told["hypotheses"]
         ],
@@ -29,29 +29,41 @@ def considered(told: Mapping[str, Any], words: Words) -> Table:
         note="Predicted gain: how far −ln of the probability of all recordings together would fall with it "
         f"and all parameters at their best, by a linear estimate at the fitted {words.noun}, before any fit. "
         "As long as a cause is missing, others are predicted to gain by some of what it explains; so only "
-        "those are fitted that do not fall far behind the best, and fits on recordings held out decide.",
+        "those are fitted that do not fall far behind the best, and fits on recordings held out decide. "
+        "Numbers compare within one round: where one cause was found and something was left over, the next "
+        "round began from the model with it. Where even then something was left over, effects that act at "
+        "the same place were tried as well, little as was predicted of them.",
     )  # fmt: skip
 
 
 def counts(told: Mapping[str, Any]) -> dict[str, int]:
-    """How many were considered, fitted to their end, begun and given up, and could not be told."""
+    """How many were considered, fitted to their end, begun and given up, could not be told, and were seen
+    before any fit."""
     hypotheses = told["hypotheses"]
     return {
         "considered": len(hypotheses),
         "fitted": sum(one["fitted"] for one in hypotheses),
         "given_up": sum(one["given_up"] for one in hypotheses),
-        "unidentifiable": sum(bool(one["unidentifiable"]) for one in hypotheses),
+        "unidentifiable": sum(
+            bool(one["unidentifiable"]) and not (one["fitted"] or one["given_up"] or one["named"])
+            for one in hypotheses
+        ),
+        "seen": sum(one["named"] and not (one["fitted"] or one["given_up"]) for one in hypotheses),
     }
 
 
 def considered_of(count: Mapping[str, int]) -> str:
-    """How many were considered, and how many of them fitted, in words."""
+    """How many were considered, and what became of them, in words."""
     given_up = f", {count['given_up']} begun and given up" if count["given_up"] else ""
-    fitted = count["fitted"] or "none"
-    return f"{count['considered']} hypotheses considered, {fitted} of them fitted{given_up}"
+    untried = count["considered"] - sum(count[of] for of in ("fitted", "given_up", "unidentifiable", "seen"))
+    untested = f", {count['unidentifiable']} not testable" if count["unidentifiable"] else ""
+    return (
+        f"{count['considered']} hypotheses considered: {count['fitted'] or 'none'} fitted{given_up}, "
+        f"{untried} too weak to be tried{untested}"
+    )
 
 
-def _fate(one: Mapping[str, Any]) -> str:
+def _fate(one: Mapping[str, Any], told: Mapping[str, Any]) -> str:
     if one["fitted"]:
         beside = f", beside {' and '.join(one['beside'])}" if one["beside"] else ""
         left = f"fitted{beside}: leaves {number(one['left_over'])}"
@@ -62,4 +74,8 @@ def _fate(one: Mapping[str, Any]) -> str:
         return "begun and given up: it fell far behind"
     if one["skipped"]:
         return "not tried: the work that a diagnosis may do was spent"
-    return "not testable" if one["unidentifiable"] else "not fitted: its predicted gain is far behind"
+    if one["unidentifiable"]:
+        return "not testable"
+    if told["verdict"] == "no-mismatch":
+        return "not tried: nothing is left over for it"
+    return "not tried: its predicted gain is far behind the best of its round"

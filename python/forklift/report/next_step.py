@@ -78,8 +78,10 @@ def _use(found: Diagnosis) -> Iterator[Block]:
     yield Code(use.title, use.code)
     if use.note:
         yield Text(use.note, note=True)
+    sensors = any(one.hypothesis.kind == "sensor" for one in found.causes)
     if any(one.hypothesis.doubts for one in found.causes):
         yield Text(
-            "corrected/, beside this page, holds the recordings with the conditions that were found: give "
-            "that folder instead of the campaign to any command that reads one."
+            "corrected/, beside this page, holds the recordings with the conditions that were found"
+            + (", and signals as the sensors read them" if sensors else "")
+            + ": give that folder instead of the campaign to any command that reads one."
         )

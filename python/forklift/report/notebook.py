@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from forklift.base.typeset import capital
+from forklift.diagnosis.sentences import told_as
 from forklift.report.answers import sizes
 from forklift.report.fits import operating_points
 from forklift.report.instead import said
@@ -24,7 +25,7 @@ def of_diagnosis(found: Diagnosis) -> str:
     """The sentence, and each cause with its size; a credibility where something was fitted against it."""
     rows = []
     for cause, row in zip(found.causes, found.to_dict()["causes"], strict=True):
-        known = found.machine.words.found(cause.hypothesis, row["parameters"])
+        known = told_as(found, cause.hypothesis)
         rows.append(
             [
                 capital(known.clause) if known.clause else said(found, cause.hypothesis),

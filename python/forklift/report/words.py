@@ -39,8 +39,8 @@ class Quantity(NamedTuple):
 
 
 GLOSSARY: dict[str, str] = {
-    "Held out": "Recordings that the model was not fitted on (role validate). Only they say how good it is: "
-    "on those it was fitted on, any model can be made to look good.",
+    "Held out": "Recordings that the model was not fitted on (role validate; the others have the role "
+    "estimate). Only they say how good it is: on those it was fitted on, any model can be made to look good.",
     "Fit": "Of simulated to measured. NRMSE, by the normalised root mean square error, is 100 % less that "
     "error in per cent of the measured signal's standard deviation; NMSE the same with squares. 100 % is "
     "perfect, 0 % no better than a constant.",
@@ -68,16 +68,17 @@ PARAMETERS: dict[str, str] = {
 CAUSES: dict[str, str] = {
     "Before, after": "Before: the model with its parameters fitted as well as can be. After: the same with "
     "what was found, fitted anew.",
-    "Leave-one-out log score": "How well all other recordings predict each one: the natural logarithm of the "
-    "probability density of what was measured. An improvement by 5 means that the recordings are 150 times "
-    "as probable.",
+    "Leave-one-out log score": "Told where what was found shows in no recording alone: how well all other "
+    "recordings predict each one, as the natural logarithm of the probability density of what was measured. "
+    "An improvement by 5 means that the recordings are 150 times as probable.",
     "Credibility": "In which share of random redraws of the recordings held out a cause leaves less over "
     "than everything else that was tried. It compares what was tried, and does not say that nothing else "
     "exists.",
     "Interval": "Where the true value lies with a probability of 95 %, if the model is right. It is widened "
     "by what is left over, and where that is correlated.",
-    "Promise": "How far −ln of the probability of all recordings together would fall with a hypothesis, by a "
-    "linear estimate and before any fit. 5 is strong; but many make up for one another, so that fits decide.",
+    "Predicted gain": "How far −ln of the probability of all recordings together would fall with a "
+    "hypothesis, by a linear estimate and before any fit. Many make up for one another, and for how the "
+    "sensors' noise is taken, so that fits on recordings held out decide.",
 }
 """Words of a diagnosis."""
 

@@ -204,7 +204,7 @@ class FreeCurve:
         apart = np.diff(at[tops])
         if len(tops) < FEWEST_TOPS or np.ptp(apart) > REGULAR * apart.mean():
             return ""
-        return f" It has {len(tops)} tops, one every {_amount(apart.mean(), unit)} or so of the {meaning}."
+        return f" It has {len(tops)} maxima, one every {_amount(apart.mean(), unit)} or so of the {meaning}."
 
     @property
     def _factor(self) -> bool:

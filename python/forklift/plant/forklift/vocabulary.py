@@ -33,6 +33,12 @@ ENTERED: Mapping[str, tuple[str, str]] = {
 }
 """By hypothesis: a condition in words, and how its value came to be known."""
 
+CHECKED: Mapping[str, str] = {
+    "load_entered": "Weigh the load, with the pallet and all that hangs on the forks.",
+    "temperature_offset": "Measure the oil's temperature near the valve.",
+}
+"""By hypothesis: how what was entered is checked."""
+
 THESIS = "Fri & Fahlén (2017)"
 
 EQUATIONS: Mapping[Equation, str] = {
@@ -166,6 +172,14 @@ class ForkliftWords:
             return effect.sentence.format(lift=one.where, **said).replace(" degC", " °C")
         except KeyError:  # a parameter that was not estimated
             return plain
+
+    def check(self, one: Hypothesis) -> str:
+        """As the effect's file has it; a load is weighed, and a sensor held against another."""
+        if one.kind == "physics":
+            return next((effect.check for effect in EFFECTS if effect.id == one.id), "")
+        if one.kind == "sensor" and one.where:
+            return f"Hold {self._sensor(one.where)} against an instrument of your own."
+        return CHECKED.get(one.id, "")
 
     def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
         """``"the free lift's pressure sensor reads 4.02 % high"``, or the same of what was entered."""

@@ -72,7 +72,7 @@ function drawRecording(place, block) {
     xaxis: { title: title("Time [s]"), anchor: drive ? "y3" : "y", ...(place.range ? { range: place.range } : {}) },
     yaxis: { title: title(united(signal.title.split(" of the ")[0], signal.unit)), domain: [0.17, 0.42], nticks: 5 },
     yaxis2: { title: title(united("simulated less measured", signal.unit)), domain: [0.46, 1], nticks: 7 },
-    ...(drive ? { yaxis3: { title: title(united(drive.title, drive.unit)), domain: [0, 0.13], nticks: 3 } } : {}),
+    ...(drive ? { yaxis3: { title: title(united(drive.title.replace(", ", ",<br>"), drive.unit)), domain: [0, 0.13], nticks: 3 } } : {}),
     hoversubplots: "axis",
     shapes: signal.band ? [{
       type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y2", y0: signal.band[0], y1: signal.band[1],
@@ -160,7 +160,12 @@ for (const place of places) {
   if (!select) continue;
   fill(select, block.panels.map(panel => panel.label));
   place.chosen = 0;
-  select.addEventListener("change", () => { place.chosen = Number(select.value); draw(place); });
+  const chosen = place.closest("figure").querySelector(".chosen span");  // on paper
+  select.addEventListener("change", () => {
+    place.chosen = Number(select.value);
+    chosen.textContent = block.panels[place.chosen].label;
+    draw(place);
+  });
 }
 
 // What is scrolled sideways can be reached by the keyboard, and nothing else need be.

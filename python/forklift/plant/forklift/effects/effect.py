@@ -47,6 +47,8 @@ class Effect:
         Conditions of which recordings with two values at least are needed to tell it, by their channels.
     also_in
         Further equations in which the same may be written.
+    check
+        What a workshop can look at to tell what no recording does; empty, if nothing.
     general
         It has no physics of its own, and is there to say what physics must explain: no hypothesis by name.
     """
@@ -57,6 +59,7 @@ class Effect:
     signature: str
     confused_with: tuple[str, ...]
     sentence: str
+    check: str = ""
     general: bool = False
     needs_two_of: tuple[str, ...] = ()
     also_in: tuple[Equation, ...] = ()

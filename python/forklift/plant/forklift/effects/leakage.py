@@ -10,12 +10,15 @@ EFFECT = Effect(
     equation="cylinder-pressure",
     signature=(
         "With the valve shut the lift sinks at a constant speed that grows with the load; while lowering it "
-        "is faster by as much, whatever the command. Its pressure hardly differs."
+        "is faster by as much, whatever the command. The pressure hardly differs on average."
     ),
     confused_with=("position_scale", "sensor_slip"),
     sentence=(
         "The {lift} lift's cylinder loses {coefficient} of oil, times its pressure over the tank's: past its "
-        "seals, or past the valve that should be shut; both have the same equation. To tell them apart, hold "
-        "a load and look at the valve's return line: oil that flows there passes the valve."
+        "seals, or past the valve that should be shut; both have the same equation."
+    ),
+    check=(
+        "On the machine: hold a load and look at the valve's return line. Oil that flows there passes the "
+        "valve, else it passes the seals; no recording tells these apart."
     ),
 )
