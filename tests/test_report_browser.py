@@ -227,6 +227,22 @@ def test_light_and_dark_follow_the_system_and_the_button(opened):
     assert page.evaluate(ground) == "rgb(20, 23, 27)"
 
 
+def test_paper_says_what_was_chosen_on_the_screen(opened, files):
+    """Which of its panels a figure shows stands in a list that is not printed."""
+    name = next(name for name, file in files.items() if 'class="chosen"' in file.read_text("utf-8"))
+    page = opened(name, 1280)
+    figure = page.locator("figure:has(.chosen)").first
+    figure.scroll_into_view_if_needed()
+    select = figure.locator("select")
+    last = select.locator("option").last.inner_text()
+    select.select_option(label=last)
+    assert not figure.locator(".chosen").is_visible()
+    page.emulate_media(media="print")
+    assert figure.locator(".chosen").is_visible()
+    assert figure.locator(".chosen").inner_text().endswith(last)
+    assert not select.is_visible()
+
+
 def test_paper_gets_every_figure_as_wide_as_it_is_and_every_table(opened, tmp_path):
     page = opened("diagnosis", scheme="dark")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")

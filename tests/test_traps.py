@@ -57,7 +57,12 @@ def test_a_load_that_was_entered_too_low_is_named():
     assert sentence.startswith("The load was entered 120 kg too low;")
     # Each recording's load is its own in every fit: the fit was as good before, by loads that nobody enters.
     assert "further from those entered than is plausible" in sentence
+    assert "It does not: it fits as well before" in page
+    assert "So in all 9 recordings (5 fitted, 4 held out) with a load; right in the 5 without." in page
+    assert "What was entered is wrong, neither the machine nor a sensor." in page
+    assert "Each recording tells its own load: in the 9 where it is wrong, from 120 to 120 kg" in page
     assert "First check what was entered." in page
+    assert "Weigh the load, with the pallet" in page
     assert "What the recordings ask for" not in page  # no one place stands for what acts in many
 
 
