@@ -45,7 +45,7 @@ def test_what_was_given_up_is_not_counted_as_fitted():
     found = outcome(refit(CAUSE, finished=True), refit(FAR, finished=False), refit(NEAR, finished=True))
     count, table, fate = fates(found)
     assert (count["considered"], count["fitted"], count["given_up"]) == (4, 2, 1)
-    assert "4 hypotheses considered: 2 fitted, 1 begun and given up, 1 too weak to be tried" in table.title
+    assert "4 hypotheses considered: 2 fitted, 1 begun and given up, 1 not tried" in table.title
     assert "given up" in fate["far"]
     assert "leaves 2" in fate["near"]
     assert "named" in fate["cause"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import as_precise, capital, number, printed, prose, size, spans, stretches
@@ -12,7 +13,6 @@ from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.numbers import of_hypothesis
 from forklift.fitting.criteria import AT_NOISE
 from forklift.fitting.intervals import QUANTILE
-from forklift.plant.misread import OF
 from forklift.report.blocks import Fact
 from forklift.report.entered import in_how_many
 from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing
@@ -200,7 +200,7 @@ def _in_use(found: Diagnosis) -> Iterator[str]:
         means = (
             f"{present} on average with and without it; {most}"
             if hardly
-            else f"{present}, without it at {absent}"
+            else f"{present}, and at {absent} with it switched off in the final model"
         )
         which = f", “{_apart(found, cause)}”" if len(found.causes) > 1 else ""
         yield f"In use{which} ({used.file}): {shown.name} {means}."
@@ -346,14 +346,13 @@ def _uncontested(found: Diagnosis, cause: Cause, count: Mapping[str, int]) -> st
 
 def _far_from_none(found: Diagnosis, cause: Cause) -> str:
     """How sure it is that it is there at all, where nothing else was fitted against it."""
-    if cause.hypothesis.kind == "unknown":
-        return ""
+    if cause.hypothesis.kind in ("unknown", "parameter"):
+        return ""  # how finely a recording tells its load is no measure of what else it could be
     off = 1.0 if cause.hypothesis.kind == "sensor" and _is_gain(cause) else 0.0
     rows = [row for row in of_hypothesis(found.final, cause.hypothesis) if row.upper > row.lower]
-    own = [row for row in rows if OF not in row.name]
     if cause.hypothesis.kind == "physics":
-        own = [row for row in own if row.name == cause.hypothesis.amplitude]
-    deviations = [2.0 * QUANTILE * abs(row.value - off) / (row.upper - row.lower) for row in own or rows]
+        rows = [row for row in rows if row.name == cause.hypothesis.amplitude]
+    deviations = [2.0 * QUANTILE * abs(row.value - off) / (row.upper - row.lower) for row in rows]
     if not deviations:
         return ""
     return f"Its size is {number(max(deviations), 2)} standard deviations from none. "
@@ -385,11 +384,19 @@ def _doubt(found: Diagnosis, cause: Cause) -> str:
             f"{found.selection.curve.hypotheses[0].over} beside it explains all recordings better"
             f"{'' if cause.curve else '; those held out alone do not decide'}"
         )
+    if sentences.beside(found):
+        return "it has no name" if cause.hypothesis.kind == "unknown" else _elsewhere(found)
     if not found.final.complete:
         return "something is left over, so that it is not settled"
     if cause.hypothesis.kind == "unknown":
         return f"it has no name, but with it {sentences.remainder(found)}"
     return f"the catalogue's alone leaves something over; with a curve beside it {sentences.remainder(found)}"
+
+
+def _elsewhere(found: Diagnosis) -> str:
+    """Where what is left over has nothing to do with what was found."""
+    signals = " and ".join(map(found.machine.words.signal, sentences.beside(found)))
+    return f"the {signals} keeps what is left over there with or without it"
 
 
 def _covered(found: Diagnosis, cause: Cause) -> str:
@@ -401,6 +408,16 @@ def _covered(found: Diagnosis, cause: Cause) -> str:
         none = ", none between" if len(spans(values)) > 1 else ""
         told.append(f"{what} at {stretches(values)} {unit}{none}")
     return f" ({'; '.join(told)})" if told else ""
+
+
+def _gaps(found: Diagnosis, cause: Cause) -> Iterator[str]:
+    """Values of the conditions that tell it, between which nothing was recorded."""
+    for name in cause.hypothesis.needs_two_of:
+        seen = spans([one.conditions[name] for one in found.after.predictions])
+        what, unit, _ = found.machine.words.condition(name)
+        yield from (
+            f"{what} of {number(0.5 * (low[1] + high[0]), 2)} {unit} or so" for low, high in pairwise(seen)
+        )
 
 
 def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
@@ -517,6 +534,9 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             if found.causes
             else "No further recording is needed."
         )
+        gaps = [gap for cause in found.causes for gap in _gaps(found, cause)]
+        if gaps:
+            answer = f"What lies between would tell its law there, too: {'; '.join(gaps)}."
         if found.causes and all(cause.hypothesis.kind in ENTERED for cause in found.causes):
             sensors = {cause.hypothesis.kind == "sensor" for cause in found.causes}
             what = ["what was entered", "the sensor"]

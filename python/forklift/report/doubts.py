@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from forklift.base.typeset import capital, number, printed, prose, size
 from forklift.diagnosis.ledger import Untold
-from forklift.diagnosis.sentences import doubt, led, remainder, with_it
+from forklift.diagnosis.sentences import beside, doubt, led, remainder, with_it
 from forklift.report.answers import ENTERED, judged
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.entered import each_alone
@@ -108,6 +108,13 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
             yield f"{name}: complete. {with_it(found)}."
         elif doubt(cause):
             yield f"{name}: uncertain. {capital(remainder(found))}, but {doubt(cause)}."
+        elif beside(found):
+            where = " and ".join(map(found.machine.words.signal, beside(found)))
+            nameless = " It has no name." if cause.hypothesis.kind == "unknown" else ""
+            yield (
+                f"{name}: uncertain.{nameless} Elsewhere nothing is left over; the {where} keeps up to "
+                f"{number(told['left_over']['worst_after'])} {NOISE}, with or without it."
+            )
         elif found.final.complete and cause.hypothesis.kind == "unknown":
             yield f"{name}: uncertain. It has no name, but with it {remainder(found)}."
         elif found.final.complete and found.selection.curve:
@@ -146,7 +153,7 @@ def _left(found: Diagnosis) -> Iterator[str]:
         yield (
             f"What is left over is correlated in time in {len(coloured)}{which} of {len(tested)} signals "
             "that no encoder reads (Ljung–Box test): the sensors' noise may be so itself, or something slow "
-            f"is not explained that is {size_of}. The intervals allow for it."
+            f"is not explained that is {size_of}.{' The intervals allow for it.' if found.causes else ''}"
         )
 
 
@@ -264,7 +271,7 @@ def _untestable(told: Mapping[str, Any], words: Words) -> list[str]:
     """One line per reason."""
     names: dict[str, list[str]] = {}
     for one in told["hypotheses"]:
-        if one["unidentifiable"]:
+        if one["unidentifiable"] and not (one["fitted"] or one["given_up"] or one["named"]):
             names.setdefault(one["unidentifiable"], []).append(words.at(one["name"], one["where"]))
     if not names:
         return ["Every hypothesis of the catalogue could be tested."]

@@ -137,6 +137,9 @@ def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:
     telling = [of for of in drawn if of.explained >= TOLD_REGION]
     if one is None or not telling:
         return
+    finest = max(len(of.at) for of in telling)
+    if found.explaining and len(found.explaining[0].hypothesis.amplitudes) > finest:
+        return  # a curve that is finer than what would be drawn here
     words, part = found.machine.words, found.machine.part_of(one.port)
     own = not found.explaining or law.is_at(found.machine, one.port, found.explaining[0].hypothesis)
     over = found.explaining[0].hypothesis.over.removeprefix("the ") if found.explaining else ""

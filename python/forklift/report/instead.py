@@ -139,8 +139,11 @@ def some(names: Sequence[str], *, quoted: bool = True, between: str = " or ") ->
 def _given_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     """What was begun and fell far behind."""
     at = found.machine.words.at
-    names = [at(one["name"], one["where"]) for one in told["hypotheses"] if one["given_up"]]
-    return [f"Begun, and given up far behind: {some(names, between=', ')}."] if names else []
+    each = [one for one in told["hypotheses"] if one["given_up"]]
+    names = [at(one["name"], one["where"]) for one in each]
+    left = [one["left_over"] for one in each if one["left_over"] is not None]
+    best = f" (the best was left with {number(min(left))} on average)" if left else ""
+    return [f"Begun, and given up far behind{best}: {some(names, between=', ')}."] if names else []
 
 
 def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:

@@ -59,7 +59,7 @@ def considered_of(count: Mapping[str, int]) -> str:
     untested = f", {count['unidentifiable']} not testable" if count["unidentifiable"] else ""
     return (
         f"{count['considered']} hypotheses considered: {count['fitted'] or 'none'} fitted{given_up}, "
-        f"{untried} too weak to be tried{untested}"
+        f"{untried} not tried{untested}"
     )
 
 
@@ -71,11 +71,17 @@ def _fate(one: Mapping[str, Any], told: Mapping[str, Any]) -> str:
     if one["named"]:
         return "named before any fit"
     if one["given_up"]:
-        return "begun and given up: it fell far behind"
+        tried = max((row["promised"] or 0.0 for row in told["hypotheses"] if _untried(row)), default=0.0)
+        why = "tried, as it acts at the same place" if (one["promised"] or 0.0) < tried else "begun"
+        return f"{why}, and given up: it fell far behind"
     if one["skipped"]:
         return "not tried: the work that a diagnosis may do was spent"
     if one["unidentifiable"]:
         return "not testable"
     if told["verdict"] == "no-mismatch":
         return "not tried: nothing is left over for it"
-    return "not tried: its predicted gain is far behind the best of its round"
+    return "not tried: its predicted gain is far behind that of what was found"
+
+
+def _untried(one: Mapping[str, Any]) -> bool:
+    return not any(one[of] for of in ("fitted", "named", "given_up", "skipped", "unidentifiable"))

@@ -82,6 +82,6 @@ def _use(found: Diagnosis) -> Iterator[Block]:
     if any(one.hypothesis.doubts for one in found.causes):
         yield Text(
             "corrected/, beside this page, holds the recordings with the conditions that were found"
-            + (", and signals as the sensors read them" if sensors else "")
+            + (", and no sensor's error taken out of its signal" if sensors else "")
             + ": give that folder instead of the campaign to any command that reads one."
         )
