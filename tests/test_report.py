@@ -405,6 +405,10 @@ def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(l
     assert "The main lift, 800 kg, oil at 40 °C" in said.of("strong")
     assert f"It would tell the cause from this: “{name}”." in said.of("p")
     assert "Pseudo-random steps: the recording parts them." in said.of("p")
+    sensor = replace(other.causes[0], not_separable_from=(replace(rival, kind="sensor"),))
+    blamed = "The machine does so, and the model did not."
+    assert blamed in said.of("p")
+    assert blamed not in Text(diagnosis_page(replace(other, causes=(sensor,)))).of("p")
     assert ["File of what drives it, beside this page", "next_recording.csv"] in said.rows
     assert any(text.startswith("forklift simulate --command next_recording.csv") for text in said.of("code"))
     (figure,) = (block for block in drawn(page) if block["title"].startswith("To record: "))

@@ -166,7 +166,7 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
         return Fact(
             "What is wrong, and how much?",
             capital(perhaps + known.clause),
-            [known.interval, *in_how_many(found, cause), IS_A[row["kind"]]],
+            [known.interval, *in_how_many(found, cause), *_is_a(cause)],
         )
     told = list(sizes(row))
     shown = (
@@ -182,8 +182,16 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
     return Fact(
         f"What is wrong{', and how much' if told else ''}?",
         capital(name),
-        [*details, *([shown] if shown else []), *([IS_A[row["kind"]]] if row["kind"] in IS_A else [])],
+        [*details, *([shown] if shown else []), *_is_a(cause)],
     )
+
+
+def _is_a(cause: Cause) -> Iterator[str]:
+    """What is to blame, where that is not in doubt: it is likely, and nothing of another kind is as good."""
+    kind = cause.hypothesis.kind
+    alike = {one.kind for one in cause.not_separable_from}
+    if kind in IS_A and cause.credibility >= LIKELY and alike <= {kind}:
+        yield IS_A[kind]
 
 
 def _in_use(found: Diagnosis) -> Iterator[str]:
