@@ -74,7 +74,7 @@ def left(
     key, full = next(iter(law.values.items()))
     absent = {f"{law.name}.{key}": np.multiply(full, 0.0)}
     without = [replace(one, values=absent) for one in conditions]
-    return _left(given, law.name, laws, without, conditions, sensors.Sensors(), trucks, tick_s)
+    return left_of_fault(given, laws, without, conditions, sensors.Sensors(), trucks, tick_s, law.name)
 
 
 def left_of_fault(
@@ -85,26 +85,13 @@ def left_of_fault(
     seen: sensors.Sensors,
     trucks: Trucks,
     tick_s: float,
+    name: str = "",
 ) -> float:
     """The same of conditions that are not as they were entered, and of sensors that read wrongly: what
-    another truck leaves, under the conditions as entered and read rightly."""
-    return _left(given, "", laws, entered, true, seen, trucks, tick_s)
-
-
-def _left(
-    given: Draw,
-    name: str,
-    laws: Sequence[Law],
-    believed: Sequence[run.Condition],
-    true: Sequence[run.Condition],
-    seen: sensors.Sensors,
-    trucks: Trucks,
-    tick_s: float,
-) -> float:
-    """What is left of the way from what is `believed` to what is `true`, by trucks other than that of
-    `believed`."""
+    another truck leaves, under the conditions as entered and read rightly. `name`: of the law, if it is of
+    one."""
     ends = [probe_ticks(name, one) for one in true]
-    believed, true = (list(map(beginning, each, ends)) for each in (believed, true))
+    believed, true = (list(map(beginning, each, ends)) for each in (entered, true))
     shown, whole = _shown(given, laws, believed, true, seen, trucks, tick_s)
     if whole == 0.0:
         return 0.0
