@@ -18,11 +18,13 @@ from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.fitting import files, fit_tables, words
 from forklift.fitting.agreement import agreement
+from forklift.fitting.clocks import Told, clock_cautions
 from forklift.fitting.compare import Comparison, replayed
 from forklift.fitting.constraints import constrained
 from forklift.fitting.fitted import Fitted
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, knowledge
+from forklift.fitting.intervals import ends as ends_of
 from forklift.fitting.origin import Origin, given
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all, settled_within
@@ -31,6 +33,7 @@ from forklift.fitting.profile import Profile, profile
 from forklift.fitting.residuals import ChannelResidual, judge
 from forklift.fitting.search import STAGES, Found, Stage, settle
 from forklift.fitting.starts import Ends, compare_ends, from_starts
+from forklift.fitting.widening import widening
 from forklift.plant.parameter import Unknown
 from forklift.plant.subject import Subject
 from forklift.recordings.noise import Sensor
@@ -235,7 +238,7 @@ def fit(
             "every parameter is held, so that there is nothing to fit; hold fewer",
             name="hold",
         )
-    moved = tuple(constrained(moved, bounds or {}, priors or {}))
+    moved = (*constrained(moved, bounds or {}, priors or {}), *model.clocks(kept, every))
     _check_moved([*also, *(name for group in together for name in group)], moved)
     _check_profiles(profiles, moved)
     everyone = pose(model, kept, moved, every)
@@ -267,7 +270,7 @@ def fit(
         judged,
         ends.ends,
         (),
-        findings.cautions,
+        (*findings.cautions, *clock_cautions(model.words, list(every), _told(found, known, judged))),
         before,
         after,
         stop.asked,
@@ -294,6 +297,13 @@ def fit(
             drawn.append(result.profile(name))
     seconds = time.monotonic() - began
     return replace(result, profiles=tuple(drawn), interrupted=stop.asked, seconds=seconds)
+
+
+def _told(found: Found, known: Knowledge, judged: Sequence[ChannelResidual]) -> Iterator[Told]:
+    """Everything that was estimated."""
+    for one, theta in zip(known.estimates, found.x.tolist(), strict=False):
+        wide = widening(judged, one.name)
+        yield Told(one.unknown, one.value, *ends_of(one.unknown, theta, wide * one.deviation))
 
 
 def _fitted(

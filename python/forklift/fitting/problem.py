@@ -30,6 +30,7 @@ from forklift.fitting.work import Work
 from forklift.plant.parameter import DEGREES, Unknown
 from forklift.plant.protocol import Addition, Machine, Responses, Run, Steps
 from forklift.plant.sensor_faults import ConditionOffset, SensorUnknown
+from forklift.plant.sensor_faults import read as sensed
 
 T = TypeVar("T")
 
@@ -173,8 +174,9 @@ class LeastSquares:
         place = {name: k for k, name in enumerate(self.machine.outputs)}
         first = len(machine) + len(offsets)
         pairs = list(zip(sensors, x[first : len(self.unknowns)].tolist(), strict=True))
+        along = len(names) + len(offsets)
         return [
-            _read(sample.recording.time_s, run, pairs, place, len(names) + len(offsets))
+            Run(*sensed(sample.recording.time_s, *run, pairs, place, along, derivatives=derivatives))
             for sample, run in zip(self.samples, runs, strict=True)
         ]
 
@@ -447,20 +449,3 @@ def _along_offsets(
         for one in offsets
     ]
     return Run(values, np.concatenate([slopes[..., :along], np.stack(more, -1), slopes[..., along:]], axis=2))
-
-
-def _read(
-    time: Floats,
-    run: Run,
-    sensors: Sequence[tuple[SensorUnknown, float]],
-    place: Mapping[str, int],
-    along: int,
-) -> Run:
-    """What the sensors read; the slopes along them stand before those along conditions, from `along` on."""
-    values, slopes = run
-    count = slopes.shape[2]
-    for sensor, at in sensors:
-        values, slopes = sensor.read(time, values, slopes, at, place)
-    return Run(
-        values, np.concatenate([slopes[..., :along], slopes[..., count:], slopes[..., along:count]], axis=2)
-    )

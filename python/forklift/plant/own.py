@@ -22,6 +22,7 @@ from forklift.plant.parts import Plant
 from forklift.plant.plant_words import PlantWords
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.plant.recording import Recording
+from forklift.plant.sensor_faults import SensorUnknown
 from forklift.plant.sensors import sensors
 from forklift.plant.splits import splits
 from forklift.plant.subject import (
@@ -170,6 +171,12 @@ class PlantSubject(NumpyMachine):
         joined = {group[0]: moved_together([free[name] for name in group]) for group in groups if group}
         rest = {name for group in groups for name in group[1:]}
         return tuple(joined.get(name, one) for name, one in free.items() if name not in rest)
+
+    def clocks(
+        self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
+    ) -> tuple[SensorUnknown, ...]:
+        """All outputs are on one clock."""
+        return ()
 
     def hypotheses(
         self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]

@@ -38,36 +38,6 @@ class SensorUnknown(Unknown):
     """Which read wrongly, all by the same number."""
     fault: SensorFault = "gain"
 
-    def read(
-        self, time: Floats, values: Floats, slopes: Floats, theta: float, columns: Mapping[str, int]
-    ) -> tuple[Floats, Floats]:
-        """Outputs (times, outputs) and slopes (times, outputs, directions) as the sensor gives them.
-
-        The slopes get one more direction, the last: this number. `columns`: where each output stands.
-        """
-        at = float(self.values(theta)[0])
-        values, slopes = values.copy(), slopes.copy()
-        own = np.zeros((*slopes.shape[:2], 1))
-        for column in (columns[channel] for channel in self.channels):
-            true = values[:, column].copy()
-            if self.fault == "gain":
-                values[:, column] = at * true
-                slopes[:, column] *= at
-                own[:, column, 0] = true
-            elif self.fault == "offset":
-                values[:, column] = true + at
-                own[:, column, 0] = 1.0
-            else:
-                grows = time - time[0] if self.fault == "drift" else np.ones(len(time))
-                late = at * grows
-                values[:, column] = np.interp(time - late, time, true)
-                place, share = _before(time, late)
-                inside = (time - late > time[0]) & (time - late < time[-1] + 1e-9)
-                own[:, column, 0] = np.where(inside, -grows * (np.diff(true) / np.diff(time))[place], 0.0)
-                rows = slopes[:, column]
-                slopes[:, column] = (1.0 - share) * rows[place] + share * rows[place + 1]
-        return values, np.concatenate([slopes, own], axis=2)
-
 
 @dataclass(frozen=True)
 class ConditionOffset(Unknown):
@@ -86,16 +56,86 @@ def condition_offset(
     return ConditionOffset((name,), unit, "linear", (0.0,), width, -most, most, condition, frozenset(files))
 
 
-def sensor_unknown(channels: Sequence[str], fault: SensorFault, unit: str) -> SensorUnknown:
-    """The unknown gain, offset, lag or clock of one channel's sensor, or of several alike."""
+def sensor_unknown(
+    channels: Sequence[str], fault: SensorFault, unit: str, name: str | None = None
+) -> SensorUnknown:
+    """The unknown gain, offset, lag or clock of one channel's sensor, or of several alike; it is told by
+    `name`, by default channels and fault."""
     right = 1.0 if fault == "gain" else 0.0
     width = OFFSETS[unit] if fault == "offset" else SPREAD[fault]
     own_unit = {"gain": "1", "offset": unit, "lag": "s", "shift": "s", "drift": "1"}[fault]
     lower = 0.0 if fault == "lag" else -MOST[fault]
-    names = (f"{'+'.join(channels)}.{fault}",)
+    names = (name or f"{'+'.join(channels)}.{fault}",)
     return SensorUnknown(
         names, own_unit, "linear", (right,), width, lower, MOST[fault], tuple(channels), fault
     )
+
+
+def read(
+    time: Floats,
+    values: Floats,
+    slopes: Floats,
+    sensors: Sequence[tuple[SensorUnknown, float]],
+    columns: Mapping[str, int],
+    along: int,
+    *,
+    derivatives: bool = True,
+) -> tuple[Floats, Floats]:
+    """Outputs (times, outputs) and slopes (times, outputs, directions) as sensors with these numbers give
+    them.
+
+    `derivatives`: with a further direction for each sensor, in their order, before direction `along`.
+    `columns`: where each output stands.
+    """
+    values, more = values.copy(), len(sensors) if derivatives else 0
+    wide = np.empty((*slopes.shape[:2], slopes.shape[2] + more))
+    wide[..., :along], wide[..., along + more :] = slopes[..., :along], slopes[..., along:]
+    wide[..., along : along + more] = 0.0
+    channels = dict.fromkeys(channel for one, _ in sensors for channel in one.channels)
+    for channel in channels:
+        column = columns[channel]
+        acting = [
+            (one.fault, float(one.values(theta)[0]), along + k)
+            for k, (one, theta) in enumerate(sensors)
+            if channel in one.channels
+        ]
+        _reading(time, values[:, column], wide[:, column], acting, derivatives=derivatives)
+    return values, wide
+
+
+def _reading(
+    time: Floats,
+    values: Floats,
+    slopes: Floats,
+    acting: Sequence[tuple[SensorFault, float, int]],
+    *,
+    derivatives: bool,
+) -> None:
+    """One channel, in place: (times,), (times, directions). `acting`: faults, their numbers, and in which
+    direction each is told."""
+    grows = {"lag": np.ones(len(time)), "shift": np.ones(len(time)), "drift": time - time[0]}
+    late = [(grows[fault], at, place) for fault, at, place in acting if fault in grows]
+    if late:
+        total = np.sum([at * rate for rate, at, _ in late], axis=0)
+        place, share = _before(time, total)
+        inside = (time - total > time[0]) & (time - total < time[-1] + 1e-9)
+        falls = np.where(inside, -(np.diff(values) / np.diff(time))[place], 0.0)
+        values[:] = np.interp(time - total, time, values)
+        slopes[:] = (1.0 - share) * slopes[place] + share * slopes[place + 1]
+        if derivatives:
+            for rate, _, own in late:
+                slopes[:, own] = rate * falls
+    for fault, at, own in acting:
+        if fault == "gain":
+            slopes *= at
+            if derivatives:
+                slopes[:, own] = values
+            values *= at
+    for fault, at, own in acting:
+        if fault == "offset":
+            values += at
+            if derivatives:
+                slopes[:, own] = 1.0
 
 
 def _before(time: Floats, lag: Floats) -> tuple[NDArray[np.intp], Floats]:

@@ -15,6 +15,7 @@ from forklift.plant.findings import Caution, Findings
 from forklift.plant.misread import Found
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Machine
+from forklift.plant.sensor_faults import SensorUnknown
 from forklift.recordings.noise import Sensor
 
 Labels = Mapping[str, NDArray[np.intp]]
@@ -323,6 +324,9 @@ class Subject(Machine, Protocol):
         ForkliftError
             ``"parameter-unknown"``, ``"argument-invalid"``.
         """
+
+    def clocks(self, recordings: Sequence[Any], sensors: Mapping[str, Sensor]) -> tuple[SensorUnknown, ...]:
+        """What is unknown of clocks that are not the command's; none where all is on one."""
 
     def hypotheses(self, recordings: Sequence[Any], sensors: Mapping[str, Sensor]) -> tuple[Hypothesis, ...]:
         """What may be amiss."""

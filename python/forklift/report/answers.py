@@ -11,6 +11,7 @@ from forklift.base.typeset import as_precise, capital, number, printed, prose, s
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.numbers import of_hypothesis
+from forklift.fitting.clocks import CLOCKS_APART
 from forklift.fitting.criteria import AT_NOISE
 from forklift.fitting.intervals import QUANTILE
 from forklift.report.blocks import Fact
@@ -90,7 +91,8 @@ def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             [
                 f"With its parameters fitted, the {found.machine.words.noun} explains {judged(found)}. At "
                 f"worst one signal is left with {number(worst)} {NOISE}; up to about {AT_NOISE:g} of a whole "
-                "signal is taken for noise."
+                "signal is taken for noise.",
+                *(one.sentence for one in found.findings.cautions if one.code == CLOCKS_APART),
             ],
         )
     if found.doubted:

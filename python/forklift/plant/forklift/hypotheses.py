@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from forklift import _core
 from forklift.plant.forklift.effects import EFFECTS
@@ -15,16 +13,12 @@ from forklift.plant.forklift.sensors import POSITIONS
 from forklift.plant.forklift.unknowns import unknown
 from forklift.plant.protocol import Addition, Hypothesis
 from forklift.plant.sensor_faults import SensorFault, SensorUnknown, condition_offset, sensor_unknown
-from forklift.recordings.channels import COMMANDS, LIFTS, Lift, channels
+from forklift.recordings.channels import LIFTS, Lift, channels
 
 if TYPE_CHECKING:
     from forklift._core import EffectParameterSpec, EffectSpec
     from forklift.plant.forklift.truck import Truck
-    from forklift.recordings.recording import Recording
 
-SAME_CLOCK = 0.5
-"""Share of common instants from which two channels are of one clock, of which one lost samples or is slower;
-stamps of two clocks coincide by chance only."""
 OIL = "oil_temperature_degc"
 """The channel that tells the temperature of the oil."""
 LOAD_WIDTH_KG = 100.0
@@ -65,78 +59,24 @@ def hypotheses(
     lifts: Collection[Lift],
     measured: Collection[str],
     travelled: Mapping[Lift, tuple[float, float]],
-    clocks: Collection[tuple[str, ...]] = (),
     with_oil: Collection[str] = (),
 ) -> tuple[Hypothesis, ...]:
     """All of them, for recordings that command `lifts` and have these channels.
 
     Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
-    values of its further parameters is a hypothesis for some of them, all under one label. `clocks` are the
-    channels of each clock that is not the command's: it may have started apart, or run fast; `with_oil`, the
-    files of the recordings with an oil temperature of their own. Where a clock is
-    every channel's, a dead time of one lift's valve and clocks that started apart are the same,
-
-        y(t; u(t − d)) = y(t − d; u(t)),    from rest,
-
-    and of what no recording can part the clocks are named, as they are seen to differ. Likewise of what the
-    return line of all lifts and the hose of one do where no other lift moves, the hose.
+    values of its further parameters is a hypothesis for some of them, all under one label. `with_oil` are the
+    files of the recordings with an oil temperature of their own. Of what the return line of all lifts and the
+    hose of one do where no other lift moves, which no recording can part, the hose is named.
     """
-    apart = any(set(measured) <= set(clock) for clock in clocks)
     return (
-        *_physics(truck, lifts, travelled, apart=apart),
+        *_physics(truck, lifts, travelled),
         *_sensors(measured),
-        *_clocks(clocks),
         *_conditions(with_oil),
     )
 
 
-def clocks_apart(recordings: Iterable[Recording], measured: Collection[str]) -> tuple[tuple[str, ...], ...]:
-    """The measured channels of each clock that is not the command's, in any of the recordings."""
-    found: dict[tuple[str, ...], None] = {}
-    for recording in recordings:
-        groups: list[list[str]] = [list(COMMANDS)]
-        for channel in measured:
-            if channel in recording.channels:
-                own = next((group for group in groups if _same_clock(recording, group[0], channel)), None)
-                if own is None:
-                    groups.append([channel])
-                else:
-                    own.append(channel)
-        for group in groups[1:]:
-            found.setdefault(tuple(group))
-    apart = tuple(channel for channel in measured if any(channel in group for group in found))
-    return tuple(dict.fromkeys([*found, apart])) if apart else ()
-
-
-def _same_clock(recording: Recording, one: str, other: str) -> bool:
-    """Whether most of the instants of the channel with fewer are the other's too."""
-    rows = recording.rows_of(one), recording.rows_of(other)
-    return len(np.intersect1d(*rows)) > SAME_CLOCK * min(map(len, rows))
-
-
-def _clocks(clocks: Collection[tuple[str, ...]]) -> Iterator[Hypothesis]:
-    for channels_of in clocks:
-        where = channels_of[0] if len(channels_of) == 1 else ""
-        what = f"the clock of {channels_of[0]}" if where else "the sensors' clock"
-        for fault, id, name in (
-            ("shift", "clock_shift", f"{what} starts apart from the command's"),
-            ("drift", "clock_drift", f"{what} runs at another rate than the command's"),
-        ):
-            number = sensor_unknown(list(channels_of), fault, "s")  # type: ignore[arg-type]
-            yield Hypothesis(
-                id,
-                "sensor",
-                name,
-                where,
-                "sensor",
-                number.name,
-                _misread(number),
-                ("valve_delay", "sensor_lag"),
-            )
-
-
 def _physics(
-    truck: Truck, lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]], *, apart: bool
+    truck: Truck, lifts: Collection[Lift], travelled: Mapping[Lift, tuple[float, float]]
 ) -> Iterator[Hypothesis]:
     specs = effect_specs()
     for effect in EFFECTS:
@@ -157,8 +97,7 @@ def _physics(
                     acting(truck, effect.id, lift, starts),
                     effect.confused_with,
                     effect.needs_two_of,
-                    unlikely=(apart and effect.id == "valve_delay")
-                    or (len(lifts) == 1 and effect.id == "return_back_pressure"),
+                    unlikely=len(lifts) == 1 and effect.id == "return_back_pressure",
                     also_in=effect.also_in,
                     plausible=_plausible(effect.id, lift, way),
                 )

@@ -20,10 +20,11 @@ from forklift.plant.forklift.candidates import NextRecording, candidates, elsewh
 from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
 from forklift.plant.forklift.checks.suitability import suitability
+from forklift.plant.forklift.clocks import clocks
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.curve_tables import per_output
 from forklift.plant.forklift.dither import dither
-from forklift.plant.forklift.hypotheses import OIL, clocks_apart, hypotheses
+from forklift.plant.forklift.hypotheses import OIL, hypotheses
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.phases import IN_WORDS
 from forklift.plant.forklift.physical import physical
@@ -38,6 +39,7 @@ from forklift.plant.forklift.unknowns import unknowns
 from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis
+from forklift.plant.sensor_faults import SensorUnknown
 from forklift.plant.subject import Drive, Labels, Possible, Residual, Signal, Sources, Split, Term, Use
 from forklift.recordings.campaign import Campaign
 from forklift.recordings.channels import LIFTS, Lift, commanded
@@ -147,14 +149,19 @@ class ForkliftSubject(Forklift):
         own = unknowns(self.truck, self.lifts, hold=held, also=also, together=together)
         return (*own, dither()) if self.doubts else own
 
+    def clocks(
+        self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
+    ) -> tuple[SensorUnknown, ...]:
+        """Of channels with stamps of their own, see `forklift.plant.forklift.clocks`."""
+        return clocks(recordings, list(sensors))
+
     def hypotheses(
         self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
     ) -> tuple[Hypothesis, ...]:
-        """The catalogue's effects, sensors, clocks and conditions."""
-        apart = clocks_apart(recordings, list(sensors))
+        """The catalogue's effects, sensors and conditions."""
         with_oil = [one.file for one in recordings if OIL in one.channels]
         travelled = _travelled(recordings, sensors)
-        return hypotheses(self.truck, self.lifts, list(sensors), travelled, apart, with_oil)
+        return hypotheses(self.truck, self.lifts, list(sensors), travelled, with_oil)
 
     def covariates(
         self, recordings: Sequence[Recording], judged: Sequence[Residual], sensors: Mapping[str, Sensor]
