@@ -171,6 +171,36 @@ def test_a_plant_without_states_and_groups_left_out():
     assert "Left out g1" in str(found)
 
 
+def test_a_group_whose_own_parameters_no_other_tells_is_not_asked():
+    bend = Effect(
+        "bend", "it bends", (Param("c", "1", 0.0, -1.0, 1.0),), ("law",),
+        lambda x, u, p, bus: {"law": p["c"] * u["u"] ** 2},
+    )  # fmt: skip
+    plant = Plant(
+        "two", (Param("a", "1", 1.0, 0.1, 10.0), Param("b", "1", 1.0, 0.1, 10.0)),
+        (Input("u"), Input("which")), (Output("y", sigma=0.05),),
+        lambda t, x, u, w, p, bus: {
+            "y": np.where(u["which"] > 0.5, p["a"], p["b"]) * u["u"] + w["law"]
+        },
+        ports=(Port("law", kind="law"),), effects=(bend,), score="algebraic",
+    )  # fmt: skip
+    recordings = []
+    for k in range(4):
+        random = np.random.default_rng(k)
+        u, first = random.uniform(-2.0, 2.0, 200), k < 2
+        y = (2.0 if first else 3.0) * u + 0.3 * u**2 + random.normal(0.0, 0.05, 200)
+        inputs = {"u": u, "which": np.full(200, float(first))}
+        whole = Recording(f"r{k}", np.arange(200.0), inputs, {"y": y}, group="first" if first else "second")
+        recordings += whole.split(0.6)
+    found = diagnose(plant, recordings)
+    assert [cause.hypothesis.label for cause in found.causes] == ["bend"]
+    assert [(one.group, one.asked, one.holds, one.fails) for one in found.groups] == [
+        ("first", False, False, False), ("second", False, False, False)
+    ]  # fmt: skip
+    assert all(one["holds"] is None and one["untold"] >= 1.0 for one in found.to_dict()["groups"])
+    assert "Left out first: not asked, the others do not tell what it depends on" in str(found)
+
+
 def test_a_censored_sample_tells_that_the_truth_is_beyond():
     model = np.linspace(8.0, 12.0, 41)
     for sign in (1.0, -1.0):

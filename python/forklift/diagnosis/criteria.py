@@ -179,6 +179,9 @@ TELLING = 0.05
 what a variable was a while ago must explain so much more than one of the moment to be told before it."""
 STANDS = 0.9
 """Share of an accepted hypothesis's effect, or of a curve's evidence, from which on another stands for it."""
+FORETOLD = 1.0
+"""A group of recordings is foretold by the others if what these leave unknown of it is less than its noise:
+mean square in units of that."""
 UNTOLD = 0.5
 """An amplitude whose prior the recordings narrow to no less than this cannot be tested."""
 

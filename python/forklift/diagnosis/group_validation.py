@@ -3,6 +3,11 @@
 A pressure, a load or a level is left out whole: both models are fitted anew to all other recordings, from
 where the selection left them, and judged on the group. A term that gains nothing there holds in its own
 groups only, and is no physics.
+
+A group is foretold only where the others tell the model's own parameters that it depends on. With C their
+covariance from the others, and S what the group's N samples tell of them in units of the noise, with its
+recordings' own unknowns marginalised, the others leave an error of the mean square tr(C S)/N in it untold, to
+first order.
 """
 
 from __future__ import annotations
@@ -13,10 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from forklift.base.threads import one_thread
+from forklift.base.threads import on_one_thread, one_thread
+from forklift.diagnosis.criteria import FORETOLD
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import FINE, SETTLING, Refitter
 from forklift.fitting.interface import Problem
+from forklift.fitting.intervals import covariance_at_noise
 from forklift.fitting.search import Found, Stage
 
 OWN_NOISE = FINE[:1]
@@ -43,11 +50,23 @@ class GroupFold:
     """The same with what was found fitted to the group itself: what no value of its parameters explains."""
     amplitudes: tuple[tuple[str, float], ...]
     """What was found, as the other groups have it."""
+    untold: float = 0.0
+    """Mean square that the others leave unknown in it, in units of the noise."""
+
+    @property
+    def asked(self) -> bool:
+        """Whether the others tell what it depends on; else nothing is known but what it is fitted alone."""
+        return self.untold < FORETOLD
 
     @property
     def holds(self) -> bool:
-        """Whether what was found explains more of the group than the model without it."""
-        return self.after < self.before
+        """Whether it was asked, and what was found explains more of it than the model without that."""
+        return self.asked and self.after < self.before
+
+    @property
+    def fails(self) -> bool:
+        """Whether it was asked, and that explains nothing of it."""
+        return self.asked and not self.holds
 
     @property
     def gain(self) -> float:
@@ -63,7 +82,8 @@ class GroupFold:
             "gain": self.gain,
             "mean_square_alone": self.alone,
             "amplitudes": dict(self.amplitudes),
-            "holds": self.holds,
+            "untold": self.untold,
+            "holds": self.holds if self.asked else None,
         }
 
 
@@ -78,6 +98,10 @@ def group_folds(refitter: Refitter, baseline: Refit, final: Refit) -> tuple[Grou
 
 
 def _one(refitter: Refitter, baseline: Refit, final: Refit, group: str) -> GroupFold:
+    untold = _untold(refitter, baseline, group)
+    if untold >= FORETOLD:
+        nothing = float("nan")
+        return GroupFold(group, nothing, nothing, _alone(refitter, final, group), (), untold)
     before, _ = _without(refitter, baseline, group, WITHOUT)
     after, fitted = _without(refitter, final, group, OWN_NOISE)
     named = {hypothesis.amplitude for hypothesis in final.hypotheses}
@@ -86,7 +110,24 @@ def _one(refitter: Refitter, baseline: Refit, final: Refit, group: str) -> Group
         for unknown, at in zip(fitted.problem.unknowns, fitted.x, strict=False)
         if unknown.name in named
     )
-    return GroupFold(group, before, after, _alone(refitter, final, group), amplitudes)
+    return GroupFold(group, before, after, _alone(refitter, final, group), amplitudes, untold)
+
+
+@on_one_thread
+def _untold(refitter: Refitter, baseline: Refit, group: str) -> float:
+    """What the others leave unknown of the group, of the model's own parameters: what was found is to show
+    that the others tell it."""
+    noise = {name: sensor.noise for name, sensor in refitter.sensors.items()}
+    problem = baseline.found.problem
+    rest, here = (_over(problem, refitter, group, inside=inside).weighted(noise) for inside in (False, True))
+    covariance = covariance_at_noise(rest, rest.at(baseline.found.x), refitter.sensors)
+    at, shared = here.at(baseline.found.x), len(problem.unknowns)
+    _, jacobian = here.compressed(at)
+    told = jacobian[shared:].T @ jacobian[shared:]  # without what is known of the shared beforehand
+    own = np.linalg.solve(told[shared:, shared:], told[shared:, :shared])
+    left = told[:shared, :shared] - told[:shared, shared:] @ own
+    samples = sum(len(seen.values) for sample in here.samples for seen in sample.observed)
+    return float(np.sum(covariance * left)) / max(samples, 1)
 
 
 def _without(refitter: Refitter, refit: Refit, group: str, stages: tuple[Stage, ...]) -> tuple[float, Found]:

@@ -166,7 +166,7 @@ def foresees(refitter: Refitter, best: Refit, refit: Refit) -> bool:
     """
     if not refitter.strict:
         return True
-    folds = group_folds(refitter, best, refit)
+    folds = [one for one in group_folds(refitter, best, refit) if one.asked]
     return not folds or sum(one.after for one in folds) < sum(one.before for one in folds)
 
 

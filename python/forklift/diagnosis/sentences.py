@@ -429,6 +429,9 @@ def _lines(found: Outcome) -> Iterator[str]:
     yield found.deficiency[1].sentence
     yield from (one.sentence for one in found.regimes if one.agree is False)
     for group in found.groups:
+        if not group.asked:
+            yield f"Left out {group.group}: not asked, the others do not tell what it depends on."
+            continue
         verb = "holds" if group.holds else "does not hold"
         yield (
             f"Left out {group.group}: {verb}, mean square {group.before:.3g} -> {group.after:.3g}, fitted "

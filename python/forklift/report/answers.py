@@ -573,7 +573,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
 
 def _groups(found: Diagnosis) -> list[str]:
     """What speaks against it where whole groups were left out."""
-    bad = [one.group for one in found.groups if not one.holds]
+    bad = [one.group for one in found.groups if one.fails]
     told = [f"It does not hold in {', '.join(bad)}, predicted from the others: see Doubts."] if bad else []
     if found.outlying_groups:
         told.append(f"{', '.join(found.outlying_groups)} fits no law that fits the others: see Doubts.")

@@ -166,13 +166,21 @@ def _everywhere(found: Diagnosis) -> Iterator[str]:
                 f"{found.machine.part_word}, say, or each day) could be left out in turn."
             )
         return
-    bad = [one.group for one in found.groups if not one.holds]
-    yield (
-        f"Predicted from the other groups, it explains nothing in {', '.join(bad)}: what is found in its own "
-        "groups only is no physics."
-        if bad
-        else f"Each of {len(found.groups)} groups is predicted better with it, fitted on the others alone."
-    )
+    asked = [one for one in found.groups if one.asked]
+    bad = [one.group for one in asked if one.fails]
+    if bad:
+        yield (
+            f"Predicted from the other groups, it explains nothing in {', '.join(bad)}: what is found in its "
+            "own groups only is no physics."
+        )
+    elif asked:
+        yield f"Each of {len(asked)} groups is predicted better with it, fitted on the others alone."
+    if len(asked) < len(found.groups):
+        untold = ", ".join(one.group for one in found.groups if not one.asked)
+        yield (
+            f"Whether it holds in {untold} if that is left out whole was not asked: the other recordings do "
+            "not tell the parameters that it depends on."
+        )
     if found.outlying_groups:
         yield (
             f"{', '.join(found.outlying_groups)} fits no law that fits the others: even fitted alone much "
@@ -181,7 +189,7 @@ def _everywhere(found: Diagnosis) -> Iterator[str]:
 
 
 def _groups(found: Diagnosis) -> Iterator[Table]:
-    if not found.groups:
+    if not any(one.asked for one in found.groups):
         return
     names = list(dict.fromkeys(name for one in found.groups for name, _ in one.amplitudes))
     yield Table(
@@ -203,7 +211,7 @@ def _groups(found: Diagnosis) -> Iterator[Table]:
 
 
 def _holds(fold: GroupFold) -> str:
-    return "holds" if fold.holds else "does not hold"
+    return "not asked" if not fold.asked else "holds" if fold.holds else "does not hold"
 
 
 def _recordings(found: Diagnosis) -> Iterator[str]:
