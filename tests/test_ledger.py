@@ -2,11 +2,15 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from forklift import diagnose
 from forklift.diagnosis.ledger import Considered, considered, uncontested
 from forklift.diagnosis.screening import Screened
+from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port
 from forklift.plant.protocol import Addition, Hypothesis
+from forklift.plant.recording import Recording
 from forklift.report import ledger
 
 
@@ -25,6 +29,7 @@ def outcome(*refits):
     """Of a diagnosis that tried these and named `CAUSE`."""
     singles = [Screened((one,), 5.0, (1.0,), (0.1,)) for one in (CAUSE, FAR, NEAR, NEVER)]
     return SimpleNamespace(
+        verdict="missing-physics",
         findings=SimpleNamespace(unexcited=""),
         selection=SimpleNamespace(steps=[SimpleNamespace(refits=refits)], unnamed=(), skipped=()),
         screening=SimpleNamespace(singles=singles, untestable=()),
@@ -72,3 +77,37 @@ def test_a_hypothesis_that_was_never_begun_is_neither():
     told = Considered(NEVER, 5.0, "", None, False).to_dict()
     assert not told["fitted"]
     assert not told["given_up"]
+
+
+def bent(c):
+    """Recordings of a line that is bent by `c`, in its noise, and their diagnosis."""
+    bend = Effect(
+        "bend", "it bends", (Param("c", "1", 0.0, -1.0, 1.0),), ("law",),
+        lambda x, u, p, bus: {"law": p["c"] * u["u"] ** 2},
+    )  # fmt: skip
+    plant = Plant(
+        "line", (Param("k", "1", 1.0, 0.1, 10.0),), (Input("u"),), (Output("y", sigma=0.05),),
+        lambda t, x, u, w, p, bus: {"y": p["k"] * u["u"] + w["law"]},
+        ports=(Port("law", kind="law"),), effects=(bend,), score="algebraic",
+    )  # fmt: skip
+    recordings = []
+    for k in range(4):
+        random = np.random.default_rng(k)
+        u = random.uniform(-2.0, 2.0, 200)
+        y = 2.0 * u + c * u**2 + random.normal(0.0, 0.05, 200)
+        recordings += Recording(f"r{k}", np.arange(200.0), {"u": u}, {"y": y}).split(0.6)
+    return diagnose(plant, recordings)
+
+
+def test_where_nothing_is_missing_it_is_told_from_which_size_on_it_would_be_tried():
+    straight = bent(0.0)
+    (one,) = [row for row in straight.to_dict()["hypotheses"] if row["id"] == "bend"]
+    least = one["tried_from"]
+    assert straight.verdict == "no-mismatch"
+    assert least["unit"] == "1"
+    # 800 samples of deviation 0.05; of u² what no slope makes up for: 16/5 on average.
+    assert least["value"] == pytest.approx(np.sqrt(2.0 * 12.0) * 0.05 / np.sqrt(800 * 16.0 / 5.0), rel=0.3)
+    assert bent(least["value"] / 3.0).verdict == "no-mismatch"
+    more = bent(3.0 * least["value"])
+    assert [cause.hypothesis.id for cause in more.causes] == ["bend"]
+    assert all(row["tried_from"] is None for row in more.to_dict()["hypotheses"])

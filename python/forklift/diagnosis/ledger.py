@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING, Any, Literal
 
 from forklift.diagnosis.causes import Cause
+from forklift.diagnosis.criteria import LEAST_FAULT, alarm
 from forklift.diagnosis.screening import Screened, Screening
 from forklift.diagnosis.selection import Selection
 from forklift.plant.protocol import Hypothesis
@@ -35,6 +36,8 @@ class Considered:
     named: bool
     skipped: bool = False
     """Whether it would have been tried, if the work that a diagnosis may do had lasted."""
+    tried_from: tuple[float, str] | None = None
+    """Where nothing is left over: the size of its amplitude from which on it would be tried; its unit."""
 
     @property
     def given_up(self) -> bool:
@@ -61,6 +64,7 @@ class Considered:
             else [],
             "named": self.named,
             "skipped": self.skipped,
+            "tried_from": self.tried_from and {"value": self.tried_from[0], "unit": self.tried_from[1]},
         }
 
 
@@ -75,7 +79,8 @@ def uncontested(found: Outcome) -> str:
 def considered(found: Outcome) -> list[Considered]:
     """Each once: those named first, then by what they promised, then those that could not be told."""
     unexcited = bool(found.findings.unexcited)
-    each = [*_each(found.selection, found.screening, found.causes, found.unidentifiable, unexcited)]
+    nothing = found.verdict == "no-mismatch"
+    each = [*_each(found.selection, found.screening, found.causes, found.unidentifiable, unexcited, nothing)]
     every = {one.hypothesis.label: one for one in reversed(each)}
     return sorted(
         every.values(), key=lambda one: (not one.named, bool(one.unidentifiable), -(one.promised or 0.0))
@@ -88,8 +93,10 @@ def _each(
     causes: Sequence[Cause],
     one_value: Sequence[Hypothesis],
     unexcited: bool,
+    nothing: bool,
 ) -> Iterator[Considered]:
-    """The first of each label counts; `one_value`: what was not asked, for its condition never changes."""
+    """The first of each label counts; `one_value`: what was not asked, for its condition never changes;
+    `nothing`: whether nothing is left over."""
     refits = [refit for step in selection.steps for refit in step.refits]
     refits.sort(key=lambda refit: (not refit.finished, len(refit.hypotheses)))
     by_label: dict[str, Refit] = {}
@@ -99,7 +106,12 @@ def _each(
     named = {cause.hypothesis.label for cause in causes}
     missed = {one.label for several in selection.skipped for one in several} - set(by_label)
 
-    def one(hypothesis: Hypothesis, promised: float | None, unidentifiable: Untold) -> Considered:
+    def one(
+        hypothesis: Hypothesis,
+        promised: float | None,
+        unidentifiable: Untold,
+        tried_from: tuple[float, str] | None = None,
+    ) -> Considered:
         return Considered(
             hypothesis,
             promised,
@@ -107,16 +119,37 @@ def _each(
             by_label.get(hypothesis.label),
             hypothesis.label in named,
             hypothesis.label in missed,
+            tried_from,
         )
 
     def told(screened: Screened) -> Untold:
         return "any-size" if unexcited or not screened.testable else ""
 
     for screened in screening.singles:
-        yield one(screened.hypotheses[0], screened.gain, told(screened))
+        asked = nothing and not told(screened)
+        yield one(
+            screened.hypotheses[0], screened.gain, told(screened), _tried_from(screened) if asked else None
+        )
     for hypothesis in screening.untestable:
         yield one(hypothesis, None, "no-trace")
     for hypothesis in one_value:
         yield one(hypothesis, None, "one-value")
     for cause in causes:  # what has no name, and what was seen before any fit
         yield one(cause.hypothesis, None, "")
+
+
+def _tried_from(screened: Screened) -> tuple[float, str] | None:
+    """Where a linear step promises what is asked for where nothing is left over; None of conditions.
+
+    An amplitude a with the deviation σ beside all other unknowns promises a²/2σ².
+    """
+    hypothesis = screened.hypotheses[0]
+    unknown = next((one for one in hypothesis.addition.free if one.name == hypothesis.amplitude), None)
+    if unknown is None:
+        return None
+    step = screened.deviations[0] * sqrt(2.0 * alarm(hypothesis))
+    if hypothesis.kind in ("sensor", "parameter"):
+        step = max(step, LEAST_FAULT)
+    if step > unknown.upper:
+        return None
+    return abs(float(unknown.values(step)[0]) - float(unknown.values(0.0)[0])), unknown.unit

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from forklift.base.typeset import drawn
 from forklift.report.blocks import Table
 from forklift.report.words import capital, number
 
@@ -15,24 +16,33 @@ if TYPE_CHECKING:
 def considered(told: Mapping[str, Any], words: Words) -> Table:
     """The greatest predicted gain first, those that could not be tested last."""
     count = counts(told)
+    nothing = told["verdict"] == "no-mismatch"
     return Table(
         considered_of(count),
-        ["Hypothesis", "Kind", "Predicted gain", "What became of it"],
+        ["Hypothesis", "Kind", "Predicted gain", *["Tried from"] * nothing, "What became of it"],
         [
             [
                 capital(words.at(one["name"], one["where"])), words.kinds[one["kind"]],
-                "—" if one["promised"] is None else number(one["promised"]), _fate(one, told),
+                "—" if one["promised"] is None else number(one["promised"]),
+                *[_tried_from(one)] * nothing, _fate(one, told),
             ]
             for one in told["hypotheses"]
         ],
-        [False, False, True, False],
+        [False, False, True, *[True] * nothing, False],
         note="Predicted gain: how far −ln of the probability of all recordings together would fall with it "
         f"and all parameters at their best, by a linear estimate at the fitted {words.noun}, before any fit. "
         "As long as a cause is missing, others are predicted to gain by some of what it explains; so only "
         "those are fitted that do not fall far behind the best, and fits on recordings held out decide. "
         "Numbers compare within one round: where one cause was found and something was left over, the next "
         "round began from the model with it. Where even then something was left over, effects that act at "
-        "the same place were tried as well, little as was predicted of them.",
+        "the same place were tried as well, little as was predicted of them."
+        + (
+            " Tried from: the size, of the number that is zero without it, at which it would be predicted to "
+            "gain enough to be tried where nothing is left over, by the same estimate. What is smaller is "
+            "not seen in these recordings; what is larger is fitted, and decided on recordings held out."
+            if nothing
+            else ""
+        ),
     )  # fmt: skip
 
 
@@ -61,6 +71,14 @@ def considered_of(count: Mapping[str, int]) -> str:
         f"{count['considered']} hypotheses considered: {count['fitted'] or 'none'} fitted{given_up}, "
         f"{untried} not tried{untested}"
     )
+
+
+def _tried_from(one: Mapping[str, Any]) -> str:
+    least = one["tried_from"]
+    if not least:
+        return "—"
+    unit, factor = drawn(least["unit"])
+    return f"{number(factor * least['value'], 2)} {unit}".rstrip()
 
 
 def _fate(one: Mapping[str, Any], told: Mapping[str, Any]) -> str:
