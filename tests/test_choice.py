@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import nan
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -21,6 +22,7 @@ from forklift.diagnosis.criteria import (
     SIMPLER,
 )
 from forklift.diagnosis.curves import FreeCurves
+from forklift.diagnosis.group_validation import GroupFold
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race
 from forklift.diagnosis.refit import Refit
@@ -476,6 +478,15 @@ def test_a_sensor_that_is_off_by_next_to_nothing_is_not_asked_for_where_nothing_
     assert len(alarming(Screening(0.0, (screened,), (), ())).singles) == asked
 
 
+def test_two_are_asked_for_together_where_nothing_shows_if_each_is_asked_for():
+    one, other, faint = (cast(Hypothesis, Name(name, "physics")) for name in ("one", "other", "faint"))
+    singles = tuple(
+        Screened((each,), gain, (1.0,), (0.1,)) for each, gain in ((one, 80.0), (other, 60.0), (faint, 1.0))
+    )
+    pairs = tuple(Screened(two, 150.0, (1.0, 1.0), (0.1, 0.1)) for two in ((one, other), (one, faint)))
+    assert alarming(Screening(0.0, singles, pairs, ())).pairs == pairs[:1]
+
+
 @pytest.mark.parametrize(
     ("size", "gained", "accepted"),
     [
@@ -530,7 +541,8 @@ def test_what_a_recording_held_out_leaves_is_a_measure_if_it_is_little_or_a_curv
 
 @pytest.mark.parametrize(("left_out", "chosen"), [(0.5, True), (2.0, False)])
 def test_a_curve_must_hold_in_groups_that_are_left_out(monkeypatch, left_out, chosen):
-    folds = (SimpleNamespace(before=1.0, after=left_out), SimpleNamespace(before=1.0, after=0.9))
+    untold = GroupFold("c", nan, nan, 1.0, (), untold=1e3)  # the others do not tell what it depends on
+    folds = (GroupFold("a", 1.0, left_out, 1.0, ()), GroupFold("b", 1.0, 0.9, 1.0, ()), untold)
     monkeypatch.setattr("forklift.diagnosis.rules.group_folds", lambda *given: folds)
     refits = [cast(Refit, Tried()), cast(Refit, Tried((CURVE,)))]
     assert foresees(cast(Refitter, SimpleNamespace(strict=True)), *refits) is chosen

@@ -12,7 +12,7 @@ from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.unknowns import unknowns
-from forklift.plant.sensor_faults import sensor_unknown
+from forklift.plant.sensor_faults import read, sensor_unknown
 
 TIME = np.arange(0.0, 2.0, 0.02)
 CHANNELS = list(outputs())
@@ -26,16 +26,15 @@ def said() -> np.ndarray:
 
 @pytest.mark.parametrize("fault", ["gain", "offset", "lag"])
 def test_a_right_sensor_reads_the_truth_to_the_bit(fault):
-    values, _ = sensor_unknown(["pressure_free_pa"], fault, "Pa").read(
-        TIME, said(), np.zeros((100, 7, 0)), 0.0, PLACES
-    )
+    number = sensor_unknown(["pressure_free_pa"], fault, "Pa")
+    values, _ = read(TIME, said(), np.zeros((100, 7, 0)), [(number, 0.0)], PLACES, 0)
     assert np.array_equal(values, said())
 
 
 @given(theta=st.floats(-3.0, 3.0))
 def test_only_its_own_channel_is_read_wrongly(theta):
     number = sensor_unknown(["pressure_free_pa"], "gain", "Pa")
-    values, slopes = number.read(TIME, said(), np.ones((100, 7, 2)), theta, PLACES)
+    values, slopes = read(TIME, said(), np.ones((100, 7, 2)), [(number, theta)], PLACES, 2)
     own = CHANNELS.index("pressure_free_pa")
     assert values[:, own] == pytest.approx(said()[:, own] * (1.0 + 0.05 * theta))
     assert np.array_equal(np.delete(values, own, axis=1), np.delete(said(), own, axis=1))
@@ -46,7 +45,7 @@ def test_only_its_own_channel_is_read_wrongly(theta):
 @given(ticks=st.integers(0, 20))
 def test_a_lag_of_whole_ticks_shifts_the_samples(ticks):
     number = sensor_unknown(["fork_height_m"], "lag", "m")
-    values, _ = number.read(TIME, said(), np.zeros((100, 7, 0)), 0.02 * ticks / 0.05, PLACES)
+    values, _ = read(TIME, said(), np.zeros((100, 7, 0)), [(number, 0.02 * ticks / 0.05)], PLACES, 0)
     own = CHANNELS.index("fork_height_m")
     late = said()[: 100 - ticks, own]
     assert values[ticks:, own] == pytest.approx(late, abs=1e-12)

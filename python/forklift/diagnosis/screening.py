@@ -9,7 +9,7 @@ than solving once again.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -82,6 +82,12 @@ class Screening:
         """Hypotheses that may have any size, or none, as far as these recordings tell."""
         loose = [found.hypotheses[0] for found in self.singles if not found.testable]
         return (*self.untestable, *loose)
+
+    def only(self, singles: Sequence[Screened]) -> Screening:
+        """The same of some of its singles, and of the pairs of these."""
+        names = {found.hypotheses[0] for found in singles}
+        pairs = [pair for pair in self.pairs if names.issuperset(pair.hypotheses)]
+        return replace(self, singles=tuple(singles), pairs=tuple(pairs))
 
     def variants(self, hypothesis: Hypothesis) -> tuple[Hypothesis, ...]:
         """All under the hypothesis's label, the most promising first."""

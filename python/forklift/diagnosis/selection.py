@@ -105,7 +105,8 @@ class Selection:
 
 
 def alarming(screening: Screening) -> Screening:
-    """Only the hypotheses that promise so much that they are asked for although no channel shows anything.
+    """Only the hypotheses that promise so much that they are asked for although no channel shows anything,
+    and pairs of these.
 
     A sensor that is off by next to nothing is not asked for. An effect is tried at one of several shapes, of
     which another may have another size: whether it is next to none is told from its fit (`next_to_none`).
@@ -113,7 +114,7 @@ def alarming(screening: Screening) -> Screening:
     loud = [
         one for one in screening.singles if one.gain >= alarm(one.hypotheses[0]) and not _next_to_nothing(one)
     ]
-    return replace(screening, singles=tuple(loud), pairs=())
+    return screening.only(loud)
 
 
 def _next_to_nothing(one: Screened) -> bool:
@@ -326,7 +327,7 @@ def _beyond_its_law(race: Race, best: Refit, screening: Screening, general: Gene
     curves = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
     law = max((one.evidence for one in curves), default=0.0)
     left = [one for one in screening.singles if one.hypotheses[0].amplitude is None or one.evidence > law]
-    return replace(screening, singles=tuple(left))
+    return screening.only(left)
 
 
 def _beside(best: Refit, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -395,6 +396,9 @@ def _round(
     Beside a curve that promised far more than any name, fewer names are tried, and one counts only if it
     removes nearly as much.
 
+    Two that enter together go with the first. Where nothing is left over beside nothing they come last, if
+    none alone is borne out: each may have to make up for the other, and so speak against itself somewhere.
+
     A name may gain only because the best was caught in a local minimum. So the best is fitted again from
     where the first name that helps ended, or one that gained as much without being there; if that gains half
     as much, it is accepted instead.
@@ -418,9 +422,11 @@ def _round(
         if pair.gain > PAIR * screening.singles[0].gain
         and (not filtered or may_help(pair, best, race.refitter))
     ]
-    waves = [ranked[:1], [*ranked[1:FIRST], *pairs]]
+    waves = [ranked[:1], [*ranked[1:FIRST], *([] if best.quiet else pairs)]]
     if not led:
         waves.append(ranked[FIRST : FIRST + FURTHER])
+    if best.quiet and not best.hypotheses:
+        waves.append(pairs)
     refits: list[Refit] = list(shapes)
     asked = best.quiet
     race.clock.plan(sum(map(len, waves)))
