@@ -26,7 +26,7 @@ from forklift.diagnosis.dependence import Dependence, dependences
 from forklift.diagnosis.foreseen import foreseen
 from forklift.diagnosis.locate import UnknownInput, hats, unknown_inputs
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.screening import Screened, screen
+from forklift.diagnosis.screening import Screened, screen, screen_both
 from forklift.fitting.interface import Problem
 from forklift.fitting.search import Found
 from forklift.plant.protocol import Hypothesis, Machine, Place
@@ -111,11 +111,11 @@ class FreeCurves:
         """Each with its evidence by sensors that do not round; or by all, less what those that do must
         promise more: what begins at the same place in every recording is rounded alike in all of them."""
         at, less = everywhere, ALARM_ROUNDED - ALARM_CURVE
-        told = screen(at.problem, at.x, curves, 0, slow=True).ranked
-        other = screen(at.problem, at.x, curves, 0, slow=True, encoders=False).ranked
-        alone = {one.hypotheses: one.evidence for one in other}
+        told, other = screen_both(at.problem, at.x, curves, slow=True)
+        alone = {one.hypotheses: one.evidence for one in other.ranked}
         return [
-            replace(one, heard=max(one.evidence - less, alone.get(one.hypotheses, -np.inf))) for one in told
+            replace(one, heard=max(one.evidence - less, alone.get(one.hypotheses, -np.inf)))
+            for one in told.ranked
         ]
 
     def told_by(self, refit: Refit, withheld: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:

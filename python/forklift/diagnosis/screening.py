@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -114,14 +115,27 @@ def screen(
     most: int = 8,
     *,
     slow: bool = False,
-    encoders: bool = True,
 ) -> Screening:
     """Every hypothesis at x, and the pairs of the `most` most promising.
 
     `slow`: with what slow noise has in common taken off, so that chance promises no more than among white
-    noise: where next to nothing is left over. `encoders`: by these too.
+    noise: where next to nothing is left over.
     """
-    base, columns = _linear(problem, x, hypotheses, slow=slow, encoders=encoders)
+    (linear,) = _linear(problem, x, hypotheses, slow=slow)
+    return _screening(*linear, hypotheses, most)
+
+
+def screen_both(
+    problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], *, slow: bool = False
+) -> tuple[Screening, Screening]:
+    """By all sensors and without the encoders, from the same runs; see `screen`."""
+    by_all, without = _linear(problem, x, hypotheses, slow=slow, encoders=[True, False])
+    return _screening(*by_all, hypotheses, 0), _screening(*without, hypotheses, 0)
+
+
+def _screening(
+    base: _Base, columns: Sequence[_Column], hypotheses: Sequence[Hypothesis], most: int
+) -> Screening:
     known = base.project(columns) if columns else {}
     untestable = [hypothesis for hypothesis in hypotheses if hypothesis not in known]
     ranked = sorted((base.gain([one]) for one in known.values()), key=lambda found: -found.gain)
@@ -148,7 +162,7 @@ def loo_log_scores(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]
     Raftery 2007, section 7.1): every recording counts, and none speaks for itself. Without number, where a
     hypothesis moves nothing that is measured. Slow noise counts as often as it is independent.
     """
-    base, columns = _linear(problem, x, hypotheses, slow=True)
+    ((base, columns),) = _linear(problem, x, hypotheses, slow=True)
     if len(columns) < len(hypotheses):
         return np.full(len(problem.samples), np.nan)
     return base.loo_log_scores(columns)
@@ -160,13 +174,31 @@ def _linear(
     hypotheses: Sequence[Hypothesis],
     *,
     slow: bool = False,
-    encoders: bool = True,
-) -> tuple[_Base, list[_Column]]:
+    encoders: Sequence[bool] = (True,),
+) -> list[tuple[_Base, list[_Column]]]:
     """The problem linear about x, and what those hypotheses add to it that move anything; `slow`: with what
-    slow noise has in common taken off, so that the normal equations are those of its likelihood; `encoders`:
-    by what they read, too."""
+    slow noise has in common taken off, so that the normal equations are those of its likelihood; for each of
+    `encoders`: by what they read, too, or not."""
     problem = at_noise(problem)
     runs = problem.linearise(x)
+    stacks: list[Stack] = [partial(_stacked, problem, slow=slow, encoders=one) for one in encoders]
+    columns: list[dict[Hypothesis, _Column]] = [{} for _ in stacks]
+    for several in _probed(problem, x, hypotheses, stacks):
+        for known, some in zip(columns, several, strict=True):
+            known.update({column.hypothesis: column for column in some})
+    return [
+        (
+            _Base(problem, x, stack([run.residual for run in runs]), stack([run.jacobian for run in runs])),
+            [known[hypothesis] for hypothesis in hypotheses if hypothesis in known],
+        )
+        for stack, known in zip(stacks, columns, strict=True)
+    ]
+
+
+def _stacked(
+    problem: Problem, parts: Sequence[Mapping[str, Floats]], *, slow: bool, encoders: bool
+) -> list[Floats]:
+    """Rows of every recording, its channels one below the other, each as often as it is independent."""
 
     def independent(sample: Sample, seen: Observed, rows: Floats) -> Floats:
         if not encoders and seen.sensor.count:
@@ -175,15 +207,10 @@ def _linear(
             return whitened(seen, sample.recording.time_s, rows)
         return rounded(seen.sensor, rows)
 
-    def stack(parts: Sequence[Mapping[str, Floats]]) -> list[Floats]:
-        return [
-            np.concatenate([independent(sample, seen, part[seen.sensor.channel]) for seen in sample.observed])
-            for sample, part in zip(problem.samples, parts, strict=True)
-        ]
-
-    columns = {column.hypothesis: column for column in _probed(problem, x, hypotheses, stack)}
-    base = _Base(problem, x, stack([run.residual for run in runs]), stack([run.jacobian for run in runs]))
-    return base, [columns[hypothesis] for hypothesis in hypotheses if hypothesis in columns]
+    return [
+        np.concatenate([independent(sample, seen, part[seen.sensor.channel]) for seen in sample.observed])
+        for sample, part in zip(problem.samples, parts, strict=True)
+    ]
 
 
 def at_noise(problem: Problem) -> Problem:
@@ -192,22 +219,24 @@ def at_noise(problem: Problem) -> Problem:
     return problem.weighted({one.channel: SOFT * one.count if one.count else one.noise for one in sensors})
 
 
-def _probed(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stack: Stack) -> Iterator[_Column]:
-    """How the residuals answer each hypothesis, at its quiet value, with all else held at x; only of those
-    that move anything.
+def _probed(
+    problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis], stacks: Sequence[Stack]
+) -> Iterator[list[list[_Column]]]:
+    """How the residuals answer each hypothesis, at its quiet value, with all else held at x; of each stack
+    only of those that move anything.
 
     What is quiet changes no bit of the model, nor of how it answers the others: several share a run.
     """
     for group in groups(problem, hypotheses):
         try:
-            columns = _probe(problem, x, group, stack)
+            columns = _probe(problem, x, group, stacks)
         except ForkliftError:
             columns = None
         if columns is not None:
-            yield from columns
+            yield columns
         elif len(group) > 1:
             for hypothesis in group:
-                yield from _probed(problem, x, [hypothesis], stack)
+                yield from _probed(problem, x, [hypothesis], stacks)
 
 
 def groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypothesis]]:
@@ -236,16 +265,30 @@ def groups(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[list[Hypo
     return [[hypotheses[k] for k in group] for group in groups]
 
 
-def _probe(problem: Problem, x: Floats, group: Sequence[Hypothesis], stack: Stack) -> list[_Column] | None:
-    """All hypotheses of a group from one run; None if it has no answer."""
+def _probe(
+    problem: Problem, x: Floats, group: Sequence[Hypothesis], stacks: Sequence[Stack]
+) -> list[list[_Column]] | None:
+    """All hypotheses of a group from one run, for each stack; None if it has no answer."""
     refit: Problem = with_hypotheses(problem, group)
     amplitudes = [name for hypothesis in group for name in hypothesis.amplitudes]
     conditions = any(not hypothesis.amplitudes for hypothesis in group)
     held, at = refit.with_fixed(carry(x, problem, refit), amplitudes, conditions=conditions)
-    jacobians = stack([run.jacobian for run in held.linearise(at)])
-    if not all(np.isfinite(jacobian).all() for jacobian in jacobians):
+    runs = [run.jacobian for run in held.linearise(at)]
+    several = [stack(runs) for stack in stacks]
+    if not all(np.isfinite(jacobian).all() for jacobians in several for jacobian in jacobians):
         return None
     names = [unknown.name for unknown in held.unknowns]
+    return [_columns(problem, refit, group, names, jacobians) for jacobians in several]
+
+
+def _columns(
+    problem: Problem,
+    refit: Problem,
+    group: Sequence[Hypothesis],
+    names: Sequence[str],
+    jacobians: Sequence[Floats],
+) -> list[_Column]:
+    """What each of a group adds, of the slopes along these names and what recordings have of their own."""
     columns = []
     for hypothesis in group:
         if hypothesis.amplitudes:

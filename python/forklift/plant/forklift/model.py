@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.plant.forklift import free_curve
+from forklift.plant.forklift.absent import without_absent
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.dither import DITHER, USUAL_TICK_S, along_dither, dithered, without_dither
 from forklift.plant.forklift.ports import equation, lift_of, ports
@@ -125,11 +126,12 @@ def _differentiated(
     return runs
 
 
-Asked = tuple[dict[str, float], tuple[Case, ...], Floats, int]
+Asked = tuple[dict[str, float], tuple[Prepared, ...], Floats, int]
 
 
 class Latest:
-    """The last run without slopes: where a search takes a step, it asks for the same again, with slopes."""
+    """The last run without slopes: where a search takes a step, it asks for the same again, with slopes, and
+    so does whoever asks for the slopes along effects that are absent."""
 
     def __init__(self) -> None:
         self._last: tuple[Asked, list[Run]] | None = None
@@ -145,8 +147,8 @@ class Latest:
         substeps: int,
         run: Callable[[], list[Run]],
     ) -> list[Run]:
-        """What `run` gives, or gave if the last was the same."""
-        asked = (dict(values), tuple(cases), np.array(conditions), substeps)
+        """What `run` gives, or gave if the last was the same. `values` are those of what is present."""
+        asked = (dict(values), tuple(case.prepared for case in cases), np.array(conditions), substeps)
         last = self._last
         if last is not None and _same(last[0], asked):
             return list(last[1])
@@ -298,7 +300,8 @@ class Forklift:
         coarser = min(substeps, max(SLOPES_AT, substeps // 2))
         if wanted and coarser == substeps:
             return run(substeps, along=wanted)
-        fine = self.latest.run(values, cases, conditions, substeps, lambda: run(substeps, along=()))
+        present = without_absent(values, self.truck.values)
+        fine = self.latest.run(present, cases, conditions, substeps, lambda: run(substeps, along=()))
         if not wanted:
             return fine
         slopes = run(coarser, along=wanted)
