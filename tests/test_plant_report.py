@@ -226,6 +226,10 @@ def test_no_mismatch_is_said_as_plainly():
     text = whole(diagnose(plant, recorded(plant, ())))
     assert "Nothing that these recordings show." in text.of("strong")
     assert "Of a recording held out nothing is adjusted." in text.everything
+    assert "The farthest from where they began is k: " in text.everything
+    (heads,) = [row for row in text.rows if "Tried from" in row]
+    fates = [row[-1] for row in text.rows if len(row) == len(heads) and row[-1].startswith("not tried")]
+    assert "not tried: less than the 12 asked of its kind" in fates
     assert "→" not in " ".join(cell for row in text.rows for cell in row)
 
 

@@ -58,7 +58,7 @@ def test_the_first_screen_says_cause_place_size_credibility_gain_and_rivals(leak
     value, lower, upper = words.size(row["value"], row["lower"], row["upper"])
     gain = told["fit_summary"]["validate"]
     for what in (
-        "Oil leaks from the cylinder (main lift)",
+        "Oil leaks from the cylinder, or past its valve (main lift)",
         "The main lift: the oil balance of the cylinder",
         f"{value} m³/(s Pa) (95 % interval {lower} to {upper})",
         f"Credibility {cause['credibility']:.2f} of 1" if cause["rivals"] else contest,
@@ -406,7 +406,7 @@ def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(l
     assert f"It would tell the cause from this: “{name}”." in said.of("p")
     assert "Pseudo-random steps: the recording parts them." in said.of("p")
     sensor = replace(other.causes[0], not_separable_from=(replace(rival, kind="sensor"),))
-    blamed = "The machine does so, and the model did not."
+    blamed = "The machine does so, and the model did not. A sound truck hardly does."
     assert blamed in said.of("p")
     assert blamed not in Text(diagnosis_page(replace(other, causes=(sensor,)))).of("p")
     assert ["File of what drives it, beside this page", "next_recording.csv"] in said.rows

@@ -13,7 +13,7 @@ import pytest
 
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.hypothesis import Hypothesis
-from forklift.diagnosis.screening import Screened, Screening, screen
+from forklift.diagnosis.screening import Screened, Screening, screen, screen_both
 from forklift.fitting.problem import LeastSquares
 from forklift.plant.forklift.hypotheses import hypotheses
 from test_problem import problem, somewhere
@@ -106,7 +106,7 @@ def test_an_interruption_is_no_answer(monkeypatch):
 def test_without_encoders_only_other_sensors_promise_anything():
     """What an encoder alone shows may be its rounding; what a pressure shows is not."""
     all_of_them = gains(together())
-    heard = screen(problem(), somewhere(0), every(), encoders=False)
+    _, heard = screen_both(problem(), somewhere(0), every())
     encoders = {
         seen.sensor.channel for sample in problem().samples for seen in sample.observed if seen.sensor.count
     }

@@ -60,7 +60,7 @@ def test_a_load_that_was_entered_too_low_is_named():
     assert "It does not: it fits as well before" in page
     assert "So in all 9 recordings (5 fitted, 4 held out) with a load; right in the 5 without." in page
     assert "What was entered is wrong, neither the machine nor a sensor." in page
-    assert "Each recording tells its own load: in the 9 where it is wrong, from 120 to 120 kg" in page
+    assert "Each recording tells its own load: in the 9 where it is wrong, 120 kg in each" in page
     assert "First check what was entered." in page
     assert "Weigh the load, with the pallet" in page
     assert "What the recordings ask for" not in page  # no one place stands for what acts in many

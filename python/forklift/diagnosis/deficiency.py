@@ -77,9 +77,7 @@ class Test:
         """What its failure means."""
         where = f" in {self.against}" if self.against else ""
         if self.test == "goodness of fit":
-            return (
-                f"{self.channel}: what is left over has {self.statistic:.3g} times the noise's square{where}"
-            )
+            return f"{self.channel}: what is left over has {self.statistic:.3g} times the noise power{where}"
         if self.test == "whiteness":
             return f"{self.channel}: what is left over is not white{where} ({_p(self.p)})"
         return (

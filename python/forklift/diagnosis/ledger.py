@@ -64,7 +64,12 @@ class Considered:
             else [],
             "named": self.named,
             "skipped": self.skipped,
-            "tried_from": self.tried_from and {"value": self.tried_from[0], "unit": self.tried_from[1]},
+            "tried_from": self.tried_from
+            and {
+                "value": self.tried_from[0],
+                "unit": self.tried_from[1],
+                "promised": alarm(self.hypothesis),
+            },
         }
 
 

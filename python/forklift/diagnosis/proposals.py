@@ -69,14 +69,15 @@ def propose(
     if {cause.hypothesis.kind for cause in found} <= {"sensor", "parameter"} and selection.final.complete:
         return Proposed(
             None,
-            "before anything more is recorded, what was found is to be checked: "
+            "before anything more is recorded, check what was found: "
             + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
         )
-    if not selection.final.complete or any(cause.hypothesis.kind == "unknown" for cause in found):
+    nameless = any(cause.hypothesis.kind == "unknown" for cause in found)
+    if not selection.final.complete or nameless:
         return Proposed(
             None,
             "what was found has no name, so that nothing is known that a further recording could tell it from"
-            if selection.final.complete
+            if nameless
             else "no hypothesis that was tried explains what is left over, so that there are none between "
             "which a further recording could decide",
         )

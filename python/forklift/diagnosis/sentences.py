@@ -14,6 +14,7 @@ from forklift.diagnosis.ledger import uncontested
 from forklift.diagnosis.numbers import of_hypothesis
 from forklift.diagnosis.outcome import COMMAND
 from forklift.fitting.agreement import together
+from forklift.fitting.clocks import CLOCKS_APART
 from forklift.plant.misread import HARDLY, OF, Found
 
 if TYPE_CHECKING:
@@ -62,8 +63,10 @@ def sentence(found: Outcome) -> str:
     if found.findings.unexcited:
         return f"No mismatch can be seen, and nothing be told of any effect: {found.findings.unexcited}."
     if found.verdict == "no-mismatch":
+        clocks = any(one.code == CLOCKS_APART for one in found.findings.cautions)
         return (
-            f"No mismatch: the fitted {noun} explains all {judged} recordings {kept} down to the "
+            f"No mismatch{', but for a clock that is allowed for' if clocks else ''}: the fitted {noun} "
+            f"explains all {judged} recordings {kept} down to the "
             f"sensors' noise (mean square at most {found.final.worst.mean_square:.2f} in any signal); "
             f"{remainder(found)}."
         )
@@ -234,8 +237,8 @@ def _less(found: Outcome) -> str:
         if strained(found):
             fits = f" ({told.what} stays at {after})" if told and same else ""
             return (
-                f"; without that the {found.machine.words.noun} fits as well{fits}, but only with conditions "
-                "further from those entered than is plausible"
+                f"; the {found.machine.words.noun} fits no better for it{fits}, but otherwise other "
+                "conditions would have to lie further from those entered than is plausible"
             )
         course = f"stays at {after}" if same else f"goes from {before} to {after}"
         return (

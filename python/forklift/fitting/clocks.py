@@ -49,8 +49,8 @@ def _caution(words: Words, channels: Sequence[str], measured: Sequence[str], off
     late = any(one.value > 0.0 for one in off if _is_shift(one))
     return Caution(
         CLOCKS_APART,
-        f"Against the commands' the time stamps of {whose} {' and '.join(_said(off))}: every figure allows "
-        f"for that.{f' {like}' if late else ''}",
+        f"The time stamps of {whose} {' and '.join(_said(off))}, compared with those of the commands. All "
+        f"numbers and curves here allow for that; look at how they are logged.{f' {like}' if late else ''}",
         {
             "channels": list(channels),
             **{

@@ -86,7 +86,7 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
     off = [row for row in off if abs(row["value"]) >= HARDLY * furthest]
     low, high = min(off, key=lambda row: row["value"]), max(off, key=lambda row: row["value"])
     wide = max(row["upper"] - row["lower"] for row in off)
-    known = f"each known to ±{number(0.5 * wide, 2)} {unit} (95 % interval)"
+    known = f"each recording's is known to ±{number(0.5 * wide, 2)} {unit} (95 % interval)"
     some = f" in {len(off)} of the {len(each)} recordings fitted" if len(off) < len(each) else ""
     by = f"by {_signed(low['value'])} to {_signed(high['value'])} {unit}"
     if high["value"] - low["value"] <= ALIKE * furthest:

@@ -106,6 +106,10 @@ class PlantWords:
         """Nothing is known of a machine of one's own."""
         return ""
 
+    def sound(self, one: Hypothesis) -> str:
+        """Nothing is known of a machine of one's own."""
+        return ""
+
     def law(self, one: Hypothesis) -> Sequence[str]:
         """Where it acts, and its source."""
         effect = next((e for e in self.plant.effects if one.kind == "physics" and e.id == one.id), None)

@@ -11,13 +11,13 @@ from forklift.base.typeset import as_precise, capital, number, printed, prose, s
 from forklift.diagnosis import sentences
 from forklift.diagnosis.criteria import LIKELY, REDRAWS, TOLD_REGION
 from forklift.diagnosis.numbers import of_hypothesis
-from forklift.fitting.clocks import CLOCKS_APART
-from forklift.fitting.criteria import AT_NOISE
 from forklift.fitting.intervals import QUANTILE
 from forklift.report.blocks import Fact
 from forklift.report.entered import in_how_many
 from forklift.report.instead import LIKE, as_good, instead, ruled_out, said, some, standing
+from forklift.report.judged import judged
 from forklift.report.ledger import considered_of, counts
+from forklift.report.nothing import nothing, tested, unexcited
 from forklift.report.words import NOISE
 
 if TYPE_CHECKING:
@@ -43,9 +43,9 @@ LITTLE = 0.01
 def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     """What is wrong, where, how sure, how much, what it improves, what else it could be, what to do next."""
     if found.findings.unexcited:
-        return _unexcited(found, told)
+        return unexcited(found, told)
     none = not found.causes or found.unexplained
-    what = [_nothing(found, told), _tested(told)] if none else []
+    what = [nothing(found, told), tested(told)] if none else []
     for cause, row in zip(found.causes, told["causes"], strict=True):
         fact = _what(found, cause, row)
         further = replace(fact, question=fact.question.replace("What is wrong", "What else is wrong"))
@@ -54,99 +54,6 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     better = _better(found, told)
     better = replace(better, details=[*better.details, *_in_use(found)])
     return [*what[:1], *where, *what[1:], better, instead(found, told), _next(found, told)]
-
-
-def judged(found: Diagnosis) -> str:
-    """What was judged on: how many recordings, and in how many stretches that err independently."""
-    count = len({one.file for one in found.recordings if one.role == found.judged_on})
-    parts = len(found.final.by_recording())
-    each = f", as {parts} stretches" if parts != count else ""
-    kind = "held out" if found.judged_on == "validate" else "fitted on"
-    return f"{count} recording{'s' if count > 1 else ''} {kind}{each}"
-
-
-def _unexcited(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
-    """Where nothing moves, nothing can be told, and it is no good news."""
-    return [
-        Fact("What is wrong?", "It cannot be told.", [prose(found.findings.unexcited)]),
-        Fact(
-            "What could it be?",
-            f"Any of {len(told['untestable'])} hypotheses, or nothing",
-            ["These recordings tell nothing of any of them: see Doubts."],
-        ),
-        Fact(
-            "What to record next?",
-            "Recordings in which something moves.",
-            ["At several commands, speeds and operating points."],
-        ),
-    ]
-
-
-def _nothing(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
-    worst = told["left_over"]["worst_before"]
-    if told["verdict"] == "no-mismatch":
-        return Fact(
-            "What is wrong?",
-            "Nothing that these recordings show.",
-            [
-                f"With its parameters fitted, the {found.machine.words.noun} explains {judged(found)}. At "
-                f"worst one signal is left with {number(worst)} {NOISE}; up to about {AT_NOISE:g} of a whole "
-                "signal is taken for noise.",
-                *(one.sentence for one in found.findings.cautions if one.code == CLOCKS_APART),
-            ],
-        )
-    if found.doubted:
-        names = [
-            f"“{said(found, one.hypothesis)}” (credibility {one.credibility:.2f})" for one in found.doubted
-        ]
-        return Fact(
-            "What is wrong?",
-            "Something that several explanations fit about as well.",
-            [f"None is more likely than all others together: {', '.join(names)}."],
-        )
-    return Fact(
-        "What is wrong?",
-        "Something that has no name yet.",
-        [
-            "No effect of the catalogue, no sensor, no input and no condition entered wrongly explains the "
-            "difference."
-        ],
-    )
-
-
-def _tested(told: Mapping[str, Any]) -> Fact:
-    """How sure one may be that nothing is amiss, or that something is."""
-    tests, count = told["deficient"]["after"]["tests"], counts(told)
-    failed = sum(test["failed"] for test in tests)
-    screened = f"{considered_of(count)} (list below)."
-    if not failed:
-        return Fact(
-            "How sure is that?",
-            f"All {len(tests)} tests pass",
-            [
-                "What is left over has the size of the sensors' noise, is as random, and depends on nothing "
-                "that was measured. A complete model passes all of them 99 times in 100.",
-                screened,
-            ],
-        )
-    explained = told["verdict"] == "no-mismatch"
-    size = "What is left over has the size of the noise" if explained else "More than noise is left over"
-    return Fact(
-        "How sure is that?",
-        f"{size}; {failed} of {len(tests)} tests of its randomness fail" if explained else size,
-        [
-            f"{'The verdict rests on its size' if explained else f'{failed} of {len(tests)} tests fail'}. "
-            "The tests also ask whether it is as random as white noise, and depends on nothing that was "
-            "measured: see Doubts. "
-            + (
-                "That some fail means that the sensors' noise is not white, or that something is missing "
-                "whose effect is smaller than the noise."
-                if explained
-                else "A complete model passes all of them 99 times in 100."
-            ),
-            screened,
-        ],
-    )
 
 
 def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
@@ -168,7 +75,7 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
         return Fact(
             "What is wrong, and how much?",
             capital(perhaps + known.clause),
-            [known.interval, *in_how_many(found, cause), *_is_a(cause)],
+            [known.interval, *in_how_many(found, cause), *_is_a(found, cause)],
         )
     told = list(sizes(row))
     shown = (
@@ -184,16 +91,16 @@ def _what(found: Diagnosis, cause: Cause, row: Mapping[str, Any]) -> Fact:
     return Fact(
         f"What is wrong{', and how much' if told else ''}?",
         capital(name),
-        [*details, *([shown] if shown else []), *_is_a(cause)],
+        [*details, *([shown] if shown else []), *_is_a(found, cause)],
     )
 
 
-def _is_a(cause: Cause) -> Iterator[str]:
+def _is_a(found: Diagnosis, cause: Cause) -> Iterator[str]:
     """What is to blame, where that is not in doubt: it is likely, and nothing of another kind is as good."""
     kind = cause.hypothesis.kind
     alike = {one.kind for one in cause.not_separable_from}
     if kind in IS_A and cause.credibility >= LIKELY and alike <= {kind}:
-        yield IS_A[kind]
+        yield f"{IS_A[kind]} {found.machine.words.sound(cause.hypothesis)}".rstrip()
 
 
 def _in_use(found: Diagnosis) -> Iterator[str]:
@@ -281,7 +188,7 @@ def _unknown(found: Diagnosis) -> str:
 def _most(found: Diagnosis, channel: str, headline: bool) -> str:
     """In which signal it shows most; and why the headline has another, if so."""
     words, of = found.machine.words, found.machine.headline
-    told = f"It shows most in the {words.signal(channel)}, held against that sensor's noise."
+    told = f"It shows most in the {words.signal(channel)}, compared with that sensor's noise."
     if not headline or not of or channel.startswith(of):
         return told
     derived = channel == "fork_height_m" or channel.startswith("position")
@@ -420,14 +327,16 @@ def _covered(found: Diagnosis, cause: Cause) -> str:
     return f" ({'; '.join(told)})" if told else ""
 
 
-def _gaps(found: Diagnosis, cause: Cause) -> Iterator[str]:
-    """Values of the conditions that tell it, between which nothing was recorded."""
-    for name in cause.hypothesis.needs_two_of:
+def gaps(found: Diagnosis) -> list[str]:
+    """Values of the conditions that tell the causes, between which nothing was recorded."""
+    told = []
+    for name in dict.fromkeys(name for cause in found.causes for name in cause.hypothesis.needs_two_of):
         seen = spans([one.conditions[name] for one in found.after.predictions])
         what, unit, _ = found.machine.words.condition(name)
-        yield from (
+        told += [
             f"{what} of {number(0.5 * (low[1] + high[0]), 2)} {unit} or so" for low, high in pairwise(seen)
-        )
+        ]
+    return told
 
 
 def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
@@ -454,8 +363,8 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             ],
         )
     noise = (
-        f"What is left over falls in the worst signal from {number(left['worst_before'])} "
-        f"({_worst(found, found.baseline.worst)}) to {number(left['worst_after'])} "
+        f"The worst signal of all is left with {number(left['worst_before'])} before "
+        f"({_worst(found, found.baseline.worst)}) and with {number(left['worst_after'])} after "
         f"({_worst(found, found.final.worst)}) {NOISE}."
     )
     if found.final.loo_log_score:
@@ -522,7 +431,7 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             effect = "To give it a name, look for what acts there on the machine: its curve is in Evidence."
             return Fact(
                 question,
-                "No recording is known that would settle it.",
+                "No recording is known that would tell what it is.",
                 [prose(found.next_why), *([effect] if name else [])],
             )
         if found.unexplained:
@@ -542,11 +451,12 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
         answer = (
             "No further recording would say more about this cause."
             if found.causes
-            else "No further recording is needed."
+            else "No further recording is needed"
+            + (" for what could be tested." if told["untestable"] else ".")
         )
-        gaps = [gap for cause in found.causes for gap in _gaps(found, cause)]
-        if gaps:
-            answer = f"What lies between would tell its law there, too: {'; '.join(gaps)}."
+        between = gaps(found)
+        if between:
+            answer = f"A recording in the gap would tell its law there, too: {'; '.join(between)}."
         if found.causes and all(cause.hypothesis.kind in ENTERED for cause in found.causes):
             sensors = {cause.hypothesis.kind == "sensor" for cause in found.causes}
             what = ["what was entered", "the sensor"]

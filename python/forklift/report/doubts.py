@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from forklift.base.typeset import capital, number, printed, prose, size
 from forklift.diagnosis.ledger import Untold
 from forklift.diagnosis.sentences import beside, doubt, led, remainder, with_it
-from forklift.report.answers import ENTERED, judged
+from forklift.report.answers import ENTERED
 from forklift.report.blocks import Block, Points, Section, Table
 from forklift.report.entered import each_alone
 from forklift.report.instead import ruled_out, said
+from forklift.report.judged import judged
 from forklift.report.words import NOISE, another_law
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def _form(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[str]:
     for cause, row in zip(found.causes, told["causes"], strict=True):
         name = capital(said(found, cause.hypothesis))
         if row["form"] == "complete" and row["kind"] in ENTERED:
-            yield f"{name}: that is no law of the machine's. {capital(with_it(found))}."
+            yield f"{name}: this is no part of the machine, and has no law. {capital(with_it(found))}."
         elif row["form"] == "complete":
             yield f"{name}: complete. {with_it(found)}."
         elif doubt(cause):

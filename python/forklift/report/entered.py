@@ -55,7 +55,9 @@ def each_alone(found: Diagnosis, cause: Cause) -> Iterator[str]:
     if len(wrong) < 2:
         return
     what, unit, _ = found.machine.words.condition(rows[0][2])
+    least, most = number(min(wrong)), number(max(wrong))
+    by = f"{least} {unit} in each" if least == most else f"from {least} to {most} {unit}"
     yield (
-        f"Each recording tells its own {what}: in the {len(wrong)} where it is wrong, from "
-        f"{number(min(wrong))} to {number(max(wrong))} {unit} above that entered (negative: below)."
+        f"Each recording tells its own {what}: in the {len(wrong)} where it is wrong, {by} above that entered"
+        f"{' (negative: below)' if min(wrong) < 0.0 else ''}."
     )

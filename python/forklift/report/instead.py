@@ -118,8 +118,8 @@ def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
             yield (
                 said(found, one.other),
                 f"imitates {100.0 * one.share:.0f} % of it by a linear estimate, but fitted in its place it "
-                f"leaves {number(left)} on average, where this leaves {number(_in_its_round(found, cause))}: "
-                "it is ruled out",
+                f"leaves {number(left)} on average over all signals, where this leaves "
+                f"{number(_in_its_round(found, cause))}: it is ruled out",
             )
 
 
@@ -142,7 +142,14 @@ def _given_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     each = [one for one in told["hypotheses"] if one["given_up"]]
     names = [at(one["name"], one["where"]) for one in each]
     left = [one["left_over"] for one in each if one["left_over"] is not None]
-    best = f" (the best was left with {number(min(left))} on average)" if left else ""
+    alone = found.baseline.reduced_chi2
+    best = (
+        ""
+        if not left
+        else f" (no better than nothing added when stopped: {number(min(left))} on average)"
+        if min(left) >= alone
+        else f" (the best was left with {number(min(left))} on average)"
+    )
     return [f"Begun, and given up far behind{best}: {some(names, between=', ')}."] if names else []
 
 

@@ -97,6 +97,9 @@ def _fate(one: Mapping[str, Any], told: Mapping[str, Any]) -> str:
     if one["unidentifiable"]:
         return "not testable"
     if told["verdict"] == "no-mismatch":
+        least = one["tried_from"]
+        if least and one["promised"] < least["promised"]:
+            return f"not tried: less than the {number(least['promised'])} asked of its kind"
         return "not tried: nothing is left over for it"
     return "not tried: its predicted gain is far behind that of what was found"
 

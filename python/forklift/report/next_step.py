@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from forklift.base.typeset import printed, prose
 from forklift.diagnosis.next_recording import PARTS
 from forklift.report import charts
+from forklift.report.answers import gaps
 from forklift.report.blocks import Block, Code, Figure, Section, Table, Text
 from forklift.report.words import Quantity
 
@@ -18,9 +19,10 @@ if TYPE_CHECKING:
 
 def next_step(found: Diagnosis, told: Mapping[str, Any]) -> Section:
     """The recording that would tell most, with what drives it; and how to use what was found."""
-    return Section(
-        "next", "Next steps", prose(found.next_why), [*_wanted(found, told), *_parted(found), *_use(found)]
-    )
+    lead = prose(found.next_why)
+    if found.next_recording is None and gaps(found):
+        lead += f" A recording in the gap would tell its law there, too: {'; '.join(gaps(found))}."
+    return Section("next", "Next steps", lead, [*_wanted(found, told), *_parted(found), *_use(found)])
 
 
 def _wanted(found: Diagnosis, told: Mapping[str, Any]) -> Iterator[Block]:
@@ -81,7 +83,7 @@ def _use(found: Diagnosis) -> Iterator[Block]:
     sensors = any(one.hypothesis.kind == "sensor" for one in found.causes)
     if any(one.hypothesis.doubts for one in found.causes):
         yield Text(
-            "corrected/, beside this page, holds the recordings with the conditions that were found"
-            + (", and no sensor's error taken out of its signal" if sensors else "")
-            + ": give that folder instead of the campaign to any command that reads one."
+            "corrected/, beside this page, holds the recordings with the conditions that were found: give "
+            "that folder instead of the campaign to any command that reads one."
+            + (" What a sensor reads wrongly is still in its signal." if sensors else "")
         )

@@ -22,6 +22,8 @@ MOST_POINTS = 1000
 """Of a curve: about as many as a figure has pixels."""
 BUDGET = 320_000
 """Numbers of all curves of a page together: with 30 recordings it stays below 8 MB, plotly's script too."""
+ELSEWHERE = 0.02
+"""Share of a condition by which it must differ from the file's to be told beside that."""
 DIGITS = 5
 """Of a point: finer than a pixel."""
 
@@ -79,8 +81,9 @@ def _recorded(
         }
         drives.append(Drive(", ".join(one.name for one in own), printed(unit), columns, held))
     group = "Held out" if recording.role == "validate" else "Fitted on"
+    entered = machine.conditions(recording, {})
     lines = [
-        f"{c.name} {number(value)} {c.unit}".rstrip()
+        f"{c.name} {number(value)} {c.unit}".rstrip() + _other(value, entered.get(name, value), c.unit)
         for name, value in told[-1].conditions.items()
         for c in [words.condition(name)]
     ]
@@ -89,6 +92,13 @@ def _recorded(
     if first.adjusted:
         said.append(f"adjusted to it: {', '.join(words.condition(name).name for name in first.adjusted)}")
     return Replay(recording.file, group, ", ".join(said), signals, drives)
+
+
+def _other(found: float, entered: float, unit: str) -> str:
+    """What the file has, where that is another value."""
+    if abs(found - entered) <= ELSEWHERE * max(abs(found), abs(entered)):
+        return ""
+    return f" (in the file: {number(entered)} {unit})"
 
 
 def points(curves: int) -> int:

@@ -60,17 +60,19 @@ def hypotheses(
     measured: Collection[str],
     travelled: Mapping[Lift, tuple[float, float]],
     with_oil: Collection[str] = (),
+    apart: Collection[Collection[str]] = (),
 ) -> tuple[Hypothesis, ...]:
     """All of them, for recordings that command `lifts` and have these channels.
 
     Each lift's cylinder `travelled` from there to there [m]. An effect that looks different at different
     values of its further parameters is a hypothesis for some of them, all under one label. `with_oil` are the
-    files of the recordings with an oil temperature of their own. Of what the return line of all lifts and the
-    hose of one do where no other lift moves, which no recording can part, the hose is named.
+    files of the recordings with an oil temperature of their own; `apart`, the channels of each clock that is
+    not the command's, whose lag is estimated anyhow and no hypothesis. Of what the return line of all lifts
+    and the hose of one do where no other lift moves, which no recording can part, the hose is named.
     """
     return (
         *_physics(truck, lifts, travelled),
-        *_sensors(measured),
+        *_sensors(measured, {frozenset(one) for one in apart}),
         *_conditions(with_oil),
     )
 
@@ -181,12 +183,16 @@ def _at(parameter: EffectParameterSpec, share: float) -> float:
     return lower + share * (upper - lower)
 
 
-def _sensors(measured: Collection[str]) -> Iterator[Hypothesis]:
+def _sensors(measured: Collection[str], apart: Collection[frozenset[str]]) -> Iterator[Hypothesis]:
     for channel in measured:
         unit = channels()[channel]["unit"]
         for fault, id, name in FAULTS[unit]:
+            if fault == "lag" and frozenset([channel]) in apart:
+                continue
             number = sensor_unknown([channel], fault, unit)
             yield Hypothesis(id, "sensor", name, channel, "sensor", number.name, _misread(number))
+    if frozenset(measured) in apart:
+        return
     late = sensor_unknown(list(measured), "lag", "s")
     yield Hypothesis(
         "sensor_lag", "sensor", "all signals arrive late", "", "sensor", late.name, _misread(late),

@@ -20,7 +20,7 @@ from forklift.plant.forklift.candidates import NextRecording, candidates, elsewh
 from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
 from forklift.plant.forklift.checks.suitability import suitability
-from forklift.plant.forklift.clocks import clocks
+from forklift.plant.forklift.clocks import clocks, clocks_apart
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.curve_tables import per_output
 from forklift.plant.forklift.dither import dither
@@ -161,7 +161,8 @@ class ForkliftSubject(Forklift):
         """The catalogue's effects, sensors and conditions."""
         with_oil = [one.file for one in recordings if OIL in one.channels]
         travelled = _travelled(recordings, sensors)
-        return hypotheses(self.truck, self.lifts, list(sensors), travelled, with_oil)
+        apart = clocks_apart(recordings, list(sensors))
+        return hypotheses(self.truck, self.lifts, list(sensors), travelled, with_oil, apart)
 
     def covariates(
         self, recordings: Sequence[Recording], judged: Sequence[Residual], sensors: Mapping[str, Sensor]
@@ -284,7 +285,8 @@ class ForkliftSubject(Forklift):
         self, values: Mapping[str, float], recordings: Sequence[Recording], causes: Sequence[Hypothesis]
     ) -> Use:
         """A command at an operating point of the campaign."""
-        shown = next((one for one in recordings if one.role == "validate"), recordings[0])
+        held_out = [one for one in recordings if one.role == "validate"]
+        shown = max(held_out or recordings, key=lambda one: one.load_kg)
         degc = self.conditions(shown, {})["oil_temperature_degc"]
         command = [
             "forklift", "simulate", "--truck", FILE, "--lift", shown.lift,

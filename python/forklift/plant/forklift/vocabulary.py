@@ -174,12 +174,19 @@ class ForkliftWords:
             return plain
 
     def check(self, one: Hypothesis) -> str:
-        """As the effect's file has it; a load is weighed, and a sensor held against another."""
+        """As the effect's file has it; a load is weighed, and a sensor compared with another."""
         if one.kind == "physics":
             return next((effect.check for effect in EFFECTS if effect.id == one.id), "")
         if one.kind == "sensor" and one.where:
-            return f"Hold {self._sensor(one.where)} against an instrument of your own."
+            return f"Compare {self._sensor(one.where)} with a reference instrument."
         return CHECKED.get(one.id, "")
+
+    def sound(self, one: Hypothesis) -> str:
+        """By the effect's file."""
+        effect = next((effect for effect in EFFECTS if effect.id == one.id), None)
+        if effect is None or one.kind != "physics":
+            return ""
+        return "A sound truck hardly does." if effect.wear else "A sound truck may do so, too."
 
     def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
         """``"the free lift's pressure sensor reads 4.02 % high"``, or the same of what was entered."""

@@ -49,6 +49,8 @@ class Effect:
         Further equations in which the same may be written.
     check
         What a workshop can look at to tell what no recording does; empty, if nothing.
+    wear
+        Whether a sound machine has next to none of it.
     general
         It has no physics of its own, and is there to say what physics must explain: no hypothesis by name.
     """
@@ -60,6 +62,7 @@ class Effect:
     confused_with: tuple[str, ...]
     sentence: str
     check: str = ""
+    wear: bool = False
     general: bool = False
     needs_two_of: tuple[str, ...] = ()
     also_in: tuple[Equation, ...] = ()

@@ -12,6 +12,7 @@ EFFECT = Effect(
         "The swings after starts and stops are slower and wider the lower the pressure: an empty lift "
         "bounces most. Under a heavy load hardly anything differs."
     ),
+    wear=True,
     confused_with=(
         "chain_elasticity",
         "bulk_modulus_temperature",

@@ -6,12 +6,13 @@ from forklift.plant.forklift.effects.effect import Effect
 
 EFFECT = Effect(
     id="leakage",
-    name="oil leaks from the cylinder",
+    name="oil leaks from the cylinder, or past its valve",
     equation="cylinder-pressure",
     signature=(
         "With the valve shut the lift sinks at a constant speed that grows with the load; while lowering it "
         "is faster by as much, whatever the command. The pressure hardly differs on average."
     ),
+    wear=True,
     confused_with=("position_scale", "sensor_slip"),
     sentence=(
         "The {lift} lift's cylinder loses {coefficient} of oil, times its pressure over the tank's: past its "

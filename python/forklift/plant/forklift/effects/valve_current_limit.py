@@ -12,6 +12,7 @@ EFFECT = Effect(
         "Above one current the speed grows no further, and at a constant high command it falls slowly while "
         "the coil warms up; at low commands nothing differs."
     ),
+    wear=True,
     confused_with=(
         "current_gain",
         "hose_resistance",
