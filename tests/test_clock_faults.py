@@ -90,6 +90,16 @@ def test_a_fit_estimates_clocks_apart_says_so_and_keeps_the_truck(fitted, tmp_pa
     assert dict(written.values) == dict(found.truck.values)
 
 
+def test_clocks_that_are_known_to_be_one_are_held_and_one_may_be_bounded():
+    some = [one for one in Campaign.read(CAMPAIGNS / "null").recordings if "1500kg_60c" in one.file]
+    campaign = Campaign("clocks", 50.0, [recorded(one, "3 ms late") for one in some])
+    shift, drift = "pressure_free_pa.clock_shift", "pressure_free_pa.clock_drift"
+    found = fit(Truck.read("thesis"), campaign, starts=1, hold=[drift], bounds={shift: (0.0, 0.002)})
+    rows = dict(zip(found.parameters["name"], found.parameters["value"], strict=True))
+    assert drift not in rows
+    assert 0.0019 < rows[shift] <= 0.002
+
+
 def test_a_gain_an_offset_and_two_delays_of_one_channel_act_as_one_equation():
     time = np.arange(0.0, 12.0, 0.01)
     faults = [("offset", 0.3), ("gain", 0.5), ("shift", 0.4), ("drift", -0.8)]

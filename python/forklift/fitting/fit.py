@@ -197,8 +197,8 @@ def fit(
         As `forklift.diagnose` takes them: where the fit starts (another truck of the same make will do), and
         what was measured.
     hold, also, together
-        Parameters left as they are, estimated besides the usual ones (of a truck the thesis's, see
-        `forklift.plant.forklift.unknowns`), and groups that move together.
+        Parameters left as they are (the shift and drift of a clock, too), estimated besides the usual ones
+        (of a truck the thesis's, see `forklift.plant.forklift.unknowns`), and groups that move together.
     bounds, priors
         By parameter its least and greatest value, and its mean and standard deviation, in its unit, where
         more is known than the tables say; the search starts from a prior's mean.
@@ -231,14 +231,16 @@ def fit(
     entered, each, origin = given(machine, recordings, doubts=False, **conditions)
     model, kept, findings = entered.suited(each)
     every = model.sensors(kept)
-    moved = model.unknowns(hold, also, together)
+    clocks = {one.name: one for one in model.clocks(kept, every)}
+    moved = model.unknowns([name for name in hold if name not in clocks], also, together)
     if not moved:
         raise ForkliftError(
             "argument-invalid",
             "every parameter is held, so that there is nothing to fit; hold fewer",
             name="hold",
         )
-    moved = (*constrained(moved, bounds or {}, priors or {}), *model.clocks(kept, every))
+    free = [one for name, one in clocks.items() if name not in hold]
+    moved = tuple(constrained((*moved, *free), bounds or {}, priors or {}))
     _check_moved([*also, *(name for group in together for name in group)], moved)
     _check_profiles(profiles, moved)
     everyone = pose(model, kept, moved, every)
