@@ -8,6 +8,7 @@ import pytest
 import clocked
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck, fit
+from forklift.ensemble.uncertainty import of_knowledge
 from forklift.plant.forklift.clocks import clocks_apart
 from forklift.plant.forklift.sensors import sensors
 from forklift.plant.sensor_faults import read, sensor_unknown
@@ -86,7 +87,11 @@ def test_a_fit_estimates_clocks_apart_says_so_and_keeps_the_truck(fitted, tmp_pa
     assert caution.facts[name]["lower"] <= size <= caution.facts[name]["upper"]
     assert words in caution.sentence
     assert caution.sentence in found.sentences
-    written = Truck.read(found.write(tmp_path / "fit") / "truck.toml")
+    drawn = of_knowledge(found.unknowns, found.knowledge, dict(found.truck.values))
+    assert drawn["vary"].keys() == {one for one in found.parameters["name"] if ".clock_" not in one}
+    page = (found.write(tmp_path / "fit") / "report.html").read_text(encoding="utf-8")
+    assert all(row in page for row in rows)
+    written = Truck.read(tmp_path / "fit" / "truck.toml")
     assert dict(written.values) == dict(found.truck.values)
 
 

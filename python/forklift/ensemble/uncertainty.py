@@ -11,6 +11,7 @@ from forklift.base.arrays import Floats
 from forklift.fitting.intervals import Knowledge
 from forklift.plant.forklift.tables import parameters
 from forklift.plant.parameter import Unknown
+from forklift.plant.sensor_faults import SensorUnknown
 
 
 def of_knowledge(unknowns: Sequence[Unknown], knowledge: Knowledge, values: dict[str, Any]) -> dict[str, Any]:
@@ -25,6 +26,8 @@ def of_knowledge(unknowns: Sequence[Unknown], knowledge: Knowledge, values: dict
     vary: dict[str, Any] = {}
     columns: list[int] = []
     for k, unknown in enumerate(unknowns):
+        if isinstance(unknown, SensorUnknown):
+            continue  # the recordings' clocks, and nothing of the truck's
         deviation = float(np.sqrt(knowledge.covariance[k, k]))
         for name in unknown.names:
             value = float(values[name]) if name in values else _entry(values, name)
