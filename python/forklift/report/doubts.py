@@ -177,10 +177,10 @@ def _everywhere(found: Diagnosis) -> Iterator[str]:
     elif asked:
         yield f"Each of {len(asked)} groups is predicted better with it, fitted on the others alone."
     if len(asked) < len(found.groups):
-        untold = ", ".join(one.group for one in found.groups if not one.asked)
+        untold = " or in ".join(one.group for one in found.groups if not one.asked)
         yield (
-            f"Whether it holds in {untold} if that is left out whole was not asked: the other recordings do "
-            "not tell the parameters that it depends on."
+            f"Whether it holds in {untold}, foretold from all other recordings, was not asked: these do not "
+            "tell the parameters that matter there."
         )
     if found.outlying_groups:
         yield (
