@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -47,7 +49,11 @@ EXPECTED = {
 
 
 def recorded(recording: Recording, how: str) -> Recording:
-    columns = {name: Sampled(*found) for name, found in clocked.CLOCKS[how](recording).items()}
+    return logged(recording, clocked.CLOCKS[how])
+
+
+def logged(recording: Recording, clocks: Callable[[Recording], clocked.Columns]) -> Recording:
+    columns = {name: Sampled(*found) for name, found in clocks(recording).items()}
     time, channels, rows = union(Place("x", "x"), columns)
     return Recording(
         recording.file, recording.lift, recording.load_kg, recording.role, time, channels, rows=rows
@@ -83,7 +89,7 @@ def test_a_fit_estimates_clocks_apart_says_so_and_keeps_the_truck(fitted, tmp_pa
         return
     name, size, words = off
     (caution,) = told
-    assert len(rows) == 2
+    assert len(rows) == 1
     assert caution.facts[name]["lower"] <= size <= caution.facts[name]["upper"]
     assert words in caution.sentence
     assert caution.sentence in found.sentences
@@ -95,14 +101,33 @@ def test_a_fit_estimates_clocks_apart_says_so_and_keeps_the_truck(fitted, tmp_pa
     assert dict(written.values) == dict(found.truck.values)
 
 
-def test_clocks_that_are_known_to_be_one_are_held_and_one_may_be_bounded():
+def test_a_clock_that_is_known_to_run_right_is_held():
     some = [one for one in Campaign.read(CAMPAIGNS / "null").recordings if "1500kg_60c" in one.file]
     campaign = Campaign("clocks", 50.0, [recorded(one, "3 ms late") for one in some])
-    shift, drift = "pressure_free_pa.clock_shift", "pressure_free_pa.clock_drift"
-    found = fit(Truck.read("thesis"), campaign, starts=1, hold=[drift], bounds={shift: (0.0, 0.002)})
-    rows = dict(zip(found.parameters["name"], found.parameters["value"], strict=True))
-    assert drift not in rows
-    assert 0.0019 < rows[shift] <= 0.002
+    found = fit(Truck.read("thesis"), campaign, starts=1, hold=["pressure_free_pa.clock_drift"])
+    assert not [name for name in found.parameters["name"] if ".clock_" in name]
+    (caution,) = [one for one in found.cautions if one.code == "clocks-apart"]
+    assert caution.facts["shift_s"]["lower"] <= clocked.LATE_S <= caution.facts["shift_s"]["upper"]
+
+
+def test_clocks_that_start_apart_by_another_amount_in_each_recording_are_followed():
+    every = Campaign.read(CAMPAIGNS / "null").recordings
+    some = [one for one in every if "800kg" in one.file or "1500kg_20c" in one.file]
+    late = np.linspace(0.002, 0.018, len(some))[np.random.default_rng(1).permutation(len(some))]
+
+    def clocks(by):
+        return clocked.moved(lambda time: time + by)
+
+    recordings = [logged(one, clocks(by)) for one, by in zip(some, late.tolist(), strict=True)]
+    found = fit(Truck.read("thesis"), Campaign("clocks", 50.0, recordings), starts=1)
+    assert found.complete
+    (caution,) = [one for one in found.cautions if one.code == "clocks-apart"]
+    fitted = [by for one, by in zip(some, late, strict=True) if one.role == "estimate"]
+    told = caution.facts["shift_s"]
+    assert not told["agree"]
+    assert told["lower"] == pytest.approx(min(fitted), abs=1e-3)
+    assert told["upper"] == pytest.approx(max(fitted), abs=1e-3)
+    assert "by an amount of its own in each recording" in caution.sentence
 
 
 def test_a_gain_an_offset_and_two_delays_of_one_channel_act_as_one_equation():

@@ -123,7 +123,8 @@ def test_a_stranger_s_log_is_compared_and_diagnosed_in_four_commands(logs, tmp_p
         return
     # On the bus the sensors' frames are stamped after they were sampled; just that is told.
     (clock,) = off
-    assert set(clock) == {"channels", "shift_s"}
+    assert set(clock) == {"clock", "shift_s"}
+    assert clock["shift_s"]["agree"]
     assert clock["shift_s"]["lower"] <= bus.SENSORS_LATE_S <= clock["shift_s"]["upper"]
 
 

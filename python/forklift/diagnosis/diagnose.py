@@ -23,7 +23,6 @@ from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.in_use import InUse, in_use
 from forklift.diagnosis.locate import UnknownInput
 from forklift.diagnosis.misfit import Share, shares
-from forklift.diagnosis.numbers import numbers
 from forklift.diagnosis.outcome import Location
 from forklift.diagnosis.progress import Clock, Progress
 from forklift.diagnosis.proposals import propose
@@ -34,14 +33,13 @@ from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.selection import Selection
 from forklift.diagnosis.unfinished import Unfinished
 from forklift.fitting.agreement import Agreement, agreement
-from forklift.fitting.clocks import Told, clock_cautions
+from forklift.fitting.clocks import clock_cautions
 from forklift.fitting.criteria import FAR
 from forklift.fitting.origin import given
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all, settled_within
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import MOST_MOVES
-from forklift.plant.findings import Caution
 from forklift.plant.hypotheses import invalid_hypothesis
 from forklift.plant.subject import Subject
 from forklift.recordings.noise import Sensor
@@ -101,7 +99,7 @@ def diagnose(
     clock = Clock(progress, spared=lambda: unfinished.spared_s)
     model, kept, findings = start.examined(each)
     every = model.sensors(kept)
-    asked_of_all = (*model.unknowns(findings.held), *model.clocks(kept, every))
+    asked_of_all = (*model.unknowns(findings.held), *model.clock_rates)
     everyone = pose(model, kept, asked_of_all, every)
     fitted = [one for one in everyone.samples if one.recording.role == "estimate"]
     refitter = Refitter(
@@ -119,7 +117,9 @@ def diagnose(
     found = investigate(refitter, asked, model, clock, withheld=withheld, hopeless=bool(findings.unexcited))
     unidentifiable = tuple({one.label: one for one in everybody if one not in found.asked}.values())
     selection = found.selection
-    findings = replace(findings, cautions=(*findings.cautions, *_clocks(model, selection.final, every)))
+    final = selection.final
+    off = clock_cautions(model.words, final.found.problem, final.found.x, final.knowledge, final.widening)
+    findings = replace(findings, cautions=(*findings.cautions, *off))
     tested, left, agree = _evidence(model, kept, selection, every, clock)
     seen = tuple(Cause(invalid_hypothesis(one), 1.0, "complete", (), ()) for one in findings.invalid)
     named = (*found.causes, *seen)
@@ -177,15 +177,6 @@ def diagnose(
         every,
         clock.seconds,
     )
-
-
-def _clocks(model: Subject, final: Refit, every: Mapping[str, Sensor]) -> tuple[Caution, ...]:
-    """By how much clocks are off."""
-    told = [
-        Told(one.unknown, number.value, number.lower, number.upper)
-        for one, number in zip(final.knowledge.estimates, numbers(final), strict=True)
-    ]
-    return clock_cautions(model.words, list(every), told)
 
 
 def _evidence(

@@ -18,13 +18,12 @@ from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
 from forklift.fitting import files, fit_tables, words
 from forklift.fitting.agreement import agreement
-from forklift.fitting.clocks import Told, clock_cautions
+from forklift.fitting.clocks import clock_cautions
 from forklift.fitting.compare import Comparison, replayed
 from forklift.fitting.constraints import constrained
 from forklift.fitting.fitted import Fitted
 from forklift.fitting.interface import Problem
 from forklift.fitting.intervals import Knowledge, knowledge
-from forklift.fitting.intervals import ends as ends_of
 from forklift.fitting.origin import Origin, given
 from forklift.fitting.posing import pose
 from forklift.fitting.predict import predict_all, settled_within
@@ -197,7 +196,7 @@ def fit(
         As `forklift.diagnose` takes them: where the fit starts (another truck of the same make will do), and
         what was measured.
     hold, also, together
-        Parameters left as they are (the shift and drift of a clock, too), estimated besides the usual ones
+        Parameters left as they are (the drift of a clock, too), estimated besides the usual ones
         (of a truck the thesis's, see `forklift.plant.forklift.unknowns`), and groups that move together.
     bounds, priors
         By parameter its least and greatest value, and its mean and standard deviation, in its unit, where
@@ -231,7 +230,7 @@ def fit(
     entered, each, origin = given(machine, recordings, doubts=False, **conditions)
     model, kept, findings = entered.suited(each)
     every = model.sensors(kept)
-    clocks = {one.name: one for one in model.clocks(kept, every)}
+    clocks = {one.name: one for one in model.clock_rates}
     moved = model.unknowns([name for name in hold if name not in clocks], also, together)
     if not moved:
         raise ForkliftError(
@@ -258,6 +257,7 @@ def fit(
         ends = _search(problem, every, AGAIN, seed, progress, stop, earlier=ends)
         known, judged = stop.finish(lambda: _judge(everyone, ends.best, every))
     found = ends.best
+    wide = max((widening(judged, part) for part in model.parts), default=1.0)
     before = stop.finish(lambda: replayed(entered, kept, origin))
     after = stop.finish(lambda: _fitted(model, kept, origin, everyone, found))
     result = Fit(
@@ -272,7 +272,7 @@ def fit(
         judged,
         ends.ends,
         (),
-        (*findings.cautions, *clock_cautions(model.words, list(every), _told(found, known, judged))),
+        (*findings.cautions, *clock_cautions(model.words, found.problem, found.x, known, wide)),
         before,
         after,
         stop.asked,
@@ -299,13 +299,6 @@ def fit(
             drawn.append(result.profile(name))
     seconds = time.monotonic() - began
     return replace(result, profiles=tuple(drawn), interrupted=stop.asked, seconds=seconds)
-
-
-def _told(found: Found, known: Knowledge, judged: Sequence[ChannelResidual]) -> Iterator[Told]:
-    """Everything that was estimated."""
-    for one, theta in zip(known.estimates, found.x.tolist(), strict=False):
-        wide = widening(judged, one.name)
-        yield Told(one.unknown, one.value, *ends_of(one.unknown, theta, wide * one.deviation))
 
 
 def _fitted(

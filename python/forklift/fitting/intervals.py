@@ -90,6 +90,8 @@ class Knowledge:
     """Parameters about which the recordings say nothing, together or alone."""
     widening: Mapping[str, float]
     """Factor on each channel's noise for residuals that are not white; 1 where they are."""
+    whole: Floats
+    """Covariance of the shared unknowns and of what each recording has of its own."""
 
     @property
     def correlation(self) -> Floats:
@@ -107,14 +109,15 @@ def knowledge(problem: Problem, x: Floats) -> Knowledge:
     _, jacobian = problem.compressed(x)
     normal = jacobian.T @ jacobian
     shared = len(problem.unknowns)
-    covariance = inverse(normal)[:shared, :shared]
+    whole = inverse(normal)
+    covariance = whole[:shared, :shared]
     deviation = np.sqrt(np.diag(covariance))
     alone = 1.0 / np.sqrt(np.diag(normal))[:shared]
     estimates = tuple(
         _estimate(*row) for row in zip(problem.unknowns, x[:shared], deviation, alone, strict=True)
     )
     groups, unidentifiable = _untold(problem.unknowns, covariance, x[:shared], alone)
-    return Knowledge(covariance, estimates, groups, unidentifiable, wide)
+    return Knowledge(covariance, estimates, groups, unidentifiable, wide, whole)
 
 
 @on_one_thread

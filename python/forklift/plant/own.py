@@ -172,9 +172,8 @@ class PlantSubject(NumpyMachine):
         rest = {name for group in groups for name in group[1:]}
         return tuple(joined.get(name, one) for name, one in free.items() if name not in rest)
 
-    def clocks(
-        self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
-    ) -> tuple[SensorUnknown, ...]:
+    @property
+    def clock_rates(self) -> tuple[SensorUnknown, ...]:
         """All outputs are on one clock."""
         return ()
 

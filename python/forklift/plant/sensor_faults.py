@@ -30,6 +30,11 @@ MOST: dict[SensorFault, float] = {"gain": 10.0, "offset": 20.0, "lag": 10.0, "sh
 """The farthest of the prior's deviations."""
 
 
+CLOCK_SHIFT, CLOCK_DRIFT, ALL_SENSORS = ".clock_shift", ".clock_drift", "sensors"
+"""After a clock's name: by how much its stamps are late in a recording [s], how much too fast it runs [1]. It
+is called as its channels, with a plus between them, or so if it has all."""
+
+
 @dataclass(frozen=True)
 class SensorUnknown(Unknown):
     """One number of a sensor, unknown."""
@@ -91,15 +96,18 @@ def read(
     wide = np.empty((*slopes.shape[:2], slopes.shape[2] + more))
     wide[..., :along], wide[..., along + more :] = slopes[..., :along], slopes[..., along:]
     wide[..., along : along + more] = 0.0
-    channels = dict.fromkeys(channel for one, _ in sensors for channel in one.channels)
-    for channel in channels:
-        column = columns[channel]
+    alike: dict[tuple[int, ...], list[int]] = {}
+    for channel in dict.fromkeys(channel for one, _ in sensors for channel in one.channels):
+        which = tuple(k for k, (one, _) in enumerate(sensors) if channel in one.channels)
+        alike.setdefault(which, []).append(columns[channel])
+    for which, places in alike.items():
         acting = [
-            (one.fault, float(one.values(theta)[0]), along + k)
-            for k, (one, theta) in enumerate(sensors)
-            if channel in one.channels
+            (sensors[k][0].fault, float(sensors[k][0].values(sensors[k][1])[0]), along + k) for k in which
         ]
-        _reading(time, values[:, column], wide[:, column], acting, derivatives=derivatives)
+        read_as, turned = _reading(time, values[:, places], wide[:, places], acting, derivatives=derivatives)
+        values[:, places] = read_as
+        if turned.size:
+            wide[:, places] = turned
     return values, wide
 
 
@@ -110,32 +118,35 @@ def _reading(
     acting: Sequence[tuple[SensorFault, float, int]],
     *,
     derivatives: bool,
-) -> None:
-    """One channel, in place: (times,), (times, directions). `acting`: faults, their numbers, and in which
-    direction each is told."""
+) -> tuple[Floats, Floats]:
+    """Channels that are read alike: (times, channels), (times, channels, directions). `acting`: faults, their
+    numbers, and in which direction each is told."""
     grows = {"lag": np.ones(len(time)), "shift": np.ones(len(time)), "drift": time - time[0]}
     late = [(grows[fault], at, place) for fault, at, place in acting if fault in grows]
     if late:
         total = np.sum([at * rate for rate, at, _ in late], axis=0)
         place, share = _before(time, total)
-        inside = (time - total > time[0]) & (time - total < time[-1] + 1e-9)
-        falls = np.where(inside, -(np.diff(values) / np.diff(time))[place], 0.0)
-        values[:] = np.interp(time - total, time, values)
-        slopes[:] = (1.0 - share) * slopes[place] + share * slopes[place + 1]
+        true = values
+        values = np.column_stack([np.interp(time - total, time, one) for one in true.T])
+        if slopes.size:
+            slopes = (1.0 - share)[:, :, None] * slopes[place] + share[:, :, None] * slopes[place + 1]
         if derivatives:
+            inside = (time - total > time[0]) & (time - total < time[-1] + 1e-9)
+            falls = np.where(inside[:, None], -(np.diff(true, axis=0) / np.diff(time)[:, None])[place], 0.0)
             for rate, _, own in late:
-                slopes[:, own] = rate * falls
+                slopes[:, :, own] = rate[:, None] * falls
     for fault, at, own in acting:
         if fault == "gain":
-            slopes *= at
+            slopes = at * slopes
             if derivatives:
-                slopes[:, own] = values
-            values *= at
+                slopes[:, :, own] = values
+            values = at * values
     for fault, at, own in acting:
         if fault == "offset":
-            values += at
+            values = values + at
             if derivatives:
-                slopes[:, own] = 1.0
+                slopes[:, :, own] = 1.0
+    return values, slopes
 
 
 def _before(time: Floats, lag: Floats) -> tuple[NDArray[np.intp], Floats]:

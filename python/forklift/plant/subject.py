@@ -328,8 +328,9 @@ class Subject(Machine, Protocol):
             ``"parameter-unknown"``, ``"argument-invalid"``.
         """
 
-    def clocks(self, recordings: Sequence[Any], sensors: Mapping[str, Sensor]) -> tuple[SensorUnknown, ...]:
-        """What is unknown of clocks that are not the command's; none where all is on one."""
+    @property
+    def clock_rates(self) -> tuple[SensorUnknown, ...]:
+        """How fast clocks run that are not the command's; none where all is on one."""
 
     def hypotheses(self, recordings: Sequence[Any], sensors: Mapping[str, Sensor]) -> tuple[Hypothesis, ...]:
         """What may be amiss."""

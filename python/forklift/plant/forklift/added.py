@@ -12,6 +12,7 @@ from forklift.plant.forklift.curve_tables import IDS, ports
 from forklift.plant.forklift.dither import DITHER
 from forklift.plant.forklift.effects import EFFECTS
 from forklift.plant.forklift.free_curve import FreeCurve
+from forklift.plant.forklift.model import OWN
 from forklift.plant.forklift.variables import PAST
 from forklift.plant.protocol import Case
 from forklift.plant.subject import Term
@@ -46,7 +47,7 @@ def added(
     runs = [
         {
             (effect, port): rows
-            for effect, port, rows in first.added(case.prepared.case(dither_a), own, others)
+            for effect, port, rows in first.added(case.prepared.case(dither_a), own[: len(OWN)], others)
             if port.startswith(f"{lift}.")
         }
         for case, own in zip(cases, conditions, strict=True)

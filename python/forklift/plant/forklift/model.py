@@ -14,6 +14,7 @@ from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.plant.forklift import free_curve
 from forklift.plant.forklift.absent import without_absent
+from forklift.plant.forklift.clocks import Clocks, late, shifts
 from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.dither import DITHER, USUAL_TICK_S, along_dither, dithered, without_dither
 from forklift.plant.forklift.ports import equation, lift_of, ports
@@ -32,6 +33,7 @@ from forklift.plant.forklift.unnamed import answer, curves, ringing
 from forklift.plant.forklift.variables import PAST, variables
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis, Place, Run, Steps
+from forklift.plant.sensor_faults import SPREAD
 from forklift.recordings.channels import LIFTS, Lift, table
 from forklift.recordings.clocks import driving
 
@@ -187,6 +189,9 @@ class Forklift:
         The same as a share of the load; the wider counts.
     warming_width_k
         Standard deviation of how much the oil warms up during a recording [K].
+    clocks
+        By name the channels of each clock that is not the command's: in each recording it starts apart by an
+        amount of its own, its last conditions.
     """
 
     truck: Truck
@@ -195,6 +200,7 @@ class Forklift:
     load_width_kg: float = 0.0
     load_accuracy: float = 0.0
     warming_width_k: float = WARMING_WIDTH_K
+    clocks: Clocks = ()
     latest: Latest = field(default_factory=Latest, init=False, repr=False, compare=False)
 
     @property
@@ -214,8 +220,9 @@ class Forklift:
 
     @property
     def condition_units(self) -> Mapping[str, str]:
-        """Of `OWN`."""
-        return dict(zip(OWN, ("kg", "K", "K", "m", "m"), strict=True))
+        """Of `OWN`, and of clocks."""
+        units = ("kg", "K", "K", "m", "m", *["s"] * len(self.clocks))
+        return dict(zip((*OWN, *shifts(self.clocks)), units, strict=True))
 
     @property
     def lag_share(self) -> float:
@@ -254,13 +261,14 @@ class Forklift:
         starts = [_start(recording, lift, at_rest, sensors) for lift in LIFTS]
         load_width_kg = max(self.load_width_kg, self.load_accuracy * recording.load_kg)
         known_k = TEMPERATURE_WIDTH_K if has_temperature(recording) else ENTERED_TEMPERATURE_WIDTH_K
-        widths = [load_width_kg, known_k, self.warming_width_k]
+        widths = [load_width_kg, known_k, self.warming_width_k, *(start[1] for start in starts)]
+        apart = [0.0 if recording.on_one_clock else SPREAD["shift"] for _ in self.clocks]
         return Case(
             recording,
-            OWN,
-            np.array([recording.load_kg, 0.0, 0.0, *(start[0] for start in starts)]),
-            np.array([*widths, *(start[1] for start in starts)]),
-            *_ends(float(temperature[0])),
+            (*OWN, *shifts(self.clocks)),
+            np.array([recording.load_kg, 0.0, 0.0, *(start[0] for start in starts), *[0.0] * len(apart)]),
+            np.array([*widths, *apart]),
+            *_ends(float(temperature[0]), len(apart)),
             Prepared(recording.time_s, clock, command, temperature, tick_s),
         )
 
@@ -294,6 +302,33 @@ class Forklift:
         Slopes are exact, of substeps twice as long where there are more than `SLOPES_AT`; `steps` are not
         asked for.
         """
+        first = len(OWN)
+        runs = self._run(
+            values,
+            cases,
+            [one[:first] for one in conditions],
+            substeps,
+            along,
+            [place for place in own if place < first],
+        )
+        if not self.clocks:
+            return runs
+        apart = [place - first for place in own if place >= first]
+        return [
+            Run(*late(case.recording.time_s, *run, self.clocks, here[first:], apart, self.outputs))
+            for case, run, here in zip(cases, runs, conditions, strict=True)
+        ]
+
+    def _run(
+        self,
+        values: Mapping[str, float],
+        cases: Sequence[Case],
+        conditions: Sequence[Floats],
+        substeps: int,
+        along: Sequence[str],
+        own: Sequence[int],
+    ) -> list[Run]:
+        """The truck itself, on the commands' clock."""
         core, dither_a = self.at(values).core, values.get(DITHER, 0.0)
         wanted = [*along, *(OWN[place] for place in own)]
         run = partial(_differentiated, core, cases, conditions, dither_a=dither_a)
@@ -322,7 +357,7 @@ class Forklift:
         own: Prepared = case.prepared
         return self.at(values).core.hat_responses(
             own.case(values.get(DITHER, 0.0)),
-            conditions,
+            conditions[: len(OWN)],
             ports,
             centres,
             width_s,
@@ -392,10 +427,10 @@ class Forklift:
         return rising(self.at(values) if values else self.truck, unknowns)
 
 
-def _ends(degc: float) -> tuple[Floats, Floats]:
+def _ends(degc: float, clocks: int) -> tuple[Floats, Floats]:
     """Between which a recording's own must lie, with oil of `degc` [°C] as it was read or entered: no load is
-    below zero, and no oil colder or warmer than its channel can read."""
-    least, most = np.full(len(OWN), -np.inf), np.full(len(OWN), np.inf)
+    below zero, and no oil colder or warmer than its channel can read. `clocks`: how many are its own."""
+    least, most = np.full(len(OWN) + clocks, -np.inf), np.full(len(OWN) + clocks, np.inf)
     least[OWN.index("load")] = 0.0
     oil, place = table()["oil_temperature_degc"], OWN.index("oil_temperature")
     least[place], most[place] = oil.lower - degc, oil.upper - degc

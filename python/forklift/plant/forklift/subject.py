@@ -20,7 +20,7 @@ from forklift.plant.forklift.candidates import NextRecording, candidates, elsewh
 from forklift.plant.forklift.checks.faults import findings
 from forklift.plant.forklift.checks.invalid_signals import without_invalid
 from forklift.plant.forklift.checks.suitability import suitability
-from forklift.plant.forklift.clocks import clocks, clocks_apart
+from forklift.plant.forklift.clocks import clocks, drifts
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.curve_tables import per_output
 from forklift.plant.forklift.dither import dither
@@ -104,7 +104,12 @@ class ForkliftSubject(Forklift):
             Those of `forklift.plant.forklift.checks.suitability`.
         """
         found = suitability(recordings, self.truck, self.oil_temperature_degc)
-        return replace(self, lifts=found.lifts), tuple(recordings), Findings(cautions=found.cautions)
+        own = clocks(recordings, list(sensors(recordings)))
+        return (
+            replace(self, lifts=found.lifts, clocks=own),
+            tuple(recordings),
+            Findings(cautions=found.cautions),
+        )
 
     def examined(
         self, recordings: Sequence[Recording]
@@ -117,6 +122,7 @@ class ForkliftSubject(Forklift):
             Those of `forklift.plant.forklift.checks.suitability`, but for recordings in which nothing moves.
         """
         kept, invalid = without_invalid(recordings, self.truck)
+        own = clocks(kept, list(sensors(kept)))
         try:
             suited = suitability(kept, self.truck, self.oil_temperature_degc)
         except ForkliftError as error:
@@ -124,7 +130,7 @@ class ForkliftSubject(Forklift):
                 raise
             moved = {lift for recording in kept for lift in commanded(recording.lift)}
             lifts = tuple(lift for lift in LIFTS if lift in moved)
-            return replace(self, lifts=lifts), kept, Findings(invalid, unexcited=error.message)
+            return replace(self, lifts=lifts, clocks=own), kept, Findings(invalid, unexcited=error.message)
         cautions = suited.cautions
         same = tuple(
             (CONDITIONS[one.code], str(one.facts["lift"])) for one in cautions if one.code in CONDITIONS
@@ -133,7 +139,11 @@ class ForkliftSubject(Forklift):
         if held:  # what recordings held out tell is judged with it free
             every = [replace(one, role="estimate") for one in kept]
             held = _held(suitability(every, self.truck, self.oil_temperature_degc).cautions)
-        return replace(self, lifts=suited.lifts), kept, Findings(invalid, cautions, "", held, same)
+        return (
+            replace(self, lifts=suited.lifts, clocks=own),
+            kept,
+            Findings(invalid, cautions, "", held, same),
+        )
 
     def sensors(self, recordings: Sequence[Recording]) -> dict[str, Sensor]:
         """Told from the samples."""
@@ -149,11 +159,10 @@ class ForkliftSubject(Forklift):
         own = unknowns(self.truck, self.lifts, hold=held, also=also, together=together)
         return (*own, dither()) if self.doubts else own
 
-    def clocks(
-        self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
-    ) -> tuple[SensorUnknown, ...]:
+    @property
+    def clock_rates(self) -> tuple[SensorUnknown, ...]:
         """Of channels with stamps of their own, see `forklift.plant.forklift.clocks`."""
-        return clocks(recordings, list(sensors))
+        return drifts(self.clocks)
 
     def hypotheses(
         self, recordings: Sequence[Recording], sensors: Mapping[str, Sensor]
@@ -161,8 +170,9 @@ class ForkliftSubject(Forklift):
         """The catalogue's effects, sensors and conditions."""
         with_oil = [one.file for one in recordings if OIL in one.channels]
         travelled = _travelled(recordings, sensors)
-        apart = clocks_apart(recordings, list(sensors))
-        return hypotheses(self.truck, self.lifts, list(sensors), travelled, with_oil, apart)
+        return hypotheses(
+            self.truck, self.lifts, list(sensors), travelled, with_oil, [of for _, of in self.clocks]
+        )
 
     def covariates(
         self, recordings: Sequence[Recording], judged: Sequence[Residual], sensors: Mapping[str, Sensor]

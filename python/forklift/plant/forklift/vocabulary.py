@@ -15,6 +15,7 @@ from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.variables import words as variable_words
 from forklift.plant.misread import Found, misentered, misread
 from forklift.plant.protocol import Hypothesis
+from forklift.plant.sensor_faults import ALL_SENSORS, CLOCK_SHIFT
 from forklift.plant.subject import Shown
 from forklift.recordings.channels import LIFTS, Lift, channels
 
@@ -152,6 +153,10 @@ class ForkliftWords:
 
     def condition(self, name: str) -> Shown:
         """Load and oil, as entered; and what a recording has of its own."""
+        if name.endswith(CLOCK_SHIFT):
+            whose = name.removesuffix(CLOCK_SHIFT)
+            of = whose if whose == ALL_SENSORS else " and ".join(map(self.signal, whose.split("+")))
+            return Shown(f"clock of the {of}", "s")
         return CONDITIONS[name]
 
     def at(self, name: str, where: str) -> str:
