@@ -406,7 +406,7 @@ def test_what_cannot_be_told_apart_is_said_first_with_the_recording_that_would(l
     assert f"It would tell the cause from this: “{name}”." in said.of("p")
     assert "Pseudo-random steps: the recording parts them." in said.of("p")
     sensor = replace(other.causes[0], not_separable_from=(replace(rival, kind="sensor"),))
-    blamed = "The machine does so, and the model did not. A sound truck hardly does."
+    blamed = "The machine does so; a sound one hardly does."
     assert blamed in said.of("p")
     assert blamed not in Text(diagnosis_page(replace(other, causes=(sensor,)))).of("p")
     assert ["File of what drives it, beside this page", "next_recording.csv"] in said.rows

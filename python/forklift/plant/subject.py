@@ -240,7 +240,7 @@ class Words(Protocol):
         """What to look at on the machine to tell what no recording does; empty, if nothing is known."""
 
     def sound(self, one: Hypothesis) -> str:
-        """Of an effect whether a sound machine has it too, as a sentence; empty, if that is not known."""
+        """That the machine has an effect, and whether a sound one has it too; empty, if that is not known."""
 
     def law(self, one: Hypothesis) -> Sequence[str]:
         """Of an effect that the catalogue knows its equation, how it shows itself, and its source."""

@@ -45,7 +45,7 @@ def answers(found: Diagnosis, told: Mapping[str, Any]) -> list[Fact]:
     if found.findings.unexcited:
         return unexcited(found, told)
     none = not found.causes or found.unexplained
-    what = [nothing(found, told), tested(told)] if none else []
+    what = [nothing(found, told), tested(found, told)] if none else []
     for cause, row in zip(found.causes, told["causes"], strict=True):
         fact = _what(found, cause, row)
         further = replace(fact, question=fact.question.replace("What is wrong", "What else is wrong"))
@@ -100,7 +100,7 @@ def _is_a(found: Diagnosis, cause: Cause) -> Iterator[str]:
     kind = cause.hypothesis.kind
     alike = {one.kind for one in cause.not_separable_from}
     if kind in IS_A and cause.credibility >= LIKELY and alike <= {kind}:
-        yield f"{IS_A[kind]} {found.machine.words.sound(cause.hypothesis)}".rstrip()
+        yield found.machine.words.sound(cause.hypothesis) or IS_A[kind]
 
 
 def _in_use(found: Diagnosis) -> Iterator[str]:
@@ -363,8 +363,8 @@ def _better(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             ],
         )
     noise = (
-        f"The worst signal of all is left with {number(left['worst_before'])} before "
-        f"({_worst(found, found.baseline.worst)}) and with {number(left['worst_after'])} after "
+        f"Left over in the worst signal before: {number(left['worst_before'])} "
+        f"({_worst(found, found.baseline.worst)}); in the worst after: {number(left['worst_after'])} "
         f"({_worst(found, found.final.worst)}) {NOISE}."
     )
     if found.final.loo_log_score:

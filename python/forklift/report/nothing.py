@@ -84,7 +84,14 @@ def _farthest(found: Diagnosis) -> Iterator[str]:
         )
 
 
-def tested(told: Mapping[str, Any]) -> Fact:
+def _but(found: Diagnosis) -> str:
+    """In how many signals it is correlated in time, which no test of all of them together shows."""
+    white = [one.white for one in found.final.held_out if one.white is not None]
+    coloured = len(white) - sum(white)
+    return f" (but for {coloured} of {len(white)} signals: see Doubts)" if coloured else ""
+
+
+def tested(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
     """How sure one may be that nothing is amiss, or that something is."""
     tests, count = told["deficient"]["after"]["tests"], counts(told)
     failed = sum(test["failed"] for test in tests)
@@ -94,8 +101,8 @@ def tested(told: Mapping[str, Any]) -> Fact:
             "How sure is that?",
             f"All {len(tests)} tests pass",
             [
-                "What is left over has the size of the sensors' noise, is as random, and depends on nothing "
-                "that was measured. A complete model passes all of them 99 times in 100.",
+                f"What is left over has the size of the sensors' noise, is as random{_but(found)}, and "
+                "depends on nothing that was measured. A complete model passes all of them 99 times in 100.",
                 screened,
             ],
         )

@@ -191,7 +191,7 @@ class ForkliftWords:
         effect = next((effect for effect in EFFECTS if effect.id == one.id), None)
         if effect is None or one.kind != "physics":
             return ""
-        return "A sound truck hardly does." if effect.wear else "A sound truck may do so, too."
+        return f"The machine does so; a sound one {'hardly does' if effect.wear else 'may, too'}."
 
     def found(self, one: Hypothesis, rows: Sequence[Mapping[str, Any]]) -> Found:
         """``"the free lift's pressure sensor reads 4.02 % high"``, or the same of what was entered."""
@@ -199,7 +199,9 @@ class ForkliftWords:
             unit = (outputs() | channels())[one.where]["unit"] if one.where else ""
             return misread(self._sensor(one.where), rows, SHOWN[unit][1:] if unit in SHOWN else None)
         if one.kind == "parameter" and one.id in ENTERED:
-            return misentered(*ENTERED[one.id], rows)
+            told = misentered(*ENTERED[one.id], rows)
+            exact = " That takes the pressure sensors for exact." if "load" in one.doubts else ""
+            return told._replace(interval=f"{told.interval}{exact}" if told.interval else "")
         return Found()
 
     def _sensor(self, channel: str) -> str:

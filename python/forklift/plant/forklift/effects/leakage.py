@@ -15,8 +15,8 @@ EFFECT = Effect(
     wear=True,
     confused_with=("position_scale", "sensor_slip"),
     sentence=(
-        "The {lift} lift's cylinder loses {coefficient} of oil, times its pressure over the tank's: past its "
-        "seals, or past the valve that should be shut; both have the same equation."
+        "The {lift} lift's cylinder loses {coefficient} of oil, times its pressure over the tank's, past its "
+        "seals or past its shut valve."
     ),
     check=(
         "On the machine: hold a load and look at the valve's return line. Oil that flows there passes the "
