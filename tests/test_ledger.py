@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bent_line import LINE
 from forklift import diagnose
 from forklift.diagnosis.ledger import Considered, considered, uncontested
 from forklift.diagnosis.screening import Screened
-from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port
 from forklift.plant.protocol import Addition, Hypothesis
 from forklift.plant.recording import Recording
 from forklift.report import ledger
@@ -81,22 +81,13 @@ def test_a_hypothesis_that_was_never_begun_is_neither():
 
 def bent(c):
     """Recordings of a line that is bent by `c`, in its noise, and their diagnosis."""
-    bend = Effect(
-        "bend", "it bends", (Param("c", "1", 0.0, -1.0, 1.0),), ("law",),
-        lambda x, u, p, bus: {"law": p["c"] * u["u"] ** 2},
-    )  # fmt: skip
-    plant = Plant(
-        "line", (Param("k", "1", 1.0, 0.1, 10.0),), (Input("u"),), (Output("y", sigma=0.05),),
-        lambda t, x, u, w, p, bus: {"y": p["k"] * u["u"] + w["law"]},
-        ports=(Port("law", kind="law"),), effects=(bend,), score="algebraic",
-    )  # fmt: skip
     recordings = []
     for k in range(4):
         random = np.random.default_rng(k)
         u = random.uniform(-2.0, 2.0, 200)
         y = 2.0 * u + c * u**2 + random.normal(0.0, 0.05, 200)
         recordings += Recording(f"r{k}", np.arange(200.0), {"u": u}, {"y": y}).split(0.6)
-    return diagnose(plant, recordings)
+    return diagnose(LINE, recordings)
 
 
 def test_where_nothing_is_missing_it_is_told_from_which_size_on_it_would_be_tried():

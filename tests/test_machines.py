@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bent_line import BEND, LINE
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.diagnose import diagnose
 from forklift.fitting import likelihood
@@ -148,15 +149,6 @@ def test_a_restart_begins_anew_at_what_was_measured():
 
 
 def test_a_plant_without_states_and_groups_left_out():
-    slope = Effect(
-        "bend", "it bends", (Param("c", "1", 0.0, -1.0, 1.0),), ("law",),
-        lambda x, u, p, bus: {"law": p["c"] * u["u"] ** 2},
-    )  # fmt: skip
-    plant = Plant(
-        "line", (Param("k", "1", 1.0, 0.1, 10.0),), (Input("u"),), (Output("y", sigma=0.05),),
-        lambda t, x, u, w, p, bus: {"y": p["k"] * u["u"] + w["law"]},
-        ports=(Port("law", kind="law"),), effects=(slope,), score="algebraic",
-    )  # fmt: skip
     recordings = []
     for k in range(3):
         random = np.random.default_rng(k)
@@ -164,7 +156,7 @@ def test_a_plant_without_states_and_groups_left_out():
         y = 2.0 * u + 0.3 * u**2 + random.normal(0.0, 0.05, 200)
         whole = Recording(f"g{k}", np.arange(200.0), {"u": u}, {"y": y}, group=f"g{k}")
         recordings += whole.split(0.6)
-    found = diagnose(plant, recordings)
+    found = diagnose(LINE, recordings)
     assert [cause.hypothesis.label for cause in found.causes] == ["bend"]
     assert [(one.group, one.holds) for one in found.groups] == [("g0", True), ("g1", True), ("g2", True)]
     assert found.outlying_groups == ()
@@ -172,17 +164,13 @@ def test_a_plant_without_states_and_groups_left_out():
 
 
 def test_a_group_whose_own_parameters_no_other_tells_is_not_asked():
-    bend = Effect(
-        "bend", "it bends", (Param("c", "1", 0.0, -1.0, 1.0),), ("law",),
-        lambda x, u, p, bus: {"law": p["c"] * u["u"] ** 2},
-    )  # fmt: skip
     plant = Plant(
         "two", (Param("a", "1", 1.0, 0.1, 10.0), Param("b", "1", 1.0, 0.1, 10.0)),
         (Input("u"), Input("which")), (Output("y", sigma=0.05),),
         lambda t, x, u, w, p, bus: {
             "y": np.where(u["which"] > 0.5, p["a"], p["b"]) * u["u"] + w["law"]
         },
-        ports=(Port("law", kind="law"),), effects=(bend,), score="algebraic",
+        ports=(Port("law", kind="law"),), effects=(BEND,), score="algebraic",
     )  # fmt: skip
     recordings = []
     for k in range(4):
