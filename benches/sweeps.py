@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
-from forklift._core import LANES
+from forklift._core import LANES, SINGLE_LANES
 from forklift.control.controller import Controller
 from forklift.ensemble import specification
 from forklift.ensemble.members import Members
@@ -43,11 +43,12 @@ OPEN_LOOP_A = (0.0, 0.55, 0.45, 0.62, 0.5)
 """Currents in place of the speeds asked for [A]."""
 
 
-def document(substeps, controller):
+def document(substeps, controller, precision="double"):
     profile = CLOSED_LOOP["profile"]
     if not controller:
         profile = [step | {"level": level} for step, level in zip(profile, OPEN_LOOP_A, strict=True)]
-    return CLOSED_LOOP | {"substeps": substeps, "controller": controller, "profile": profile}
+    own = {"substeps": substeps, "precision": precision, "controller": controller, "profile": profile}
+    return CLOSED_LOOP | own
 
 
 def seconds(members, count, lanes):
@@ -60,9 +61,10 @@ def seconds(members, count, lanes):
     return read() - clock
 
 
-def error(truck, controller, substeps, name):
+def error(truck, controller, substeps, name, precision):
     """Median over members of the largest error of the speed [m/s], and the share of ticks compared."""
-    fine, coarse = (specification.check(document(n, name)) for n in (REFERENCE_SUBSTEPS, substeps))
+    fine = specification.check(document(REFERENCE_SUBSTEPS, name))
+    coarse = specification.check(document(substeps, name, precision))
     largest, compared = [], []
     for index in range(COMPARED):
         a, b = (replay(spec, truck, controller, index).table for spec in (fine, coarse))
@@ -142,10 +144,16 @@ def main():
     options = parser.parse_args()
     truck = Truck.read("thesis")
     rows = [
-        (loop, substeps, lanes, threads)
+        (loop, substeps, precision, lanes, threads)
         for loop in ("closed", "open")
         for substeps in (2, 3)
-        for lanes, threads in ((LANES, 1), (LANES, 2), (1, 1))
+        for precision, lanes, threads in (
+            ("single", SINGLE_LANES, 1),
+            ("single", SINGLE_LANES, 2),
+            ("double", LANES, 1),
+            ("double", LANES, 2),
+            ("double", 1, 1),
+        )
         if threads <= options.threads
     ]
     best = {}
@@ -155,10 +163,11 @@ def main():
         if peers:
             peers.time(repeat)
         for row in rows:
-            loop, substeps, lanes, threads = row
+            loop, substeps, precision, lanes, threads = row
             name = options.controller if loop == "closed" else None
             controller = Controller.read(name) if name else None
-            members = Members(specification.check(document(substeps, name)), truck, controller, threads)
+            spec = specification.check(document(substeps, name, precision))
+            members = Members(spec, truck, controller, threads)
             count = options.members // (8 if lanes == 1 else 1)
             spent = seconds(members, count, lanes) / count
             best[row] = min(spent, best.get(row, spent))
@@ -171,16 +180,17 @@ def main():
     ]
     errors = {}
     for row in rows:
-        loop, substeps, lanes, threads = row
+        loop, substeps, precision, lanes, threads = row
         name = options.controller if loop == "closed" else None
-        if (loop, substeps) not in errors:
-            errors[loop, substeps] = error(truck, Controller.read(name) if name else None, substeps, name)
-        off, share = errors[loop, substeps]
+        if row[:3] not in errors:
+            controller = Controller.read(name) if name else None
+            errors[row[:3]] = error(truck, controller, substeps, name, precision)
+        off, share = errors[row[:3]]
         spent = best[row]
-        gain = f"{best[loop, substeps, 1, 1] / spent:.1f}" if threads == 1 else "–"
+        gain = f"{best[loop, substeps, 'double', 1, 1] / spent:.1f}" if threads == 1 else "–"
         faster = f"{cvode / (spent * threads):.0f}" if cvode else "–"
         lines.append(
-            f"| {loop} | forklift, {substeps} substeps | {lanes} | {threads} "
+            f"| {loop} | forklift, {substeps} substeps, {precision} | {lanes} | {threads} "
             f"| {off:.1e} | {100 * share:.0f} % "
             f"| {1e6 * spent:.1f} | {1.0 / spent:.0f} "
             f"| {1e9 * spent * threads / (TICKS * substeps * STATES):.2f} | {gain} | {faster} |"

@@ -6,6 +6,7 @@ python3 dev.py control scattered [--controller NAME] [--seed N]
 python3 dev.py control methods [--controller NAME]
                                     each of section 6.3's methods alone, and left out
 python3 dev.py control damping      the least-damped mode and the margins over load and temperature
+python3 dev.py control table        what Table 5.3's scalings leave over, by the table's oil temperature
 """
 
 import argparse
@@ -16,6 +17,7 @@ from pathlib import Path
 import control_c
 import control_methods
 import control_scattered
+from forklift.control import presets
 from forklift.control.c_export import export_c
 from forklift.control.controller import WORDS, Controller
 from forklift.ensemble.damping import damping_map, damping_table
@@ -25,7 +27,9 @@ from forklift.recordings.channels import LIFTS
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", nargs="?", choices=["c", "scattered", "methods", "damping"], default="c")
+    parser.add_argument(
+        "what", nargs="?", choices=["c", "scattered", "methods", "damping", "table"], default="c"
+    )
     parser.add_argument("--ticks", type=int, default=10_000_000)
     parser.add_argument("--controller", default="damped")
     parser.add_argument("--seed", type=int, help="of the random states (11), or of the scattered trucks")
@@ -38,6 +42,14 @@ def main() -> int:
         return 0 if control_scattered.report(names, seed=seed) else 1
     if arguments.what == "methods":
         control_methods.report(arguments.controller)
+        return 0
+    if arguments.what == "table":
+        truck = Truck.read("thesis")
+        print("steady speed less the one asked for, root mean square [mm/s]")
+        print("table [degC]" + "".join(f"{lift:>8}" for lift in LIFTS))
+        for degc in presets.TABLES_DEGC:
+            left = [1e3 * presets.scaling_error(truck, lift, float(degc)) for lift in LIFTS]
+            print(f"{degc:>12d}" + "".join(f"{one:>8.1f}" for one in left), flush=True)
         return 0
     if arguments.what == "damping":
         for name in ("thesis", "damped", "calm"):

@@ -14,6 +14,7 @@ __all__ = [
     "ENCODER_COUNT_M",
     "LANES",
     "PRESSURE_STEP_PA",
+    "SINGLE_LANES",
     "Case",
     "Controller",
     "Ensemble",
@@ -48,6 +49,7 @@ __version__: str
 CONTROL_TICK_S: float  # from one call of the controller to the next
 ENCODER_COUNT_M: float  # travel per count of a position encoder
 LANES: int  # members that fill this processor's registers: 16 with AVX-512, 8 with AVX2, else 1
+SINGLE_LANES: int  # the same in single precision: 32 with AVX-512, else 1
 PRESSURE_STEP_PA: float  # resolution of a pressure sensor
 
 @type_check_only
@@ -341,6 +343,7 @@ class Ensemble:
         seed: int,
         controller: tuple[list[float], _Lift, _Lift, int] | None = None,
         threads: int = 0,
+        precision: Literal["double", "single"] = "double",
     ) -> Ensemble: ...
     @property
     def columns(self) -> list[str]: ...
@@ -411,6 +414,9 @@ class Loop(TypedDict):
     outputs: _Floats  # (members, ticks, outputs)
     reference: NDArray[np.int32]  # (members, ticks, 2) [mm/s]
     current: NDArray[np.int32]  # (members, ticks, 2) [mA]
+    readings: NDArray[
+        np.int32
+    ]  # (members, ticks or none, 5) positions, pressures, temperature, as `Controller.ticks`
 
 def closed_loop(
     trucks: list[Truck],
@@ -428,4 +434,5 @@ def closed_loop(
     lifts: str = "both",
     substeps: int = ...,
     floating: bool = False,
+    noted: bool = False,
 ) -> Loop: ...

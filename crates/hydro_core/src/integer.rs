@@ -45,6 +45,8 @@ pub trait Integer:
     fn lookup(table: &[Self], place: Self) -> Self {
         Self::lookup_in(table, |&entry| entry, place)
     }
+    /// In each lane the entry of one table at the lane's place; beyond its ends the first or the last.
+    fn pick(table: &[i64], place: Self) -> Self;
     /// As [`Integer::lookup`] among entries of which `part` is looked at.
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self;
 
@@ -141,6 +143,10 @@ impl Integer for i64 {
     #[inline(always)]
     fn shr_by(self, bits: i64) -> i64 {
         (self as u64 >> bits) as i64
+    }
+    #[inline(always)]
+    fn pick(table: &[i64], place: i64) -> i64 {
+        table[place.clamp(0, table.len() as i64 - 1) as usize]
     }
     #[inline(always)]
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> i64, place: i64) -> i64 {

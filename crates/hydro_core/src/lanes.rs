@@ -3,7 +3,8 @@
 //! [`Lanes`] are plain loops over an array; the compiler turns them into vectors. Eight lanes have a
 //! scalar of their own where the processor has AVX-512 ([`with_eight`]), and sixteen are two of
 //! these side by side ([`with_sixteen`]). Every lane's bits are those of the `f64` run, whatever its
-//! neighbours hold.
+//! neighbours hold. In single precision ([`Single`]) a register holds twice as many, and a lane's bits are those of the
+//! run of one [`Single`].
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -11,6 +12,9 @@ mod avx2;
 mod avx512;
 mod integers;
 mod pair;
+mod single;
+#[cfg(target_arch = "x86_64")]
+mod singles;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -18,6 +22,7 @@ use crate::integer::LaneInteger;
 use crate::scalar::{Mask, Scalar};
 
 pub use integers::Integers;
+pub use single::Single;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
@@ -280,9 +285,35 @@ pub fn with_four<W: LaneWork<4>>(work: W) -> W::Output {
     work.run::<Lanes<4>>()
 }
 
+/// How precise the numbers of a run are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 53 bits.
+    Double,
+    /// 24 bits.
+    Single,
+}
+
+impl Precision {
+    /// The numbers of lanes that runs of it have, the widest first.
+    pub fn widths(self) -> &'static [Width] {
+        match self {
+            Precision::Double => &[Width::Sixteen, Width::Eight, Width::One],
+            Precision::Single => &[Width::ThirtyTwo, Width::One],
+        }
+    }
+
+    /// The widest that is here.
+    pub fn widest(self) -> Width {
+        self.widths().iter().copied().find(|width| width.is_here()).unwrap_or(Width::One)
+    }
+}
+
 /// Numbers of lanes for which processors have registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
+    /// Two groups of sixteen in single precision, on AVX-512.
+    ThirtyTwo,
     /// Two groups of eight, on AVX-512.
     Sixteen,
     /// Two groups of four, on AVX2.
@@ -291,12 +322,10 @@ pub enum Width {
 }
 
 impl Width {
-    /// The widest first.
-    pub const ALL: [Width; 3] = [Width::Sixteen, Width::Eight, Width::One];
-
     /// How many lanes.
     pub fn lanes(self) -> usize {
         match self {
+            Width::ThirtyTwo => 32,
             Width::Sixteen => 16,
             Width::Eight => 8,
             Width::One => 1,
@@ -307,17 +336,12 @@ impl Width {
     pub fn is_here(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         return match self {
-            Width::Sixteen => crate::solver::vectors::has_avx512(),
+            Width::ThirtyTwo | Width::Sixteen => crate::solver::vectors::has_avx512(),
             Width::Eight => crate::solver::vectors::has_avx2(),
             Width::One => true,
         };
         #[cfg(not(target_arch = "x86_64"))]
         return self == Width::One;
-    }
-
-    /// The widest that is here.
-    pub fn widest() -> Width {
-        Width::ALL.into_iter().find(|width| width.is_here()).unwrap_or(Width::One)
     }
 }
 
@@ -325,12 +349,12 @@ impl Width {
 /// [`crate::solver::vectors::widest`].
 ///
 /// # Panics
-/// A width that is not here.
+/// A width that is not here, or that double precision does not have.
 pub fn with_registers<T, W>(width: Width, work: W) -> T
 where
     W: LaneWork<16, Output = T> + LaneWork<8, Output = T> + LaneWork<1, Output = T>,
 {
-    assert!(width.is_here(), "{width:?} lanes have no registers here");
+    check(Precision::Double, width);
     match width {
         #[cfg(target_arch = "x86_64")]
         Width::Sixteen => LaneWork::<16>::run::<pair::Pair<avx512::Eight>>(work),
@@ -338,6 +362,27 @@ where
         Width::Eight => LaneWork::<8>::run::<pair::Pair<avx2::Four>>(work),
         _ => LaneWork::<1>::run::<f64>(work),
     }
+}
+
+/// As [`with_registers`] in single precision; every lane is the run of one [`Single`] to the bit.
+///
+/// # Panics
+/// A width that is not here, or that single precision does not have.
+pub fn with_single_registers<T, W>(width: Width, work: W) -> T
+where
+    W: LaneWork<32, Output = T> + LaneWork<1, Output = T>,
+{
+    check(Precision::Single, width);
+    match width {
+        #[cfg(target_arch = "x86_64")]
+        Width::ThirtyTwo => LaneWork::<32>::run::<pair::Pair<singles::Sixteen>>(work),
+        _ => LaneWork::<1>::run::<Single>(work),
+    }
+}
+
+fn check(precision: Precision, width: Width) {
+    let known = precision.widths().contains(&width) && width.is_here();
+    assert!(known, "{width:?} lanes of {precision:?} precision have no registers here");
 }
 
 #[cfg(test)]
@@ -430,6 +475,42 @@ mod tests {
                     prop_assert_eq!(wide[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of eight", k, lane);
                     for lane in [lane, 15 - lane] {
                         prop_assert_eq!(wider[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of 16", k, lane);
+                    }
+                }
+            }
+        }
+    }
+
+    /// All that is done with numbers, their integers included.
+    struct All<const N: usize>([f64; N], [f64; N], [f64; N]);
+
+    impl<const N: usize> LaneWork<N> for All<N> {
+        type Output = Vec<[f64; N]>;
+        fn run<S: LaneScalar<N>>(self) -> Self::Output {
+            let (a, b, c) = (S::from_lanes(self.0), S::from_lanes(self.1), S::from_lanes(self.2));
+            let whole = [a.floor(), a.nearest(), b.floor(), b.nearest()]
+                .map(|y| [y.lanes().map(|k| k as f64), S::of_integer(y).lanes()]);
+            let numbers = operations(a, b).into_iter().chain(functions(c)).map(S::lanes);
+            numbers.chain(whole.into_iter().flatten()).collect()
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    proptest! {
+        #[test]
+        fn every_operation_on_thirty_two_is_that_on_each_single(
+            a in numbers(), b in numbers(), c in proptest::array::uniform8(1e-3..80.0f64), far in -40i32..40,
+        ) {
+            if Width::ThirtyTwo.is_here() {
+                let wide = |x: [f64; 8], scale: f64| -> [f64; 32] {
+                    std::array::from_fn(|k| if k < 16 { twice(x)[k] } else { scale * twice(x)[31 - k] })
+                };
+                let (a, b, c) = (wide(a, f64::from(far).exp2()), wide(b, 0.7), wide(c, 0.9));
+                let together = All(a, b, c).run::<pair::Pair<singles::Sixteen>>();
+                for lane in 0..32 {
+                    let alone = LaneWork::<1>::run::<Single>(All([a[lane]], [b[lane]], [c[lane]]));
+                    for (k, [alone]) in alone.into_iter().enumerate() {
+                        prop_assert_eq!(bits(together[k][lane]), bits(alone), "operation {} in lane {}", k, lane);
                     }
                 }
             }

@@ -99,7 +99,7 @@ fn quarter<I: Integer>(x: &mut [I; 16], [a, b, c, d]: [usize; 4]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{with_four, with_registers, LaneScalar, LaneWork, Width};
+    use crate::lanes::{with_four, with_registers, with_single_registers, LaneScalar, LaneWork, Precision};
 
     struct Compare;
 
@@ -119,7 +119,9 @@ mod tests {
 
     #[test]
     fn a_lane_draws_the_words_of_its_own_sequence_whatever_its_width() {
-        Width::ALL.into_iter().filter(|width| width.is_here()).for_each(|width| with_registers(width, Compare));
+        let here = |precision: Precision| precision.widths().iter().copied().filter(|width| width.is_here());
+        here(Precision::Double).for_each(|width| with_registers(width, Compare));
+        here(Precision::Single).for_each(|width| with_single_registers(width, Compare));
         with_four(Compare);
     }
 }

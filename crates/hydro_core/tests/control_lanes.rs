@@ -11,7 +11,9 @@ use hydro_core::control::settings::{
 };
 use hydro_core::control::vectors::Draws;
 use hydro_core::integer::{Integer, LaneInteger};
-use hydro_core::lanes::{with_four, with_registers, LaneScalar, LaneWork, Lanes, Width};
+use hydro_core::lanes::{
+    with_four, with_registers, with_single_registers, LaneScalar, LaneWork, Lanes, Precision, Width,
+};
 use hydro_core::run::closed_loop::{Controller, Reading};
 
 /// What a controller may leave out: each a bit of a number below this.
@@ -231,12 +233,21 @@ impl<const N: usize> LaneWork<N> for FromTheStart {
     }
 }
 
+fn here(precision: Precision) -> impl Iterator<Item = Width> {
+    precision.widths().iter().copied().filter(|width| width.is_here())
+}
+
 /// In every kind of lanes that there is here, and in the plain ones.
 fn in_all_lanes<T>(
-    work: impl LaneWork<16, Output = T> + LaneWork<8, Output = T> + LaneWork<4, Output = T> + LaneWork<1, Output = T> + Copy,
+    work: impl LaneWork<32, Output = T>
+        + LaneWork<16, Output = T>
+        + LaneWork<8, Output = T>
+        + LaneWork<4, Output = T>
+        + LaneWork<1, Output = T>
+        + Copy,
 ) -> Vec<T> {
-    let mut found: Vec<T> =
-        Width::ALL.into_iter().filter(|width| width.is_here()).map(|width| with_registers(width, work)).collect();
+    let mut found: Vec<T> = here(Precision::Double).map(|width| with_registers(width, work)).collect();
+    found.extend(here(Precision::Single).map(|width| with_single_registers(width, work)));
     found.push(with_four(work));
     found.push(LaneWork::<4>::run::<Lanes<4>>(work));
     found

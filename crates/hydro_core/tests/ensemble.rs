@@ -14,7 +14,7 @@ use hydro_core::ensemble::member::{Column, Condition, Makeup, DEFAULTS};
 use hydro_core::ensemble::requirement::{Requirement, Signal, Template};
 use hydro_core::ensemble::verdict::Verdict;
 use hydro_core::error::Error;
-use hydro_core::lanes::Width;
+use hydro_core::lanes::{Precision, Width};
 use hydro_core::mast::LiftName;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::{Controller, Reading};
@@ -131,6 +131,7 @@ fn trial(extended: bool, lifts: Lifts) -> Trial {
         tick_s: 0.02,
         ticks: 200,
         substeps: 2,
+        precision: Precision::Double,
     }
 }
 
@@ -148,34 +149,36 @@ fn bits(outcome: &Outcome) -> (Verdict, Vec<u64>) {
 #[test]
 fn a_members_bits_depend_on_no_lane_mate_no_chunk_no_width_and_no_thread() {
     // Controllers asked one lane after the other, and such as run in lanes, with settings of their own.
-    for (extended, lifts, make) in [
-        (false, Lifts::One(LiftName::Free), MAKE),
-        (true, Lifts::Both, MAKE),
-        (false, Lifts::One(LiftName::Free), FIXED),
-        (false, Lifts::Both, FIXED),
+    for (extended, lifts, make, precision) in [
+        (false, Lifts::One(LiftName::Free), MAKE, Precision::Double),
+        (true, Lifts::Both, MAKE, Precision::Double),
+        (false, Lifts::One(LiftName::Free), FIXED, Precision::Double),
+        (false, Lifts::Both, FIXED, Precision::Double),
+        (true, Lifts::Both, MAKE, Precision::Single),
+        (false, Lifts::One(LiftName::Free), FIXED, Precision::Single),
     ] {
-        let trial = trial(extended, lifts);
+        let trial = Trial { precision, ..trial(extended, lifts) };
         let run = |trial: &Trial, columns: &[f64], streams: &[u64], width: Width| -> Vec<(Verdict, Vec<u64>)> {
             trial.run(columns, streams, make, width, &|| false).unwrap().iter().map(bits).collect()
         };
         let (count, per) = (40, trial.makeup.columns.len());
         let all = columns(&trial, count);
         let streams: Vec<u64> = (0..count as u64).collect();
-        let widest = run(&trial, &all, &streams, Width::widest());
-        for width in Width::ALL.into_iter().filter(|width| width.is_here()) {
-            assert_eq!(run(&trial, &all, &streams, width), widest, "{width:?}");
+        let widest = run(&trial, &all, &streams, precision.widest());
+        for width in precision.widths().iter().filter(|width| width.is_here()) {
+            assert_eq!(run(&trial, &all, &streams, *width), widest, "{width:?}");
         }
         // Other mates, in another order, in pieces.
         let mut pieces = Vec::new();
         for piece in (0..count).rev().collect::<Vec<_>>().chunks(7) {
             let some: Vec<f64> = piece.iter().flat_map(|&k| all[k * per..(k + 1) * per].to_vec()).collect();
             let own: Vec<u64> = piece.iter().map(|&k| streams[k]).collect();
-            pieces.extend(run(&trial, &some, &own, Width::widest()));
+            pieces.extend(run(&trial, &some, &own, precision.widest()));
         }
         pieces.reverse();
         assert_eq!(pieces, widest);
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(one.install(|| run(&trial, &all, &streams, Width::widest())), widest);
+        assert_eq!(one.install(|| run(&trial, &all, &streams, precision.widest())), widest);
         // Members do differ, and one by itself has its bits and its trajectory.
         assert!(widest.iter().any(|outcome| outcome.0 != Verdict::OutOfBounds));
         assert!(widest.windows(2).any(|pair| pair[0] != pair[1]));
@@ -195,6 +198,31 @@ fn a_members_bits_depend_on_no_lane_mate_no_chunk_no_width_and_no_thread() {
             assert_eq!(outcome.numbers[trial.requirements.len() + peak], fastest);
         }
     }
+}
+
+/// What half the bits change: far less than a substep leaves, while the controllers order the same.
+#[test]
+fn single_precision_is_double_precision_to_a_tenth_of_a_millimetre_per_second() {
+    let double = trial(false, Lifts::One(LiftName::Free));
+    let single = Trial { precision: Precision::Single, ..double.clone() };
+    let velocity = OUTPUTS.iter().position(|o| o.name == "velocity_free_m_s").unwrap();
+    let (all, per) = (columns(&double, 40), double.makeup.columns.len());
+    let mut compared = 0;
+    for k in 0..40 {
+        let own = &all[k * per..(k + 1) * per];
+        let Ok((_, fine)) = double.trace(own, k as u64, FIXED, &|| false) else { continue };
+        let (_, coarse) = single.trace(own, k as u64, FIXED, &|| false).unwrap();
+        let rows = fine.outputs.chunks(OUTPUTS.len()).zip(coarse.outputs.chunks(OUTPUTS.len()));
+        for ((a, b), (own, other)) in rows.zip(fine.orders.iter().zip(&coarse.orders)) {
+            // A reading that is rounded the other way leads elsewhere.
+            if own != other {
+                break;
+            }
+            assert!((a[velocity] - b[velocity]).abs() < 1e-4, "member {k}: {} and {}", a[velocity], b[velocity]);
+            compared += 1;
+        }
+    }
+    assert!(compared > 4000, "{compared}");
 }
 
 #[test]
@@ -218,11 +246,11 @@ fn what_is_out_of_bounds_has_a_verdict_and_disturbs_no_other() {
     .unwrap();
     // A stiff bristle among the mates changes none of their bits.
     let all = [800.0, 2500.0, -1.0, 2500.0, 800.0, 1e8, 800.0, 2500.0];
-    let found = trial.run(&all, &[0, 1, 2, 0], MAKE, Width::widest(), &|| false).unwrap();
+    let found = trial.run(&all, &[0, 1, 2, 0], MAKE, trial.precision.widest(), &|| false).unwrap();
     assert_eq!(found[1].verdict, Verdict::OutOfBounds);
     assert!(found[1].numbers.iter().all(|x| x.is_nan()));
     assert_eq!(bits(&found[0]), bits(&found[3]));
-    let alone = trial.run(&all[..2], &[0], MAKE, Width::widest(), &|| false).unwrap();
+    let alone = trial.run(&all[..2], &[0], MAKE, trial.precision.widest(), &|| false).unwrap();
     assert_eq!(bits(&found[0]), bits(&alone[0]));
 }
 
@@ -231,6 +259,6 @@ fn an_interrupt_ends_an_ensemble() {
     let mut trial = trial(false, Lifts::One(LiftName::Free));
     trial.ticks = 2000;
     let all = columns(&trial, 4);
-    let ended = trial.run(&all, &[0, 1, 2, 3], MAKE, Width::widest(), &|| true);
+    let ended = trial.run(&all, &[0, 1, 2, 3], MAKE, trial.precision.widest(), &|| true);
     assert!(matches!(ended, Err(Error::Interrupted { .. })));
 }

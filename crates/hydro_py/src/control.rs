@@ -1,6 +1,7 @@
 //! The controller: its settings as tables, its integers, its C, and trucks lowered by it.
 
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hydro_core::control::c_export::c_sources;
 use hydro_core::control::config::Config;
@@ -194,6 +195,25 @@ impl PyController {
     }
 }
 
+/// A controller whose readings are written down, row by row as [`Controller::tick`] has them.
+struct Noted<'a> {
+    inner: Box<dyn Controller + 'a>,
+    readings: Arc<Mutex<Vec<i32>>>,
+}
+
+impl Controller for Noted<'_> {
+    fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
+        let Reading { position, pressure, temperature } = *reading;
+        let row = [position[0], position[1], pressure[0], pressure[1], temperature];
+        // A poisoned lock has lost no row that anyone will read.
+        self.readings.lock().unwrap_or_else(PoisonError::into_inner).extend(row);
+        self.inner.tick(request, reading)
+    }
+    fn reference(&self) -> [i32; 2] {
+        self.inner.reference()
+    }
+}
+
 fn seated(config: &Config, floating: bool) -> Box<dyn Controller + '_> {
     match floating {
         true => Box::new(FloatingPoint::new(config)),
@@ -205,7 +225,7 @@ fn seated(config: &Config, floating: bool) -> Box<dyn Controller + '_> {
 /// ticks). Gives outputs (members, ticks, outputs) at each tick, references and currents (members, ticks, 2).
 #[pyfunction]
 #[pyo3(signature = (trucks, controllers, loads, oil_temperatures, starts, requests, delays, noises, zeros, streams, *,
-                    seed, lifts="both", substeps=Solver::DEFAULT_SUBSTEPS, floating=false))]
+                    seed, lifts="both", substeps=Solver::DEFAULT_SUBSTEPS, floating=false, noted=false))]
 #[allow(clippy::too_many_arguments)] // keyword arguments in Python
 fn closed_loop<'py>(
     py: Python<'py>,
@@ -223,6 +243,7 @@ fn closed_loop<'py>(
     lifts: &str,
     substeps: usize,
     floating: bool,
+    noted: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (n, ticks) = (trucks.len(), requests.as_array().shape()[1]);
     let lengths =
@@ -243,11 +264,13 @@ fn closed_loop<'py>(
     let rows: Vec<Vec<i32>> = requests.as_array().rows().into_iter().map(|row| row.to_vec()).collect();
     let time: Vec<f64> = (0..ticks).map(|k| k as f64 * TICK_S).collect();
     let zero = vec![0.0; ticks];
+    let readings: Vec<Arc<Mutex<Vec<i32>>>> = (0..n).map(|_| Arc::default()).collect();
     let members: Vec<Member> = (0..n)
         .map(|k| {
             let [pressure, temperature] = noises[k];
+            let inner = seated(&controllers[k].0, floating);
             let seat = Seat {
-                controller: seated(&controllers[k].0, floating),
+                controller: if noted { Box::new(Noted { inner, readings: readings[k].clone() }) } else { inner },
                 sensors: Sensors::noisy(pressure, temperature, zeros[k], seed, streams[k]),
                 request: &rows[k],
                 delay: delays[k],
@@ -269,6 +292,9 @@ fn closed_loop<'py>(
     let current: Vec<i32> = orders().flat_map(|order| order.current).collect();
     answer.set_item("reference", reference.into_pyarray(py).reshape([n, ticks, 2])?)?;
     answer.set_item("current", current.into_pyarray(py).reshape([n, ticks, 2])?)?;
+    let written = |own: &Arc<Mutex<Vec<i32>>>| own.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let readings: Vec<i32> = readings.iter().flat_map(written).collect();
+    answer.set_item("readings", readings.into_pyarray(py).reshape([n, if noted { ticks } else { 0 }, 5])?)?;
     Ok(answer)
 }
 

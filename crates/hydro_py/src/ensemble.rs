@@ -12,7 +12,7 @@ use hydro_core::ensemble::requirement::{Requirement, Signal, Template, SIGNALS};
 use hydro_core::ensemble::verdict::VERDICTS;
 use hydro_core::ensemble::{draw, linear, lowerings};
 use hydro_core::error::Error;
-use hydro_core::lanes::Width;
+use hydro_core::lanes::Precision;
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::Controller;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -219,7 +219,7 @@ impl PyEnsemble {
 impl PyEnsemble {
     #[new]
     #[pyo3(signature = (truck, lifts, *, conditions, profile, vary, require, settle_s, band_m_s, duration_s, substeps,
-                        seed, controller=None, threads=0))]
+                        seed, controller=None, threads=0, precision="double"))]
     #[allow(clippy::too_many_arguments)] // keyword arguments in Python
     fn new(
         py: Python<'_>,
@@ -236,6 +236,7 @@ impl PyEnsemble {
         seed: u64,
         controller: Option<GivenController>,
         threads: usize,
+        precision: &str,
     ) -> PyResult<Self> {
         let make = || -> Result<PyEnsemble, Error> {
             let (lifts, _) = lifts_of(lifts)?;
@@ -265,7 +266,12 @@ impl PyEnsemble {
             let makeup = Makeup::new(truck.core().clone(), lifts, fixed, profile.clone(), numbers, columns, seed)?;
             let ticks = lowerings::whole_ticks(duration_s, TICK_S)?;
             let settling = Settling { after_s: settle_s, band_m_s };
-            let trial = Trial { makeup, requirements, settling, tick_s: TICK_S, ticks, substeps };
+            let precision = match precision {
+                "double" => Precision::Double,
+                "single" => Precision::Single,
+                other => return Err(argument("precision", other, "double or single")),
+            };
+            let trial = Trial { makeup, requirements, settling, tick_s: TICK_S, ticks, substeps, precision };
             trial.check()?;
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.map_err(|e| argument("threads", &threads.to_string(), &format!("possible here ({e})")))?;
@@ -314,10 +320,13 @@ impl PyEnsemble {
             let expected = format!("{}, one per member", values.as_array().shape()[0]);
             return Err(fail(Error::Shape { name: "streams".into(), got: streams.len().to_string(), expected }));
         }
-        let known = |lanes: usize| Width::ALL.into_iter().find(|width| width.lanes() == lanes);
+        let widths = self.trial.precision.widths();
         let width = match lanes {
-            None => Width::widest(),
-            Some(lanes) => known(lanes).ok_or_else(|| fail(argument("lanes", &lanes.to_string(), "1, 8 or 16")))?,
+            None => self.trial.precision.widest(),
+            Some(lanes) => *widths.iter().find(|width| width.lanes() == lanes).ok_or_else(|| {
+                let known: Vec<String> = widths.iter().map(|width| width.lanes().to_string()).collect();
+                fail(argument("lanes", &lanes.to_string(), &known.join(" or ")))
+            })?,
         };
         let run = || self.with_make(|make| self.trial.run(&columns, &streams, make, width, &|| false));
         let outcomes = py.detach(|| self.pool.install(run)).map_err(fail)?;
@@ -417,7 +426,8 @@ fn linearise<'py>(
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add("LANES", Width::widest().lanes())?;
+    m.add("LANES", Precision::Double.widest().lanes())?;
+    m.add("SINGLE_LANES", Precision::Single.widest().lanes())?;
     m.add_class::<PyEnsemble>()?;
     m.add_function(wrap_pyfunction!(linearise, m)?)?;
     m.add_function(wrap_pyfunction!(ensemble_tables, m)?)

@@ -81,6 +81,9 @@ class Lowered:
         What the controller meant each lift to have, downward positive.
     current_ma
         What it ordered, before the delay.
+    readings
+        (lowerings, ticks, 5) What it read, if that was noted, else without ticks: encoder counts and
+        pressures in steps, each of the free and the main lift, and the oil temperature in steps.
     """
 
     time_s: Floats
@@ -88,6 +91,7 @@ class Lowered:
     pressure_pa: dict[str, Floats]
     reference_m_s: dict[str, Floats]
     current_ma: dict[str, Integers]
+    readings: Integers
 
 
 def lower(
@@ -97,6 +101,7 @@ def lower(
     seed: int = 0,
     substeps: int = 8,
     floating: bool = False,
+    noted: bool = False,
 ) -> Lowered:
     """Simulate lowerings side by side; a result depends neither on the others nor on the number of threads.
 
@@ -108,6 +113,8 @@ def lower(
         Of the sensors' noise.
     floating
         The controller in floating point instead of its integers: to measure what they cost.
+    noted
+        Whether what the controllers read is kept; they are then asked one by one.
 
     Raises
     ------
@@ -134,6 +141,7 @@ def lower(
         lifts=lifts,
         substeps=substeps,
         floating=floating,
+        noted=noted,
     )
     place = {name: k for k, name in enumerate(outputs())}
     values = answer["outputs"]
@@ -144,6 +152,7 @@ def lower(
         {n: values[:, :, place[f"pressure_{n}_pa"]] for n in names},
         {n: 1e-3 * answer["reference"][:, :, k].astype(np.float64) for k, n in enumerate(names)},
         {n: answer["current"][:, :, k] for k, n in enumerate(names)},
+        answer["readings"],
     )
 
 

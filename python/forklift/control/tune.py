@@ -9,7 +9,7 @@ Singer & Seering (1990). A predictor: Smith (1957).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +111,7 @@ def tune(
     delays_ticks: dict[Lift, int] | None = None,
     seed: int = 1,
     transition: bool = True,
+    start: Controller | None = None,
     kept: Path | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Controller:
@@ -127,6 +128,9 @@ def tune(
     transition
         Whether the transition between the lifts has to be smoother than with the controller in use. If not,
         the lifts swing less.
+    start
+        Whose numbers, feedback and shaper the search begins with; None sets the feedback up load by load,
+        and takes `NUMBERS`. What is tuned is measured against `controller`, wherever it began.
     kept
         A file for the costs of every generation: after a stop the same call goes on with it, and after the
         end it gives the same at once. None keeps nothing.
@@ -147,11 +151,12 @@ def tune(
     given = delays_ticks or DELAY_TICKS
     made_of = (
         f"{__version__} {controller.hash} {truck.sha256} {list(methods)} {dict(given)} {seed} {transition}"
+        f"{'' if start is None else f' {start.hash}'}"
     )
     journal = Journal(kept, made_of)
     for lift in LIFTS:
         controller = _search(
-            controller, truck, lift, methods, given[lift], seed, transition, journal, progress
+            controller, truck, lift, methods, given[lift], seed, transition, start, journal, progress
         )
     return controller
 
@@ -164,6 +169,7 @@ def _search(
     delay: int,
     seed: int,
     transition: bool,
+    begun: Controller | None,
     journal: Journal,
     say: Callable[[Progress], None] | None,
 ) -> Controller:
@@ -173,7 +179,12 @@ def _search(
     encoder counts make the cost jump.
     """
     start = before
-    if "swing" in methods:
+    own = None if begun is None else getattr(begun, lift)
+    if "swing" in methods and own is not None and own.swing is not None:
+        start = start.with_swing(lift, _at_our_knots(own.swing)).with_numbers(
+            lift, "chosen: a tenth of full speed", swing_limit=LIMIT_MM_S
+        )
+    elif "swing" in methods:
         start = tune_swing(start, truck, lift, delay_ticks=delay, seed=seed)
     swing = getattr(start, lift).swing
     numbers = getattr(start, lift).numbers
@@ -185,22 +196,33 @@ def _search(
     }
     for method in methods:
         sought |= OF_METHOD[method][lift]
+    if own is not None:
+        sought = {name: replace(one, start=own.numbers[name].value) for name, one in sought.items()}
     names = list(sought)
     places = [_swing(before, truck, lift, load, delay, seed) for load in CURVE_LOADS_KG]
     pressures = [pressure for pressure, _ in places]
-    knots = np.arange(KNOTS) * float(1 << SPACING) * _core.PRESSURE_STEP_PA
+    knots = _pressures(SPACING, KNOTS)
     parts = {"numbers": [*sought.values()]}
     if "shaped" in methods:
-        parts["delay"] = [Sought(0.5 / frequency, *DELAY) for _, frequency in places]
+        delays = [0.5 / frequency for _, frequency in places]
+        if own is not None and own.shaper is not None:
+            delays = list(
+                np.interp(
+                    pressures, _pressures(own.shaper.spacing, len(own.shaper.delay_s)), own.shaper.delay_s
+                )
+            )
+        parts["delay"] = [Sought(float(x), *DELAY) for x in delays]
     if "swing" in methods:
         gains, leads = (
-            np.interp(pressures, knots, part) for part in (swing.gain_mm_s_per_bar, swing.lead_deg)
+            np.interp(pressures, _pressures(swing.spacing, len(part)), part)
+            for part in (swing.gain_mm_s_per_bar, swing.lead_deg)
         )
         parts["gain"] = [Sought(float(x), *GAIN) for x in gains]
         parts["lead"] = [Sought(float(x), *LEAD) for x in leads]
     source = (
         f"forklift control tune {before.name}: truck {truck.name} (sha256 {truck.sha256[:12]}) and {TRUCKS} "
         f"like it, {', '.join(methods) or 'no method'}, delay {delay} ticks, seed {seed}"
+        f"{'' if begun is None else f', from {begun.name} ({begun.hash})'}"
         f"{'' if transition else ', without the transition'}"
     )
 
@@ -247,6 +269,23 @@ def _search(
     return made(best)
 
 
+def _pressures(spacing: int, count: int) -> Floats:
+    """A table's knots [Pa]."""
+    found: Floats = np.arange(count, dtype=np.float64) * float(1 << spacing) * _core.PRESSURE_STEP_PA
+    return found
+
+
+def _at_our_knots(swing: Swing) -> Swing:
+    """The same feedback at the knots of a search."""
+    knots = _pressures(SPACING, KNOTS)
+    own = _pressures(swing.spacing, len(swing.lead_deg))
+    columns = {
+        name: [float(x) for x in np.interp(knots, own, getattr(swing, name))]
+        for name in ("frequency_hz", "damping", "gain_mm_s_per_bar", "lead_deg")
+    }
+    return swing.model_copy(update={"spacing": SPACING, **columns})
+
+
 def tune_swing(
     controller: Controller,
     truck: Truck,
@@ -281,7 +320,7 @@ def tune_swing(
         ]
         found.append((pressure, frequency, gain, lead))
     pressures, frequencies, gains, leads = (np.array(column) for column in zip(*found, strict=True))
-    knots = np.arange(KNOTS) * float(1 << SPACING) * _core.PRESSURE_STEP_PA
+    knots = _pressures(SPACING, KNOTS)
     unwrapped = np.degrees(np.unwrap(np.radians(leads)))
     unwrapped -= 360.0 * round(float(unwrapped.mean()) / 360.0)
     columns = [np.interp(knots, pressures, values) for values in (frequencies, gains, unwrapped)]

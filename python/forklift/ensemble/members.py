@@ -67,6 +67,7 @@ class Members:
             seed=spec.seed,
             controller=given(self.controller, spec.lifts) if self.controller else None,
             threads=self.threads,
+            precision=spec.precision,
         )
 
     @cached_property

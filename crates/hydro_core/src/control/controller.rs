@@ -64,27 +64,27 @@ impl<I: Integer> State<I> {
 #[derive(Debug, Clone)]
 pub struct FixedPoint<C> {
     config: C,
-    state: State,
     /// From the first tick on: lanes that run together never need them.
-    numbers: Option<Numbers<i64>>,
+    begun: Option<Box<(Numbers<i64>, State)>>,
 }
 
 impl<C: Borrow<Config>> FixedPoint<C> {
     /// Before its first tick.
     pub fn new(config: C) -> Self {
-        FixedPoint { config, state: State::at_rest(), numbers: None }
+        FixedPoint { config, begun: None }
     }
 }
 
 impl<C: Borrow<Config> + Send> closed_loop::Controller for FixedPoint<C> {
     fn tick(&mut self, request: i32, reading: &Reading) -> [i32; 2] {
-        let numbers = self.numbers.get_or_insert_with(|| Numbers::of([self.config.borrow()]));
-        self.state.tick_of(numbers, i64::from(request), &reading.whole()).map(|current| current as i32)
+        let at_rest = || Box::new((Numbers::of([self.config.borrow()]), State::at_rest()));
+        let (numbers, state) = &mut **self.begun.get_or_insert_with(at_rest);
+        state.tick_of(numbers, i64::from(request), &reading.whole()).map(|current| current as i32)
     }
     fn reference(&self) -> [i32; 2] {
-        self.state.meant(self.config.borrow().word).map(|speed| speed as i32)
+        self.begun.as_ref().map_or([0, 0], |begun| begun.1.meant(begun.0.word).map(|speed| speed as i32))
     }
     fn in_integers(&self) -> Option<&Config> {
-        self.numbers.is_none().then(|| self.config.borrow())
+        self.begun.is_none().then(|| self.config.borrow())
     }
 }

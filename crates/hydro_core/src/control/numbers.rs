@@ -23,6 +23,29 @@ impl<I: Integer> Gains<I> {
     }
 }
 
+/// Of each segment of a table the knot at which it begins, and how much higher the next one is; none where it is the same
+/// everywhere.
+#[derive(Debug, Clone)]
+enum Segments<I> {
+    /// In each lane.
+    Each(Vec<[I; 2]>),
+    /// In all lanes the same.
+    One { low: Vec<i64>, rise: Vec<i64> },
+}
+
+impl<I: Integer> Segments<I> {
+    /// Both at each lane's segment.
+    #[inline(always)]
+    fn at(&self, segment: I) -> [I; 2] {
+        match self {
+            Segments::Each(segments) => {
+                [I::lookup_in(segments, |both| both[0], segment), I::lookup_in(segments, |both| both[1], segment)]
+            }
+            Segments::One { low, rise } => [I::pick(low, segment), I::pick(rise, segment)],
+        }
+    }
+}
+
 /// A table in each lane. Shorter ones repeat their last knot.
 #[derive(Debug, Clone)]
 pub struct Tables<I> {
@@ -32,8 +55,7 @@ pub struct Tables<I> {
     /// From the first knot to the last, and the last segment.
     span: I,
     last: I,
-    /// Of each segment the knot at which it begins, and how much higher the next one is; none where `everywhere` is.
-    segments: Vec<[I; 2]>,
+    segments: Segments<I>,
     /// The value, where every lane has the same one everywhere.
     everywhere: Option<I>,
 }
@@ -47,8 +69,7 @@ impl<I: Integer> Tables<I> {
         }
         let from = (x - self.first).clamp_to(I::zero(), self.span);
         let segment = from.shr_by(self.spacing).clamp_to(I::zero(), self.last);
-        let low = I::lookup_in(&self.segments, |segment| segment[0], segment);
-        let rise = I::lookup_in(&self.segments, |segment| segment[1], segment);
+        let [low, rise] = self.segments.at(segment);
         // Two knots of 32 bits may lie further apart than 32 bits hold.
         let exact = rise * (from - segment.shl_by(self.spacing));
         low + (exact.abs() + self.half).shr_by(self.spacing).signed_as(exact)
@@ -169,12 +190,25 @@ pub struct Numbers<I> {
     pub lifts: [LiftNumbers<I>; 2],
 }
 
-/// Configurations side by side.
-struct Beside<'a, const N: usize>([&'a Config; N]);
+/// Configurations side by side, and whether they are one.
+struct Beside<'a, const N: usize>([&'a Config; N], bool);
 
-impl<const N: usize> Beside<'_, N> {
+impl<'a, const N: usize> Beside<'a, N> {
+    fn of(configs: [&'a Config; N]) -> Self {
+        assert!(configs.iter().all(|config| config.word == configs[0].word), "one word for all lanes");
+        Beside(configs, configs.iter().all(|config| std::ptr::eq(*config, configs[0])))
+    }
+
     fn each<I: LaneInteger<N>>(&self, of: impl Fn(&Config) -> i64) -> I {
-        I::from_lanes(self.0.map(of))
+        match self.1 {
+            true => I::constant(of(self.0[0])),
+            false => I::from_lanes(self.0.map(of)),
+        }
+    }
+
+    /// Each configuration once.
+    fn unlike(&self) -> &[&'a Config] {
+        &self.0[..if self.1 { 1 } else { N }]
     }
 
     fn gains<I: LaneInteger<N>>(&self, of: impl Fn(&Config) -> Gain) -> Gains<I> {
@@ -190,9 +224,9 @@ impl<const N: usize> Beside<'_, N> {
             let knots = &of(config).knots;
             i64::from(knots[k.min(knots.len() - 1)])
         };
-        let most = self.0.iter().map(|config| of(config).knots.len()).max().unwrap_or(0);
+        let most = self.unlike().iter().map(|config| of(config).knots.len()).max().unwrap_or(0);
         let segments = |config: &Config| of(config).knots.len() as i64 - 1;
-        let flat = self.0.iter().all(|config| of(config).knots.iter().all(|&y| y == of(config).knots[0]));
+        let flat = self.unlike().iter().all(|config| of(config).knots.iter().all(|&y| y == of(config).knots[0]));
         let looked_up = if flat { 0 } else { most - 1 };
         Tables {
             first: self.each(|config| i64::from(of(config).first)),
@@ -200,11 +234,17 @@ impl<const N: usize> Beside<'_, N> {
             half: self.each(|config| (1i64 << of(config).spacing) >> 1),
             span: self.each(|config| segments(config) << of(config).spacing),
             last: self.each(|config| segments(config) - 1),
-            segments: (0..looked_up)
-                .map(|k| {
-                    [self.each(|config| knot(config, k)), self.each(|config| knot(config, k + 1) - knot(config, k))]
-                })
-                .collect(),
+            segments: match self.1 {
+                true => Segments::One {
+                    low: (0..looked_up).map(|k| knot(self.0[0], k)).collect(),
+                    rise: (0..looked_up).map(|k| knot(self.0[0], k + 1) - knot(self.0[0], k)).collect(),
+                },
+                false => Segments::Each(
+                    (0..looked_up)
+                        .map(|k| [self.each(|c| knot(c, k)), self.each(|c| knot(c, k + 1) - knot(c, k))])
+                        .collect(),
+                ),
+            },
             everywhere: flat.then(|| self.each(|config| knot(config, 0))),
         }
     }
@@ -214,7 +254,7 @@ impl<const N: usize> Beside<'_, N> {
         let gains = |of: fn(&LiftConfig) -> Gain| self.gains(|config| of(&config.lifts[lift]));
         let tables = |of: fn(&LiftConfig) -> &Table| self.tables(|config| of(&config.lifts[lift]));
         let delay = |config: &Config| config.lifts[lift].delay;
-        let same = self.0.iter().all(|config| delay(config) == delay(self.0[0]));
+        let same = self.unlike().iter().all(|config| delay(config) == delay(self.0[0]));
         LiftNumbers {
             parts,
             most: each(&|own| own.most),
@@ -278,8 +318,7 @@ impl<I: Integer> Numbers<I> {
     where
         I: LaneInteger<N>,
     {
-        assert!(configs.iter().all(|config| config.word == configs[0].word), "one word for all lanes");
-        Beside(configs).numbers([Parts::ALL; 2])
+        Beside::of(configs).numbers([Parts::ALL; 2])
     }
 
     /// Without what no lane has; from its start on the orders are the same.
@@ -290,11 +329,11 @@ impl<I: Integer> Numbers<I> {
     where
         I: LaneInteger<N>,
     {
-        assert!(configs.iter().all(|config| config.word == configs[0].word), "one word for all lanes");
+        let beside = Beside::of(configs);
         let parts = [0, 1].map(|lift| {
-            let each = configs.map(|config| Parts::of(config, lift));
-            each.into_iter().reduce(Parts::or).unwrap_or(Parts::ALL)
+            let each = beside.unlike().iter().map(|config| Parts::of(config, lift));
+            each.reduce(Parts::or).unwrap_or(Parts::ALL)
         });
-        Beside(configs).numbers(parts)
+        beside.numbers(parts)
     }
 }

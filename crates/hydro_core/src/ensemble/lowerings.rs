@@ -7,7 +7,7 @@ use super::member::{Condition, Drawn, Makeup};
 use super::requirement::{Moment, Requirement, Watch};
 use super::verdict::{graver, Verdict};
 use crate::error::Error;
-use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
+use crate::lanes::{with_registers, with_single_registers, LaneScalar, LaneWork, Precision, Single, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, POSITION, STATES};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::run::closed_loop::{ClosedLoop, Controller, Order, Seat};
@@ -35,6 +35,8 @@ pub struct Trial {
     pub tick_s: f64,
     pub ticks: usize,
     pub substeps: usize,
+    /// Of the trucks; the controllers' integers are the same.
+    pub precision: Precision,
 }
 
 /// What became of a member.
@@ -123,11 +125,14 @@ impl Trial {
         width: Width,
         interrupt: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Outcome>, Error> {
-        if !width.is_here() {
+        let here = |width: &Width| width.is_here();
+        if !self.precision.widths().iter().copied().filter(here).any(|known| known == width) {
+            let known = self.precision.widths().iter().copied().filter(here);
+            let known: Vec<String> = known.map(|width| width.lanes().to_string()).collect();
             return Err(Error::Argument {
                 name: "lanes".into(),
                 value: width.lanes().to_string(),
-                requirement: format!("at most {}: this processor has no registers for more", Width::widest().lanes()),
+                requirement: format!("{}: this processor has no registers for others", known.join(" or ")),
             });
         }
         let per = self.makeup.columns.len();
@@ -139,7 +144,11 @@ impl Trial {
         // Lanes of a block share how their valves are stepped, so each block holds members that are stepped alike:
         // how a member is, is its own.
         let h = self.tick_s / self.substeps as f64;
-        let steps = |member: &Option<Drawn>| member.as_ref().map(|m| ValveSteps::of(self.makeup.valve_rates(m), h));
+        let rates = |member: &Drawn| match self.precision {
+            Precision::Double => self.makeup.valve_rates::<f64>(member),
+            Precision::Single => self.makeup.valve_rates::<Single>(member),
+        };
+        let steps = |member: &Option<Drawn>| member.as_ref().map(|m| ValveSteps::of(rates(m), h));
         let steps: Vec<Option<ValveSteps>> = drawn.iter().map(steps).collect();
         let mut order: Vec<usize> = (0..drawn.len()).filter(|&k| steps[k].is_some()).collect();
         order.sort_by_key(|&k| (steps[k], k));
@@ -149,7 +158,11 @@ impl Trial {
             .par_iter()
             .map(|places| {
                 let members: Vec<&Drawn> = places.iter().filter_map(|&k| drawn[k].as_ref()).collect();
-                with_registers(width, Block { trial: self, members, make, interrupt, trace: None })
+                let block = Block { trial: self, members, make, interrupt, trace: None };
+                match self.precision {
+                    Precision::Double => with_registers(width, block),
+                    Precision::Single => with_single_registers(width, block),
+                }
             })
             .collect();
         let nothing = Outcome { verdict: Verdict::OutOfBounds, numbers: vec![f64::NAN; self.numbers()] };
@@ -182,7 +195,11 @@ impl Trial {
         };
         let mut trace = Trace { request: drawn.request.clone(), ..Trace::default() };
         let block = Block { trial: self, members: vec![&drawn], make, interrupt, trace: Some(&mut trace) };
-        let outcome = LaneWork::<1>::run::<f64>(block)?.remove(0);
+        let outcome = match self.precision {
+            Precision::Double => LaneWork::<1>::run::<f64>(block),
+            Precision::Single => LaneWork::<1>::run::<Single>(block),
+        }?
+        .remove(0);
         Ok((outcome, trace))
     }
 }
@@ -470,7 +487,9 @@ mod tests {
         let truck = Truck::from_values(common::thesis_values()).unwrap();
         let makeup = Makeup::new(truck, lifts, DEFAULTS, vec![(0.0, 0.0)], vec![], vec![], 1).unwrap();
         let settling = Settling { after_s: 0.1, band_m_s: 0.05 };
-        let trial = Trial { makeup, requirements: vec![], settling, tick_s: 0.02, ticks: TICKS, substeps: 1 };
+        let precision = Precision::Double;
+        let trial =
+            Trial { makeup, requirements: vec![], settling, tick_s: 0.02, ticks: TICKS, substeps: 1, precision };
         let which = [LiftName::Free];
         let readings = Readings::new(&which, trial.makeup.truck.effects());
         let seats = std::array::from_fn(|_| Seat::idle());

@@ -9,6 +9,7 @@ use crate::parts::valve::Valve;
 use crate::random::Random;
 use crate::run::sensing::Sensors;
 use crate::run::Lifts;
+use crate::scalar::Scalar;
 use crate::sensors::{ENCODER_COUNT, PRESSURE_NOISE, TEMPERATURE_NOISE};
 use crate::solver::fixed::ValveRates;
 use crate::truck::{Limits, Truck};
@@ -149,11 +150,12 @@ impl Makeup {
         Some(Drawn { values, conditions, controller, request, stream })
     }
 
-    /// The valves' rates, which settle how they are stepped.
-    pub fn valve_rates(&self, drawn: &Drawn) -> ValveRates {
+    /// The valves' rates as numbers of a kind have them, which settle how they are stepped.
+    pub fn valve_rates<S: Scalar>(&self, drawn: &Drawn) -> ValveRates {
         let with = |rates: ValveRates, lift: LiftName| {
             let p = self.limits.parameters(lift, &drawn.values);
-            rates.with(&Valve::new(p.omega, p.damping, p.f_hs, p.valve_sigma_0, p.valve_sigma_1))
+            let of = S::constant;
+            rates.with(&Valve::new(of(p.omega), of(p.damping), of(p.f_hs), of(p.valve_sigma_0), of(p.valve_sigma_1)))
         };
         match self.lifts {
             Lifts::One(lift) => with(ValveRates::default(), lift),

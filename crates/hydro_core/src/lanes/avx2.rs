@@ -324,6 +324,10 @@ impl Integer for FourIntegers {
         FourIntegers(unsafe { _mm256_srlv_epi64(self.0, bits.0) })
     }
     #[inline(always)]
+    fn pick(table: &[i64], place: Self) -> Self {
+        Self::from_lanes(place.lanes().map(|place| i64::pick(table, place)))
+    }
+    #[inline(always)]
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
         let place = place.lanes();
         let of = |lane: usize| part(&table[place[lane] as usize]).lanes()[lane];

@@ -17,14 +17,14 @@ use crate::integer::{Integer, LaneInteger};
 use crate::scalar::{Mask, Scalar, Vectors};
 
 #[derive(Clone, Copy, Debug)]
-pub struct Eight(__m512d);
+pub struct Eight(pub(super) __m512d);
 
 #[derive(Clone, Copy, Debug)]
-pub struct EightMask(__mmask8);
+pub struct EightMask(pub(super) __mmask8);
 
 /// Eight integers.
 #[derive(Clone, Copy, Debug)]
-pub struct EightIntegers(__m512i);
+pub struct EightIntegers(pub(super) __m512i);
 
 macro_rules! binary {
     ($type:ident: $($trait:ident $method:ident $instruction:ident),*) => {$(
@@ -298,6 +298,13 @@ impl Integer for EightIntegers {
     fn shr_by(self, bits: Self) -> Self {
         // SAFETY: as above.
         EightIntegers(unsafe { _mm512_srlv_epi64(self.0, bits.0) })
+    }
+    #[inline(always)]
+    fn pick(table: &[i64], place: Self) -> Self {
+        let place = place.clamp_to(Self::constant(0), Self::constant(table.len() as i64 - 1));
+        assert!(!table.is_empty(), "a table has entries");
+        // SAFETY: as above; and every place lies within the table.
+        EightIntegers(unsafe { _mm512_i64gather_epi64::<8>(place.0, table.as_ptr()) })
     }
     #[inline(always)]
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {

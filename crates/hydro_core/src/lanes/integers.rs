@@ -108,6 +108,10 @@ impl<const N: usize> Integer for Integers<N> {
         zip(self, bits, |a, bits| (a as u64 >> bits) as i64)
     }
     #[inline(always)]
+    fn pick(table: &[i64], place: Self) -> Self {
+        zip(place, place, |place, _| i64::pick(table, place))
+    }
+    #[inline(always)]
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
         let mut out = [0; N];
         for i in 0..N {

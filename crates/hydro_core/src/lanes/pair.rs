@@ -182,6 +182,10 @@ impl<A: Integer> Integer for Pair<A> {
         Pair(self.0.shr_by(bits.0), self.1.shr_by(bits.1))
     }
     #[inline(always)]
+    fn pick(table: &[i64], place: Self) -> Self {
+        Pair(A::pick(table, place.0), A::pick(table, place.1))
+    }
+    #[inline(always)]
     fn lookup_in<T>(table: &[T], part: impl Fn(&T) -> Self, place: Self) -> Self {
         Pair(A::lookup_in(table, |of| part(of).0, place.0), A::lookup_in(table, |of| part(of).1, place.1))
     }
@@ -232,3 +236,4 @@ macro_rules! twice {
 }
 twice!(4, 8);
 twice!(8, 16);
+twice!(16, 32);

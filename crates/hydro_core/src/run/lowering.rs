@@ -6,7 +6,7 @@ use super::closed_loop::{ClosedLoop, Order, Seat};
 use super::ticks::{Clock, Ticks, Warmer};
 use super::{commanded_names, Interrupt, Lifts};
 use crate::error::Error;
-use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
+use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::solver::vectors::widest;
@@ -59,7 +59,7 @@ pub fn lower(
             requirement: "a time and an oil temperature for each of one or more ticks of one or more substeps".into(),
         });
     }
-    let width = Width::widest();
+    let width = Precision::Double.widest();
     let mut groups = Vec::new();
     while !members.is_empty() {
         groups.push(members.drain(..members.len().min(width.lanes())).collect::<Vec<_>>());

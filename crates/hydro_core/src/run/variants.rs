@@ -6,7 +6,7 @@ use super::drive::Replay;
 use super::ticks::{substep_s, Stopped, Ticks, Warmer};
 use super::{check, commands_of, Inputs, Interrupt, Lifts, Solver};
 use crate::error::Error;
-use crate::lanes::{with_registers, LaneScalar, LaneWork, Width};
+use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::solver::fixed::{ValveRates, ValveSteps};
@@ -63,7 +63,7 @@ pub fn simulate_variants(
     // Lanes share how their valves are stepped; that of a variant is its own.
     let mut order: Vec<usize> = (0..variants.len()).collect();
     order.sort_by_key(|&k| (steps[k], k));
-    let width = Width::widest();
+    let width = Precision::Double.widest();
     let groups: Vec<&[usize]> =
         order.chunk_by(|&a, &b| steps[a] == steps[b]).flat_map(|one| one.chunks(width.lanes())).collect();
     let run = |places: &&[usize]| {

@@ -115,6 +115,9 @@ def tune(
     methods: Annotated[
         str, typer.Option(help="What is added to the gains: some of adaptation,shaped,swing,predictor.")
     ] = "adaptation,shaped,swing,predictor",
+    start: Annotated[
+        str | None, typer.Option(help="A controller with whose numbers the search begins.")
+    ] = None,
 ) -> None:
     """Tune a controller's gains and what goes beyond them on a truck, and write it with its sources.
 
@@ -139,6 +142,7 @@ def tune(
             delays_ticks=delays,
             seed=seed,
             transition=transition,
+            start=None if start is None else Controller.read(start),
             kept=kept,
             progress=progress,
         )

@@ -232,6 +232,22 @@ class TemperatureScaling:
         shifted: Floats = table.current(scaled) + (t - REFERENCE_DEGC) * self.c_a_per_k + self.d_a
         return shifted
 
+    def left_over(
+        self, table: SpeedTable, speed_m_s: Floats, oil_temperatures_degc: Floats, loads_kg: Floats
+    ) -> Floats:
+        """(loads, temperatures, speeds) By how much the lift settles faster than it is asked to [m/s].
+
+        The steady state of the table's truck under the scaled and shifted current, the mean of both branches
+        of the valve's hysteresis, less the speed asked for; speeds downward positive.
+        """
+        found = []
+        for load in loads_kg:
+            for t in oil_temperatures_degc:
+                current = self.current(table, speed_m_s, t)
+                steady = _Steady(table.truck, table.lift, float(load), float(t))
+                found.append((steady.speed(current, 1.0) + steady.speed(current, -1.0)) / 2.0 - speed_m_s)
+        return np.array(found).reshape(len(loads_kg), len(oil_temperatures_degc), len(speed_m_s))
+
 
 def temperature_scaling(
     table: SpeedTable, *, oil_temperatures_degc: Sequence[float] = TEMPERATURES_DEGC
