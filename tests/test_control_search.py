@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
+from forklift.control import tune as tuning
+from forklift.control.controller import Controller
 from forklift.control.search import Journal, Sought, minimised
+from forklift.plant.forklift.truck import Truck
+from forklift.recordings.channels import LIFTS
 
 
 def bent(tried: list[np.ndarray]) -> np.ndarray:
@@ -87,3 +91,26 @@ def test_what_was_kept_of_another_search_is_not_taken(tmp_path: Path) -> None:
     path = tmp_path / "kept"
     path.write_text(json.dumps("another") + "\n" + json.dumps([0.0] * 12) + "\n")
     assert np.array_equal(found(2, journal=Journal(path, "this")), found(2))
+
+
+def test_a_search_begins_with_another_controllers_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are what it ends at where nothing else costs less."""
+
+    class First:
+        def __init__(self, *_: object) -> None: ...
+
+        def cost(self, tried: list[Controller]) -> np.ndarray:
+            return np.arange(len(tried), dtype=float)
+
+    monkeypatch.setattr(tuning, "Trial", First)
+    monkeypatch.setattr(tuning, "GENERATIONS", {"free": 1, "main": 1})
+    thesis, calm = Controller.read("thesis"), Controller.read("calm")
+    found = tuning.tune(thesis, Truck.read("thesis"), start=calm, transition=False)
+    for lift in LIFTS:
+        own, other = getattr(found, lift), getattr(calm, lift)
+        for name in ("proportional", "integral", "derivative", "u_max", "adaptation_s", "prediction"):
+            assert own.numbers[name].value == pytest.approx(other.numbers[name].value, rel=1e-3), name
+            assert "from calm" in own.numbers[name].source
+        assert np.allclose(own.swing.lead_deg[3:6], other.swing.lead_deg[3:6], atol=20.0)
+        assert own.swing.frequency_hz == pytest.approx(other.swing.frequency_hz)
+        assert own.table == getattr(thesis, lift).table
