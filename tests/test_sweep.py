@@ -101,6 +101,27 @@ def test_no_byte_of_a_chunk_depends_on_threads_and_no_number_on_its_size(swept, 
     assert other.to_polars().equals(swept.to_polars())
 
 
+def test_in_single_precision_a_sweep_finds_what_it_finds_in_double(swept, tmp_path):
+    single = sweep(document(precision="single"), out=tmp_path / "single")
+    both = [one.to_polars() for one in (swept, single)]
+    for name in ("margin.slow", "margin.calm"):
+        apart = np.abs(np.subtract(*(table[name].to_numpy() for table in both)))
+        assert 0.0 < apart.max() < 1e-4
+    assert single.tally.failures == swept.tally.failures
+    # Its bits are its own, on one thread, in other chunks, and of one member alone.
+    assert digest(sweep(document(precision="single"), out=tmp_path / "one", threads=1).folder) == digest(
+        single.folder
+    )
+    assert sweep(document(precision="single", chunk=7)).to_polars().equals(both[1])
+    assert single.replay(17).margins["slow"] == both[1]["margin.slow"][17]
+    # A folder of the other precision is not gone on with, and one from before there was a choice is.
+    checked = [specification.check(document(**more)) for more in ({}, {"precision": "single"})]
+    assert checked[0].sha256 != checked[1].sha256
+    assert checked[0].sha256 == specification.check(document(precision="double")).sha256
+    with pytest.raises(ForkliftError, match="precision"):
+        specification.check(document(precision="half"))
+
+
 def test_a_folder_goes_on_where_it_stood(swept, tmp_path):
     folder = tmp_path / "again"
     again = sweep(document(), out=folder)
