@@ -18,7 +18,7 @@ use hydro_core::control::fixed::Word;
 use hydro_core::control::settings::{
     Curve, Lift, LiftSettings, Settings, ShaperSettings, SharedSettings, SwingSettings,
 };
-use hydro_core::lanes::{with_four, with_registers, LaneScalar, LaneWork, Width};
+use hydro_core::lanes::{with_four, with_registers, LaneScalar, LaneWork, Precision};
 use hydro_core::mast::{LiftName, Mast, Thesis, STATES};
 use hydro_core::run::closed_loop::{ClosedLoop, Controller, Reading, Seat};
 use hydro_core::run::drive::Drive;
@@ -205,7 +205,7 @@ fn main() {
     for full in [false, true] {
         for substeps in [2, 3, 4, 8] {
             let compare = Compare { substeps, full };
-            for width in Width::ALL.into_iter().filter(|width| width.is_here()) {
+            for width in Precision::Double.widths().iter().copied().filter(|width| width.is_here()) {
                 row(width.lanes(), compare, with_registers(width, compare));
             }
             row(4, compare, with_four(compare));

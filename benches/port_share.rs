@@ -15,7 +15,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::time::Instant;
 
 use hydro_core::elementary::{self, Binary};
-use hydro_core::lanes::{with_registers, LaneScalar, LaneWork, Width};
+use hydro_core::lanes::{with_registers, LaneScalar, LaneWork, Precision};
 use hydro_core::mast::{LiftName, Mast, Thesis, STATES};
 use hydro_core::run::drive::Drive;
 use hydro_core::run::ticks::{Clock, Ticks, Warmer};
@@ -298,11 +298,11 @@ fn main() {
         lowering(Counted(load_kg(k)));
     }
     let counts = COUNTS.with(|counts| counts.each_ref().map(|count| count.get() as f64 / LOADS as f64));
-    let (took, each, mixed) = with_registers(Width::widest(), Share);
+    let (took, each, mixed) = with_registers(Precision::Double.widest(), Share);
     let all = counts.iter().sum::<f64>();
     let least = all * mixed;
     let columns = ["operation", "a state and substep", "of all", "of the mix", "ns each"];
-    println!("{} lanes, {SUBSTEPS} substeps a tick", Width::widest().lanes());
+    println!("{} lanes, {SUBSTEPS} substeps a tick", Precision::Double.widest().lanes());
     println!("{}", columns.map(|column| format!("{column:>26}")).concat());
     for (kind, name) in KINDS.iter().enumerate() {
         let per = counts[kind] / (TICKS * SUBSTEPS * STATES) as f64;
