@@ -69,7 +69,8 @@ macro_rules! lift_states {
 
             #[inline(always)]
             pub fn write(&self, x: &mut [S]) {
-                x.copy_from_slice(&[$(self.$field,)*]);
+                let [$($field,)*] = x else { unreachable!("a lift has {STATES} states") };
+                $(*$field = self.$field;)*
             }
         }
     };

@@ -220,11 +220,11 @@ impl<const N: usize> LaneWork<N> for FromTheStart {
                 .collect();
             let (request, reading) = readings::<S::Integer, N>(&read);
             let current = state.tick_of(&numbers, request, &reading).map(|current| current.lanes());
-            let meant = state.meant(numbers.word).map(|meant| meant.lanes());
+            let meant = state.meant().map(|meant| meant.lanes());
             for (lane, (request, reading)) in read.iter().enumerate() {
                 let expected = reference[lane].tick_of(&whole[lane], i64::from(*request), &reading.whole());
                 assert_eq!(current.map(|lanes| lanes[lane]), expected, "lane {lane} of {N}, tick {k}");
-                assert_eq!(meant.map(|lanes| lanes[lane]), reference[lane].meant(whole[lane].word));
+                assert_eq!(meant.map(|lanes| lanes[lane]), reference[lane].meant());
                 assert_eq!(single[lane].tick(*request, reading).map(i64::from), expected);
                 moved |= expected[0] > 0;
             }

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use super::config::{Config, LiftConfig};
-use super::fixed::Gain;
+use super::fixed::{Gain, CURRENT_SHIFT, FACTOR_SHIFT, SPEED_SHIFT};
 use super::settings::{LIFT_SETTINGS, TICK_S};
 use super::table::Table;
 use super::vectors::digest;
-use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
+use crate::sensors::{ENCODER_COUNT, PRESSURE_STEP, TEMPERATURE_STEP};
 
 const HEADER: &str = include_str!("c/forklift_control.h");
 const SOURCE: &str = include_str!("c/forklift_control.c");
@@ -64,14 +64,12 @@ pub fn c_sources(config: &Config, name: &str) -> Sources {
             ("@NAME@", name.to_string()),
             ("@HASH@", hash.clone()),
             ("@BITS@", word.bits().to_string()),
-            ("@SPEED@", word.speed().to_string()),
-            ("@GUARD@", word.guard().to_string()),
-            ("@CURRENT@", word.current().to_string()),
-            ("@FACTOR@", word.factor().to_string()),
-            ("@SPEED_ONE@", (1u32 << word.speed()).to_string()),
-            ("@GUARD_ONE@", (1u32 << word.guard()).to_string()),
-            ("@CURRENT_ONE@", (1u32 << word.current()).to_string()),
-            ("@FACTOR_ONE@", (1u32 << word.factor()).to_string()),
+            ("@SPEED@", SPEED_SHIFT.to_string()),
+            ("@CURRENT@", CURRENT_SHIFT.to_string()),
+            ("@FACTOR@", FACTOR_SHIFT.to_string()),
+            ("@SPEED_ONE@", (1u32 << SPEED_SHIFT).to_string()),
+            ("@CURRENT_ONE@", (1u32 << CURRENT_SHIFT).to_string()),
+            ("@FACTOR_ONE@", (1u32 << FACTOR_SHIFT).to_string()),
             ("@PRESSURE@", (PRESSURE_STEP / 1e5).to_string()),
             ("@TEMPERATURE@", TEMPERATURE_STEP.to_string()),
             ("@GAINS@", gains.clone()),
@@ -106,7 +104,7 @@ fn table(tables: &mut String, name: &str, table: &Table) -> String {
     let knots: Vec<String> = table.knots.iter().map(i32::to_string).collect();
     let rows: Vec<String> = knots.chunks(12).map(|row| format!("    {}", row.join(", "))).collect();
     let _ = writeln!(tables, "static const fc_word fc_{name}[{}] = {{\n{}\n}};", knots.len(), rows.join(",\n"));
-    format!("{{ {}, {}U, {}U, fc_{name} }}", table.first, table.spacing, knots.len() - 1)
+    format!("{{ {}, {}U, {}U, {}U, fc_{name} }}", table.first, table.spacing, table.widen, knots.len() - 1)
 }
 
 fn lift_fields(text: &mut String, tables: &mut String, name: &str, lift: &LiftConfig) {
@@ -119,7 +117,7 @@ fn lift_fields(text: &mut String, tables: &mut String, name: &str, lift: &LiftCo
     add("prediction", lift.prediction.to_string());
     add("overspeed", gain(lift.overspeed));
     add("overspeed_from", lift.overspeed_from.to_string());
-    add("count_speed", gain(lift.count_speed));
+    add("count_speed", lift.count_speed.to_string());
     add("pole", lift.pole.to_string());
     add("delay", format!("{}U", lift.delay));
     add("proportional", gain(lift.proportional));
@@ -150,10 +148,11 @@ fn lift_fields(text: &mut String, tables: &mut String, name: &str, lift: &LiftCo
 fn declared(config: &Config) -> String {
     let most = config.word.most();
     let mut text = String::new();
+    let fastest = (most_of("forks_per_count") * ENCODER_COUNT * 1e3 / TICK_S * f64::from(1u32 << SPEED_SHIFT)) as i64;
     for (k, lift) in config.lifts.iter().enumerate() {
+        let _ = writeln!(text, "    config.lifts[{k}].count_speed = Frama_C_interval(0, {fastest});");
         let integral = (most_of("integral") * TICK_S * (1u64 << lift.integral.shift) as f64) as i64;
         let rows = [
-            ("count_speed", 0, most, lift.count_speed),
             ("proportional", -most, most, lift.proportional),
             ("integral", 0, integral.min(most), lift.integral),
             ("derivative", -most, most, lift.derivative),
@@ -177,7 +176,6 @@ fn most_of(setting: &str) -> f64 {
 /// The gains as comments, with what they stand for.
 fn described(name: &str, lift: &LiftConfig) -> String {
     let rows = [
-        ("count_speed", lift.count_speed),
         ("proportional", lift.proportional),
         ("integral", lift.integral),
         ("derivative", lift.derivative),

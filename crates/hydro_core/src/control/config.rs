@@ -1,6 +1,6 @@
 //! The controller's integers: everything that a tick reads and never changes.
 
-use super::fixed::{Gain, Word};
+use super::fixed::{Gain, Word, SPEED_SHIFT};
 use super::table::Table;
 
 /// Longest delay of the reference model [ticks].
@@ -8,17 +8,24 @@ pub const MOST_DELAY: usize = 16;
 /// Ticks that are remembered, of the reference and of the correction.
 pub const PAST: usize = 32;
 /// Scale of a shaper's delay: fractions of a tick.
-pub const SHAPER_SHIFT: u32 = 8;
+pub const SHAPER_SHIFT: u32 = 16;
 /// Longest delay of a shaper [ticks / 2^[`SHAPER_SHIFT`]]: the tick beyond it is remembered as well.
 pub const MOST_SHAPED: i64 = (PAST as i64 - 2) << SHAPER_SHIFT;
 /// Bits of a pressure filter's states below a step of the sensor.
-pub const PRESSURE_GUARD: u32 = 8;
+pub const PRESSURE_GUARD: u32 = 16;
 /// Share of the pressure's mean that a tick renews: 2^−this, a time constant of 0.64 s at 50 Hz.
 pub const MEAN_SHIFT: u32 = 5;
+/// A reference below this is none [speed], 1/16 mm/s: the last bits of the low-pass would hold the valve open for
+/// another second.
+pub const LEAST_REFERENCE: i64 = 1 << (SPEED_SHIFT - 4);
 /// Scale of the integrator, below that of a speed: products of the error and the gain are added to it exactly.
 pub const INTEGRAL_SHIFT: u32 = 24;
 /// Scale of the feed-forward's trim.
-pub const TRIM_SHIFT: u32 = 26;
+pub const TRIM_SHIFT: u32 = 30;
+/// Scale of the product of two speeds that moves it [mm²/s²].
+pub const LEARNING_SHIFT: u32 = 6;
+/// Bits that the oil temperature has below a step of the sensor where it is scaled by.
+pub const TEMPERATURE_GUARD: u32 = 16;
 /// Largest trim of the feed-forward, a quarter.
 pub const MOST_TRIM: i64 = 1 << (TRIM_SHIFT - 2);
 /// Largest difference of the encoder in a tick that counts as one [counts]: 6.3 m/s of the sensor.
@@ -34,7 +41,7 @@ pub const MOST_RESONANCE: i64 = 16_000;
 /// pressure, which is the load's.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct PressureConfig {
-    /// Over the mean pressure [steps]: what a tick makes of the resonator's state, ρ cos θ and ρ sin θ, as factors.
+    /// Over the mean pressure [steps / 2^[`PRESSURE_GUARD`]]: what a tick makes of the resonator's state, ρ cos θ and ρ sin θ, as factors.
     pub cosine: Table,
     pub sine: Table,
     /// Over the mean pressure: speed per state, mantissas of the shift below.
@@ -57,7 +64,7 @@ impl PressureConfig {
 /// first one leaves (Singer & Seering 1990), over the mean pressure, which tells the load.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct ShaperConfig {
-    /// Over the mean pressure [steps]: half a period [ticks / 2^[`SHAPER_SHIFT`]].
+    /// Over the mean pressure [steps / 2^[`PRESSURE_GUARD`]]: half a period [ticks / 2^[`SHAPER_SHIFT`]].
     pub delay: Table,
     /// Over the mean pressure: the first impulse, a factor.
     pub share: Table,
@@ -76,13 +83,13 @@ pub struct LiftConfig {
     /// The integral part sees a speed above `overspeed_from` [speed] by this more.
     pub overspeed: Gain,
     pub overspeed_from: i32,
-    /// Speed of the forks per encoder count and tick.
-    pub count_speed: Gain,
+    /// Speed of the forks per encoder count and tick [speed].
+    pub count_speed: i32,
     /// Pole of the derivative filter (A.17), a factor.
     pub pole: i32,
     /// Of the reference model [ticks].
     pub delay: u32,
-    /// (4.12): P and D/T_s give guarded speeds, I·T_s the integrator's scale.
+    /// (4.12): P, I·T_s and D/T_s.
     pub proportional: Gain,
     pub integral: Gain,
     pub derivative: Gain,
@@ -91,12 +98,12 @@ pub struct LiftConfig {
     pub u_max: i32,
     /// Share of the integrator that a tick moves into the feed-forward's trim, per square of the reference.
     pub adaptation: Gain,
-    /// (4.8): the factor at 0 °C, and its slope over temperature steps.
+    /// (4.8): the factor at 0 °C, and its slope over 2^−[`TEMPERATURE_GUARD`] temperature steps.
     pub scale_base: i32,
     pub scale_slope: Gain,
     /// From speed to current.
     pub table: Table,
-    /// (4.9): the shift at 0 °C [current], and its slope over temperature steps.
+    /// (4.9): the shift at 0 °C [current], and its slope over 2^−[`TEMPERATURE_GUARD`] temperature steps.
     pub shift_base: i32,
     pub shift_slope: Gain,
     /// Of the valve [current].
@@ -131,13 +138,13 @@ impl Config {
         let reference = [self.request_most, self.ramp_up, self.ramp_down, self.ramp_pole];
         all.extend(reference.iter().chain(&[self.temperature_least, self.temperature_most]).map(|&x| i64::from(x)));
         let table = |all: &mut Vec<i64>, table: &Table| {
-            all.extend([i64::from(table.first), i64::from(table.spacing), table.knots.len() as i64]);
+            all.extend([i64::from(table.first), i64::from(table.spacing), i64::from(table.widen)]);
+            all.push(table.knots.len() as i64);
             all.extend(table.knots.iter().map(|&y| i64::from(y)));
         };
         self.ratio.iter().for_each(|ratio| table(&mut all, ratio));
         for lift in &self.lifts {
             for gain in [
-                lift.count_speed,
                 lift.proportional,
                 lift.integral,
                 lift.derivative,
@@ -149,7 +156,12 @@ impl Config {
                 all.extend([i64::from(gain.mantissa), i64::from(gain.shift)]);
             }
             let limits = [lift.u_min, lift.u_max, lift.i_min, lift.i_max, lift.pressure.limit];
-            all.extend([lift.pole, lift.scale_base, lift.shift_base].iter().chain(&limits).map(|&x| i64::from(x)));
+            all.extend(
+                [lift.count_speed, lift.pole, lift.scale_base, lift.shift_base]
+                    .iter()
+                    .chain(&limits)
+                    .map(|&x| i64::from(x)),
+            );
             let beyond = [lift.most, lift.early_pole, lift.prediction, lift.overspeed_from];
             all.extend(beyond.iter().map(|&x| i64::from(x)));
             all.extend([i64::from(lift.delay), i64::from(lift.pressure.shift)]);

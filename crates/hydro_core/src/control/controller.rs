@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 
 use super::config::Config;
-use super::fixed::{clamped, rounded, Word};
+use super::fixed::{clamped, rounded, SPEED_SHIFT};
 use super::lift::{LiftReading, LiftState};
 use super::numbers::Numbers;
 use super::reference::ReferenceState;
@@ -46,7 +46,7 @@ impl<I: Integer> State<I> {
         for k in 0..2 {
             if numbers.lifts[k].parts.works {
                 let own = LiftReading { position: reading.position[k], pressure: reading.pressure[k], temperature };
-                current[k] = self.lifts[k].tick(&numbers.lifts[k], numbers.word, shares.asked[k], &own);
+                current[k] = self.lifts[k].tick(&numbers.lifts[k], shares.asked[k], &own);
             }
         }
         current
@@ -54,9 +54,9 @@ impl<I: Integer> State<I> {
 
     /// The lowering speeds of the forks [mm/s] that the last tick meant the lifts to have.
     #[inline(always)]
-    pub fn meant(&self, word: Word) -> [I; 2] {
+    pub fn meant(&self) -> [I; 2] {
         let [free, main] = self.wanted;
-        [rounded(free, word.speed()), rounded(main, word.speed())]
+        [rounded(free, SPEED_SHIFT), rounded(main, SPEED_SHIFT)]
     }
 }
 
@@ -82,7 +82,7 @@ impl<C: Borrow<Config> + Send> closed_loop::Controller for FixedPoint<C> {
         state.tick_of(numbers, i64::from(request), &reading.whole()).map(|current| current as i32)
     }
     fn reference(&self) -> [i32; 2] {
-        self.begun.as_ref().map_or([0, 0], |begun| begun.1.meant(begun.0.word).map(|speed| speed as i32))
+        self.begun.as_ref().map_or([0, 0], |begun| begun.1.meant().map(|speed| speed as i32))
     }
     fn in_integers(&self) -> Option<&Config> {
         self.begun.is_none().then(|| self.config.borrow())

@@ -1,14 +1,30 @@
 //! Fixed-point arithmetic: integers with a binary scale, explicit rounding and saturation, no division.
 //!
-//! A value of scale *q* is an integer that stands for integer·2^−q (Fri & Fahlén 2017, section 4.8.3). Products are
-//! exact in 64 bits. Three operations lose information, each in its own way and each named where it is used:
+//! A value of scale *q* is an integer that stands for integer·2^−q (Fri & Fahlén 2017, section 4.8.3). Signals have one
+//! scale each, whatever the word, and fit 32 bits; products are exact in 64 bits. Three operations lose information, each
+//! in its own way and each named where it is used:
 //! [`rounded`] (to the nearest, halves away from zero: no drift), [`truncated`] (towards zero: a filter's state
 //! decays to zero and cannot ring by itself, Claasen, Mecklenbräuker & Peek 1973) and [`saturated`].
 
 use crate::integer::Integer;
 
-/// How wide the words are in which gains, table knots and signals are kept. States are kept in 32 bits, sums of
-/// products and the integrator in 64.
+/// Scale of a speed [mm/s]: the finest at which 32 bits hold the largest one, and the difference of two.
+pub const SPEED_SHIFT: u32 = 18;
+/// Scale of a current [mA].
+pub const CURRENT_SHIFT: u32 = 18;
+/// Scale of a factor: of the temperature's, of the transition's ratio, of a filter's pole.
+pub const FACTOR_SHIFT: u32 = 27;
+/// A speed saturates here, 4095 mm/s.
+pub const MOST_SPEED: i64 = 4095 << SPEED_SHIFT;
+/// A current saturates here, 2047 mA.
+pub const MOST_CURRENT: i64 = 2047 << CURRENT_SHIFT;
+/// The largest factor, just below 4.
+pub const MOST_FACTOR: i64 = (4 << FACTOR_SHIFT) - 1;
+/// The largest shift of a [`Gain`].
+pub const MOST_SHIFT: u32 = 40;
+
+/// How wide the words are in which gains and table knots are kept. Signals and states are kept in 32 bits, sums of
+/// products and the integrator in 64, with either.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Word {
     Bits16,
@@ -25,65 +41,16 @@ impl Word {
         }
     }
 
-    /// Scale of a speed [mm/s].
-    pub fn speed(self) -> u32 {
-        match self {
-            Word::Bits16 => 3,
-            Word::Bits32 => 12,
-        }
-    }
-
-    /// Bits that a filter of speeds keeps below a speed's own.
-    pub fn guard(self) -> u32 {
-        match self {
-            Word::Bits16 => 8,
-            Word::Bits32 => 6,
-        }
-    }
-
-    /// Scale of a current [mA].
-    pub fn current(self) -> u32 {
-        match self {
-            Word::Bits16 => 4,
-            Word::Bits32 => 12,
-        }
-    }
-
-    /// Scale of a factor: of the temperature's, of the transition's ratio, of a filter's pole.
-    pub fn factor(self) -> u32 {
-        match self {
-            Word::Bits16 => 13,
-            Word::Bits32 => 26,
-        }
-    }
-
     /// The largest mantissa.
     pub fn most(self) -> i64 {
         (1 << (self.bits() - 1)) - 1
     }
-
-    /// The largest factor, just below 4.
-    pub fn most_factor(self) -> i64 {
-        (4 << self.factor()) - 1
-    }
-
-    /// The largest speed, 4095 mm/s: 16 bits' at their scale.
-    pub fn most_speed(self) -> i64 {
-        SPEED_LIMIT << self.speed()
-    }
-
-    /// The largest current, 2047 mA.
-    pub fn most_current(self) -> i64 {
-        CURRENT_LIMIT << self.current()
-    }
 }
 
-/// A speed saturates here [mm/s].
-pub const SPEED_LIMIT: i64 = 4095;
-/// A current saturates here [mA].
-pub const CURRENT_LIMIT: i64 = 2047;
-/// The largest shift of a [`Gain`].
-pub const MOST_SHIFT: u32 = 40;
+/// 2^shift.
+pub(super) fn two_to(shift: u32) -> f64 {
+    (1u64 << shift) as f64
+}
 
 /// x·2^−shift to the nearest integer, halves away from zero. |x| < 2^62, shift ≤ [`MOST_SHIFT`].
 #[inline(always)]
@@ -128,7 +95,7 @@ impl Gain {
     }
 
     pub fn value(self) -> f64 {
-        f64::from(self.mantissa) / (1u64 << self.shift) as f64
+        f64::from(self.mantissa) / two_to(self.shift)
     }
 
     /// The product, rounded.

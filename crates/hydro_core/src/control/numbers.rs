@@ -1,7 +1,7 @@
 //! A configuration as a tick reads it: one controller's numbers, or one in each lane.
 
 use super::config::{Config, LiftConfig, INTEGRAL_SHIFT};
-use super::fixed::{Gain, Word};
+use super::fixed::{Gain, FACTOR_SHIFT};
 use super::table::Table;
 use crate::integer::{Integer, LaneInteger};
 
@@ -117,11 +117,12 @@ impl Parts {
     /// states that it alone reads are of no consequence.
     fn of(config: &Config, lift: usize) -> Parts {
         let own = &config.lifts[lift];
-        let one = 1 << config.word.factor();
+        let one = i64::from(1u32 << FACTOR_SHIFT);
         Parts {
             works: !config.ratio[lift].is_zero(),
             swing: !own.pressure.is_quiet(),
-            shaper: !own.shaper.delay.is_zero() || own.shaper.share.knots.iter().any(|&share| share != one),
+            shaper: !own.shaper.delay.is_zero()
+                || (0..own.shaper.share.knots.len()).any(|k| own.shaper.share.knot(k) != one),
             early: own.early_pole != config.ramp_pole,
             prediction: own.prediction != 0,
             overspeed: own.overspeed.mantissa != 0,
@@ -153,7 +154,7 @@ pub struct LiftNumbers<I> {
     pub prediction: I,
     pub overspeed: Gains<I>,
     pub overspeed_from: I,
-    pub count_speed: Gains<I>,
+    pub count_speed: I,
     pub pole: I,
     /// Of the reference model [ticks]; and that of all lanes, where it is one.
     pub delay: I,
@@ -179,7 +180,6 @@ pub struct LiftNumbers<I> {
 /// The whole controller's numbers: [`Config`].
 #[derive(Debug, Clone)]
 pub struct Numbers<I> {
-    pub word: Word,
     pub request_most: I,
     pub ramp_up: I,
     pub ramp_down: I,
@@ -187,7 +187,8 @@ pub struct Numbers<I> {
     pub temperature_least: I,
     pub temperature_most: I,
     pub ratio: [Tables<I>; 2],
-    pub lifts: [LiftNumbers<I>; 2],
+    /// Apart from each other, as those of many lanes are large.
+    pub lifts: [Box<LiftNumbers<I>>; 2],
 }
 
 /// Configurations side by side, and whether they are one.
@@ -195,7 +196,6 @@ struct Beside<'a, const N: usize>([&'a Config; N], bool);
 
 impl<'a, const N: usize> Beside<'a, N> {
     fn of(configs: [&'a Config; N]) -> Self {
-        assert!(configs.iter().all(|config| config.word == configs[0].word), "one word for all lanes");
         Beside(configs, configs.iter().all(|config| std::ptr::eq(*config, configs[0])))
     }
 
@@ -222,7 +222,7 @@ impl<'a, const N: usize> Beside<'a, N> {
     fn tables<I: LaneInteger<N>>(&self, of: impl Fn(&Config) -> &Table) -> Tables<I> {
         let knot = |config: &Config, k: usize| {
             let knots = &of(config).knots;
-            i64::from(knots[k.min(knots.len() - 1)])
+            of(config).knot(k.min(knots.len() - 1))
         };
         let most = self.unlike().iter().map(|config| of(config).knots.len()).max().unwrap_or(0);
         let segments = |config: &Config| of(config).knots.len() as i64 - 1;
@@ -264,7 +264,7 @@ impl<'a, const N: usize> Beside<'a, N> {
             prediction: each(&|own| own.prediction),
             overspeed: gains(|own| own.overspeed),
             overspeed_from: each(&|own| own.overspeed_from),
-            count_speed: gains(|own| own.count_speed),
+            count_speed: each(&|own| own.count_speed),
             pole: each(&|own| own.pole),
             delay: self.each(|config| i64::from(delay(config))),
             one_delay: same.then(|| delay(self.0[0]) as usize),
@@ -296,7 +296,6 @@ impl<'a, const N: usize> Beside<'a, N> {
 
     fn numbers<I: LaneInteger<N>>(&self, parts: [Parts; 2]) -> Numbers<I> {
         Numbers {
-            word: self.0[0].word,
             request_most: self.each(|config| i64::from(config.request_most)),
             ramp_up: self.each(|config| i64::from(config.ramp_up)),
             ramp_down: self.each(|config| i64::from(config.ramp_down)),
@@ -304,16 +303,13 @@ impl<'a, const N: usize> Beside<'a, N> {
             temperature_least: self.each(|config| i64::from(config.temperature_least)),
             temperature_most: self.each(|config| i64::from(config.temperature_most)),
             ratio: [0, 1].map(|lift| self.tables(|config| &config.ratio[lift])),
-            lifts: [0, 1].map(|lift| self.lift(lift, parts[lift])),
+            lifts: [0, 1].map(|lift| Box::new(self.lift(lift, parts[lift]))),
         }
     }
 }
 
 impl<I: Integer> Numbers<I> {
     /// With every part worked out, present or not: the reference, of which the C is the image.
-    ///
-    /// # Panics
-    /// Configurations of different words.
     pub fn complete<const N: usize>(configs: [&Config; N]) -> Self
     where
         I: LaneInteger<N>,
@@ -322,9 +318,6 @@ impl<I: Integer> Numbers<I> {
     }
 
     /// Without what no lane has; from its start on the orders are the same.
-    ///
-    /// # Panics
-    /// Configurations of different words.
     pub fn of<const N: usize>(configs: [&Config; N]) -> Self
     where
         I: LaneInteger<N>,

@@ -4,10 +4,10 @@
 //! requests alone: what the variables are before their saturation, and what they are after it.
 
 use super::config::{
-    Config, LiftConfig, INTEGRAL_SHIFT, MOST_COUNTS, MOST_PRESSURE, MOST_PRESSURE_CHANGE, MOST_RESONANCE, MOST_SHAPED,
-    MOST_TRIM, PRESSURE_GUARD, SHAPER_SHIFT, TRIM_SHIFT,
+    Config, LiftConfig, INTEGRAL_SHIFT, LEARNING_SHIFT, MOST_COUNTS, MOST_PRESSURE, MOST_PRESSURE_CHANGE,
+    MOST_RESONANCE, MOST_SHAPED, MOST_TRIM, PRESSURE_GUARD, SHAPER_SHIFT, TEMPERATURE_GUARD, TRIM_SHIFT,
 };
-use super::fixed::{Gain, Word};
+use super::fixed::{Gain, CURRENT_SHIFT, FACTOR_SHIFT, MOST_CURRENT, MOST_FACTOR, MOST_SPEED, SPEED_SHIFT};
 use super::table::Table;
 
 /// From the least to the greatest.
@@ -46,9 +46,8 @@ impl Interval {
         Interval(self.0.clamp(other.0, other.1), self.1.clamp(other.0, other.1))
     }
     fn of(table: &Table) -> Self {
-        let least = table.knots.iter().min().copied().unwrap_or(0);
-        let most = table.knots.iter().max().copied().unwrap_or(0);
-        Interval(i128::from(least), i128::from(most))
+        let knots = || (0..table.knots.len()).map(|k| i128::from(table.knot(k)));
+        Interval(knots().min().unwrap_or(0), knots().max().unwrap_or(0))
     }
     /// Bits of a signed integer that holds both ends.
     pub fn bits(self) -> u32 {
@@ -86,7 +85,6 @@ fn product(gain: Gain, x: Interval) -> Interval {
 
 /// Every variable of a tick, in the order in which it is worked out.
 pub fn ranges(config: &Config) -> Vec<Range> {
-    let word = config.word;
     let most = i64::from(config.request_most);
     let mut rows = Vec::new();
     let mut add = |variable, reach: Interval, kept: Interval, scale| {
@@ -94,120 +92,99 @@ pub fn ranges(config: &Config) -> Vec<Range> {
     };
     let ramp = Interval::up_to(most);
     let change = Interval(-i128::from(config.ramp_down), i128::from(config.ramp_up));
-    add("ramp", ramp.plus(change), ramp, word.speed());
-    let smooth = Interval::up_to(most << word.guard());
-    add("smooth", smooth, smooth, word.speed() + word.guard());
-    add("early", smooth, smooth, word.speed() + word.guard());
+    add("ramp", ramp.plus(change), ramp, SPEED_SHIFT);
+    add("smooth", ramp, ramp, SPEED_SHIFT);
+    add("early", ramp, ramp, SPEED_SHIFT);
     let mut asked = [ramp; 2];
     for (asked, ratio) in asked.iter_mut().zip(&config.ratio) {
-        *asked = Interval::of(ratio).times(ramp).shifted(word.factor());
-        add("wanted", *asked, *asked, word.speed());
-        add("asked", *asked, *asked, word.speed());
+        *asked = Interval::of(ratio).times(ramp).shifted(FACTOR_SHIFT);
+        add("wanted", *asked, *asked, SPEED_SHIFT);
+        add("asked", *asked, *asked, SPEED_SHIFT);
     }
     let temperature = Interval(i128::from(config.temperature_least), i128::from(config.temperature_most));
     for (k, lift) in config.lifts.iter().enumerate() {
-        of_lift(&mut rows, k + 1, word, lift, asked[k], temperature);
+        of_lift(&mut rows, k + 1, lift, asked[k], temperature);
     }
     rows
 }
 
-fn of_lift(
-    rows: &mut Vec<Range>,
-    owner: usize,
-    word: Word,
-    config: &LiftConfig,
-    asked: Interval,
-    temperature: Interval,
-) {
+fn of_lift(rows: &mut Vec<Range>, owner: usize, config: &LiftConfig, asked: Interval, temperature: Interval) {
     let mut add = |variable, unit, reach: Interval, kept: Interval, scale| -> Interval {
         let kept = reach.within(kept);
         rows.push(Range { owner, variable, reach, kept, scale, unit });
         kept
     };
-    let speeds = Interval::around(word.most_speed());
-    let guarded = Interval::around(word.most_speed() << word.guard());
+    let speeds = Interval::around(MOST_SPEED);
     let all = Interval(i128::MIN / 4, i128::MAX / 4);
     let word32 = Interval(i128::from(i32::MIN), i128::from(i32::MAX));
     let counts = add("counts", "count", word32.minus(word32), Interval::around(MOST_COUNTS), 0);
-    let raw = add("raw", "mm/s", product(config.count_speed, counts), speeds, word.speed());
+    let raw = add("raw", "mm/s", counts.by(i128::from(config.count_speed)), speeds, SPEED_SHIFT);
     // A mean of what it was and of what comes in, by a pole between 0 and 1.
-    let speed = add("speed", "mm/s", raw.by(1 << word.guard()), guarded, word.speed() + word.guard());
+    let speed = add("speed", "mm/s", raw, speeds, SPEED_SHIFT);
     let delay = Interval::of(&config.shaper.delay);
     add("shaper's delay", "tick", delay, Interval::up_to(MOST_SHAPED), SHAPER_SHIFT);
     let share = Interval::of(&config.shaper.share);
-    let one = Interval(1 << word.factor(), 1 << word.factor());
+    let one = Interval(1 << FACTOR_SHIFT, 1 << FACTOR_SHIFT);
     let most = Interval::up_to(i64::from(config.most));
-    let shaped = share.times(asked).plus(one.minus(share).times(asked)).shifted(word.factor());
-    let reference = add("reference", "mm/s", shaped, most, word.speed());
+    let shaped = share.times(asked).plus(one.minus(share).times(asked)).shifted(FACTOR_SHIFT);
+    let reference = add("reference", "mm/s", shaped, most, SPEED_SHIFT);
     // A correction is kept like a speed; see the end of the tick.
-    let hidden = speeds.minus(speeds).by(i128::from(config.prediction)).shifted(word.factor());
-    let error = reference.minus(speed.shifted(word.guard())).minus(hidden);
-    let error = add("error", "mm/s", error, speeds, word.speed());
+    let hidden = speeds.minus(speeds).by(i128::from(config.prediction)).shifted(FACTOR_SHIFT);
+    let error = reference.minus(speed).minus(hidden);
+    let error = add("error", "mm/s", error, speeds, SPEED_SHIFT);
     let from = i128::from(config.overspeed_from);
-    let over = speed.shifted(word.guard()).minus(Interval(from, from)).within(Interval::up_to(word.most_speed()));
-    let summed = add("summed", "mm/s", error.minus(product(config.overspeed, over)), speeds, word.speed());
-    let proportional =
-        add("proportional", "mm/s", product(config.proportional, error), guarded, word.speed() + word.guard());
+    let over = speed.minus(Interval(from, from)).within(Interval::up_to(MOST_SPEED));
+    let summed = add("summed", "mm/s", error.minus(product(config.overspeed, over)), speeds, SPEED_SHIFT);
+    let proportional = add("proportional", "mm/s", product(config.proportional, error), speeds, SPEED_SHIFT);
     let slope = product(config.derivative, error.minus(error));
-    let derivative = add("derivative", "mm/s", slope, guarded, word.speed() + word.guard());
-    let integral = Interval::around(word.most_speed() << INTEGRAL_SHIFT);
-    let sum = proportional.plus(derivative).plus(integral.shifted(INTEGRAL_SHIFT - word.guard()));
-    let pid = add("pid", "mm/s", sum.shifted(word.guard()), speeds, word.speed());
+    let derivative = add("derivative", "mm/s", slope, speeds, SPEED_SHIFT);
+    let integral = Interval::around(MOST_SPEED << INTEGRAL_SHIFT);
+    let sum = proportional.plus(derivative).plus(integral.shifted(INTEGRAL_SHIFT));
+    let pid = add("pid", "mm/s", sum, speeds, SPEED_SHIFT);
     let p = &config.pressure;
     let pressure = Interval::up_to(MOST_PRESSURE);
     let change = add("change", "step", pressure.minus(pressure), Interval::around(MOST_PRESSURE_CHANGE), 0)
         .by(1 << PRESSURE_GUARD);
     let resonance = Interval::around(MOST_RESONANCE << PRESSURE_GUARD);
     let (c, s) = (Interval::of(&p.cosine), Interval::of(&p.sine));
-    let turned = c.times(resonance).minus(s.times(resonance)).shifted(word.factor());
+    let turned = c.times(resonance).minus(s.times(resonance)).shifted(FACTOR_SHIFT);
     let cosine = add("cosine", "step", turned.plus(change), resonance, PRESSURE_GUARD);
-    let turned = s.times(resonance).plus(c.times(resonance)).shifted(word.factor());
+    let turned = s.times(resonance).plus(c.times(resonance)).shifted(FACTOR_SHIFT);
     let sine = add("sine", "step", turned, resonance, PRESSURE_GUARD);
     let swing = Interval::of(&p.real).times(cosine).plus(Interval::of(&p.imaginary).times(sine)).shifted(p.shift);
-    let swing = add("swing", "mm/s", swing, Interval::around(i64::from(p.limit)), word.speed());
+    let swing = add("swing", "mm/s", swing, Interval::around(i64::from(p.limit)), SPEED_SHIFT);
     let trims = Interval::around(MOST_TRIM);
-    let squared = pid_integral(word).times(reference).shifted(2 * word.speed());
+    let squared = speeds.times(reference).shifted(2 * SPEED_SHIFT - LEARNING_SHIFT);
     let learnt = add("trim", "1", trims.plus(product(config.adaptation, squared)), trims, TRIM_SHIFT);
     let moved = learnt.minus(learnt).times(reference).shifted(TRIM_SHIFT - INTEGRAL_SHIFT);
     let trim = learnt.times(reference).shifted(TRIM_SHIFT);
     let wanted = reference.plus(trim).plus(pid).plus(swing);
     let limits = Interval(i128::from(config.u_min), i128::from(config.u_max));
-    let u = add("u", "mm/s", wanted, limits, word.speed());
+    let u = add("u", "mm/s", wanted, limits, SPEED_SHIFT);
     let exact = i128::from(config.integral.mantissa) << (INTEGRAL_SHIFT - config.integral.shift);
     let tracked = integral.minus(moved).plus(summed.by(exact)).plus(u.minus(wanted).by(1 << INTEGRAL_SHIFT));
-    add("integral", "mm/s", tracked, integral, word.speed() + INTEGRAL_SHIFT);
-    add("correction", "mm/s", pid.plus(u).minus(wanted), speeds, word.speed());
+    add("integral", "mm/s", tracked, integral, SPEED_SHIFT + INTEGRAL_SHIFT);
+    add("correction", "mm/s", pid.plus(u).minus(wanted), speeds, SPEED_SHIFT);
+    let temperature = temperature.by(1 << TEMPERATURE_GUARD);
     let base = Interval(i128::from(config.scale_base), i128::from(config.scale_base));
     let factor = base.plus(product(config.scale_slope, temperature));
-    let factor = add("factor", "1", factor, Interval::up_to(word.most_factor()), word.factor());
-    let scaled = add("scaled", "mm/s", factor.times(u).shifted(word.factor()), speeds, word.speed());
-    let held = Interval(i128::from(config.table.first), i128::from(end_of(&config.table)));
-    add("table's input", "mm/s", scaled, held, word.speed());
-    let currents = Interval::around(word.most_current());
-    let shift = add("shift", "mA", product(config.shift_slope, temperature), currents, word.current());
+    let factor = add("factor", "1", factor, Interval::up_to(MOST_FACTOR), FACTOR_SHIFT);
+    let scaled = add("scaled", "mm/s", factor.times(u).shifted(FACTOR_SHIFT), speeds, SPEED_SHIFT);
+    let held = Interval(i128::from(config.table.first), i128::from(config.table.end()));
+    add("table's input", "mm/s", scaled, held, SPEED_SHIFT);
+    let currents = Interval::around(MOST_CURRENT);
+    let shift = add("shift", "mA", product(config.shift_slope, temperature), currents, CURRENT_SHIFT);
     let base = Interval(i128::from(config.shift_base), i128::from(config.shift_base));
     let order = Interval::of(&config.table).plus(base).plus(shift);
     let limits = Interval(i128::from(config.i_min), i128::from(config.i_max));
-    let order = add("order", "mA", order, limits, word.current());
-    add("current", "mA", order.shifted(word.current()), all, 0);
-}
-
-/// The integral part as the trim sees it.
-fn pid_integral(word: Word) -> Interval {
-    Interval::around(word.most_speed())
-}
-
-fn end_of(table: &Table) -> i64 {
-    i64::from(table.first) + ((table.knots.len() as i64 - 1) << table.spacing)
+    let order = add("order", "mA", order, limits, CURRENT_SHIFT);
+    add("current", "mA", order.shifted(CURRENT_SHIFT), all, 0);
 }
 
 /// The largest product and sum of a tick's 64-bit arithmetic: what must stay below 2^63.
 pub fn widest(config: &Config) -> u32 {
-    let word = config.word;
-    let (one, most) = (Interval::around(1i64 << word.factor()), Interval::around(word.most_speed()));
-    let guarded = most.by(1 << word.guard());
-    let shaped = one.times(most).by(1 << SHAPER_SHIFT);
-    let mut bits = one.times(guarded).plus(one.times(guarded)).bits().max(shaped.plus(shaped).bits());
+    let (one, most) = (Interval::around(1i64 << FACTOR_SHIFT), Interval::around(MOST_SPEED));
+    let mut bits = one.times(most).plus(one.times(most)).bits();
     for lift in &config.lifts {
         let mantissas = [lift.proportional, lift.derivative, lift.integral].map(|gain| i128::from(gain.mantissa));
         let error = most.minus(most);
@@ -219,6 +196,11 @@ pub fn widest(config: &Config) -> u32 {
         let turned = Interval::of(&p.cosine).times(resonance).plus(Interval::of(&p.sine).times(resonance));
         let read = Interval::of(&p.real).times(resonance).plus(Interval::of(&p.imaginary).times(resonance));
         bits = bits.max(tracked.bits()).max(turned.bits()).max(read.bits());
+        let tables = [&lift.table, &p.cosine, &p.sine, &p.real, &p.imaginary, &lift.shaper.delay, &lift.shaper.share];
+        for table in tables {
+            let rise = Interval::of(table).minus(Interval::of(table));
+            bits = bits.max(rise.by(1 << table.spacing).bits());
+        }
     }
     bits
 }

@@ -1,6 +1,7 @@
 //! The reference: what the operator asks for, as a ramp with rounded edges, and each lift's share of it.
 
-use super::fixed::{clamped, rounded, truncated, Word};
+use super::config::LEAST_REFERENCE;
+use super::fixed::{clamped, rounded, truncated, FACTOR_SHIFT, SPEED_SHIFT};
 use super::numbers::Numbers;
 use crate::integer::Integer;
 
@@ -9,9 +10,9 @@ use crate::integer::Integer;
 pub struct ReferenceState<I = i64> {
     /// [speed].
     pub ramp: I,
-    /// The ramp low-passed, with guard bits.
+    /// The ramp low-passed [speed].
     pub smooth: I,
-    /// The ramp low-passed ahead of each lift's shaper, with guard bits.
+    /// The ramp low-passed ahead of each lift's shaper [speed].
     pub early: [I; 2],
 }
 
@@ -33,14 +34,11 @@ impl<I: Integer> ReferenceState<I> {
     /// One tick: both lifts' references for a request [mm/s] with the forks at `height` [counts].
     #[inline(always)]
     pub fn tick(&mut self, numbers: &Numbers<I>, request: I, height: I) -> Shares<I> {
-        let word = numbers.word;
         let most = numbers.request_most;
-        let request = clamped(request, I::zero(), most.shr(word.speed())).shl(word.speed());
+        let request = clamped(request, I::zero(), most.shr(SPEED_SHIFT)).shl(SPEED_SHIFT);
         let change = clamped(request - self.ramp, -numbers.ramp_down, numbers.ramp_up);
         self.ramp = clamped(self.ramp + change, I::zero(), most);
-        let ramp = self.ramp.shl(word.guard());
-        let guarded = most.shl(word.guard());
-        self.smooth = passed(word, numbers.ramp_pole, self.smooth, ramp, guarded);
+        self.smooth = passed(numbers.ramp_pole, self.smooth, self.ramp, most);
         let mut shares = Shares { wanted: [I::zero(); 2], asked: [I::zero(); 2] };
         for lift in 0..2 {
             let parts = numbers.lifts[lift].parts;
@@ -50,7 +48,7 @@ impl<I: Integer> ReferenceState<I> {
             shares.wanted[lift] = share(numbers, lift, height, self.smooth);
             shares.asked[lift] = shares.wanted[lift];
             if parts.early {
-                self.early[lift] = passed(word, numbers.lifts[lift].early_pole, self.early[lift], ramp, guarded);
+                self.early[lift] = passed(numbers.lifts[lift].early_pole, self.early[lift], self.ramp, most);
                 shares.asked[lift] = share(numbers, lift, height, self.early[lift]);
             }
         }
@@ -58,17 +56,17 @@ impl<I: Integer> ReferenceState<I> {
     }
 }
 
-/// A low-pass on the ramp; `state` and `ramp` with guard bits, from zero to `most`.
+/// A low-pass on the ramp; `state` and `ramp` from zero to `most`.
 #[inline(always)]
-fn passed<I: Integer>(word: Word, pole: I, state: I, ramp: I, most: I) -> I {
-    let one = I::constant(1i64 << word.factor());
+fn passed<I: Integer>(pole: I, state: I, ramp: I, most: I) -> I {
+    let one = I::constant(1i64 << FACTOR_SHIFT);
     let sum = pole.product(state) + (one - pole).product(ramp);
-    clamped(truncated(sum, word.factor()), I::zero(), most)
+    clamped(truncated(sum, FACTOR_SHIFT), I::zero(), most)
 }
 
-/// A lift's share [speed] of a guarded reference.
+/// A lift's share of a low-passed ramp [speed].
 #[inline(always)]
 fn share<I: Integer>(numbers: &Numbers<I>, lift: usize, height: I, state: I) -> I {
-    let reference = rounded(state, numbers.word.guard());
-    rounded(numbers.ratio[lift].at(height).product(reference), numbers.word.factor())
+    let reference = I::select(state.lt(I::constant(LEAST_REFERENCE)), I::zero(), state);
+    rounded(numbers.ratio[lift].at(height).product(reference), FACTOR_SHIFT)
 }

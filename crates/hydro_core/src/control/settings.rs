@@ -3,10 +3,12 @@
 use num_complex::Complex;
 
 use super::config::{
-    Config, LiftConfig, PressureConfig, ShaperConfig, INTEGRAL_SHIFT, MOST_DELAY, MOST_SHAPED, PRESSURE_GUARD,
-    SHAPER_SHIFT, TRIM_SHIFT,
+    Config, LiftConfig, PressureConfig, ShaperConfig, INTEGRAL_SHIFT, LEARNING_SHIFT, MOST_DELAY, MOST_SHAPED,
+    PRESSURE_GUARD, SHAPER_SHIFT, TEMPERATURE_GUARD, TRIM_SHIFT,
 };
-use super::fixed::{Gain, Word, MOST_SHIFT};
+use super::fixed::{
+    two_to, Gain, Word, CURRENT_SHIFT, FACTOR_SHIFT, MOST_CURRENT, MOST_FACTOR, MOST_SHIFT, SPEED_SHIFT,
+};
 use super::table::{Table, MOST_KNOTS};
 use crate::error::Error;
 use crate::sensors::{ENCODER_COUNT, PRESSURE_STEP, TEMPERATURE_STEP};
@@ -178,28 +180,44 @@ fn gain(name: &str, value: f64, word: Word, most_shift: u32) -> Result<Gain, Err
     }
 }
 
-/// Values at a scale, each within the word.
-fn knots(name: &str, values: &[f64], scale: f64, word: Word) -> Result<Vec<i32>, Error> {
+/// A scale, and the largest integer of it.
+#[derive(Debug, Clone, Copy)]
+struct Scale(f64, i64);
+
+const FACTORS: Scale = Scale((1u64 << FACTOR_SHIFT) as f64, MOST_FACTOR);
+const CURRENTS: Scale = Scale((1u64 << CURRENT_SHIFT) as f64, MOST_CURRENT);
+
+/// A table of values over knots that begin at `first` and are 2^spacing apart, as fine as the word allows.
+fn table(
+    name: &str,
+    (first, spacing): (i32, u32),
+    values: &[f64],
+    Scale(scale, most): Scale,
+    word: Word,
+) -> Result<Table, Error> {
     if !(2..=MOST_KNOTS).contains(&values.len()) {
         return Err(Error::TableLength { name: name.into(), length: values.len(), most: MOST_KNOTS });
     }
-    let whole = values.iter().map(|&value| {
-        let knot = (value * scale).round();
-        if knot.abs() <= word.most() as f64 {
-            Ok(knot as i32)
-        } else {
-            refuse(name, value, &format!("within {} of zero", word.most() as f64 / scale))
-        }
-    });
-    whole.collect()
+    let whole = |value: f64| (value * scale).round();
+    let held = |value: f64| whole(value).abs() <= most as f64;
+    if let Some(&value) = values.iter().find(|value| !held(**value)) {
+        return refuse(name, value, &format!("within {} of zero", most as f64 / scale));
+    }
+    let largest = values.iter().fold(0.0, |most: f64, &value| most.max(whole(value).abs()));
+    let widen = (0..32).find(|&widen| (largest / two_to(widen)).round() <= word.most() as f64).unwrap_or(32);
+    let knots = values.iter().map(|&value| (whole(value) / two_to(widen)).round() as i32).collect();
+    Ok(Table { first, spacing, widen, knots })
 }
 
-fn curve(name: &str, curve: &Curve, shift: u32, scale: f64, word: Word) -> Result<Table, Error> {
-    if curve.spacing > 14 || curve.first.unsigned_abs() > 1 << 20 {
-        return refuse(name, curve.spacing, "knots at most 2^14 apart, from within 2^20 of zero");
+/// A curve of which x has a scale of `shift`.
+fn curve(name: &str, curve: &Curve, shift: u32, scale: Scale, word: Word) -> Result<Table, Error> {
+    let first = i32::try_from(i64::from(curve.first) << shift);
+    match first {
+        Ok(first) if curve.spacing <= 14 && curve.first.unsigned_abs() <= 1 << 20 => {
+            table(name, (first, curve.spacing + shift), &curve.values, scale, word)
+        }
+        _ => refuse(name, curve.spacing, "knots at most 2^14 apart, from within 2^20 of zero or the largest speed"),
     }
-    let knots = knots(name, &curve.values, scale, word)?;
-    Ok(Table { first: curve.first << shift, spacing: curve.spacing + shift, knots })
 }
 
 impl Settings {
@@ -209,8 +227,7 @@ impl Settings {
     /// A setting that the word cannot hold, or tables of unfit length.
     pub fn config(&self, word: Word) -> Result<Config, Error> {
         let shared = &self.shared;
-        let speed = f64::from(1u32 << word.speed());
-        let factor = f64::from(1u32 << word.factor());
+        let (speed, factor) = (two_to(SPEED_SHIFT), two_to(FACTOR_SHIFT));
         if shared.temperature_least >= shared.temperature_most {
             return refuse("temperature_most", shared.temperature_most, "above temperature_least");
         }
@@ -219,7 +236,7 @@ impl Settings {
             if let Some(share) = lift.ratio.values.iter().find(|share| !(0.0..=1.0).contains(*share)) {
                 return refuse(&format!("{name}.ratio"), share, "from 0 to 1");
             }
-            curve(&format!("{name}.ratio"), &lift.ratio, 0, factor, word)
+            curve(&format!("{name}.ratio"), &lift.ratio, 0, FACTORS, word)
         };
         let pole = libm::exp(-2.0 * std::f64::consts::PI * shared.ramp_corner * TICK_S);
         Ok(Config {
@@ -240,10 +257,8 @@ impl Lift {
     fn config(&self, name: &str, shared: &SharedSettings, word: Word) -> Result<LiftConfig, Error> {
         let s = &self.numbers;
         let full = |setting: &str| format!("{name}.{setting}");
-        let speed = f64::from(1u32 << word.speed());
-        let guarded = f64::from(1u32 << word.guard());
-        let factor = f64::from(1u32 << word.factor());
-        let current = f64::from(1u32 << word.current());
+        let (speed, factor, current) = (two_to(SPEED_SHIFT), two_to(FACTOR_SHIFT), two_to(CURRENT_SHIFT));
+        let step = TEMPERATURE_STEP / two_to(TEMPERATURE_GUARD);
         let own = |setting: &str, value: f64| gain(&full(setting), value, word, MOST_SHIFT);
         let per_count = ENCODER_COUNT * 1e3 * s.forks_per_count / TICK_S;
         if s.u_min > s.u_max || s.i_min > s.i_max {
@@ -254,7 +269,7 @@ impl Lift {
         }
         // dk = μ I r, I falls by μ I r²: at the full speed of (4.7) with the time constant asked for.
         let learning = match s.adaptation_s > 0.0 {
-            true => TICK_S / s.adaptation_s / (s.u_max * s.u_max) * f64::from(1u32 << TRIM_SHIFT),
+            true => TICK_S / s.adaptation_s / (s.u_max * s.u_max) * two_to(TRIM_SHIFT - LEARNING_SHIFT),
             false => 0.0,
         };
         let early_corner = if self.shaper.is_some() { s.early_corner } else { shared.ramp_corner };
@@ -266,20 +281,20 @@ impl Lift {
             prediction: (s.prediction * factor).round() as i32,
             overspeed: own("overspeed", s.overspeed)?,
             overspeed_from: (s.overspeed_from * speed).round() as i32,
-            count_speed: own("forks_per_count", per_count * speed)?,
+            count_speed: (per_count * speed).round() as i32,
             pole: (libm::exp(-s.filter_rate * TICK_S) * factor).round() as i32,
             delay: (s.delay.round() as u32).min(MOST_DELAY as u32 - 1),
-            proportional: own("proportional", s.proportional * guarded)?,
+            proportional: own("proportional", s.proportional)?,
             integral: gain(&full("integral"), s.integral * TICK_S, word, INTEGRAL_SHIFT)?,
-            derivative: own("derivative", s.derivative / TICK_S * guarded)?,
+            derivative: own("derivative", s.derivative / TICK_S)?,
             u_min: (s.u_min * speed).round() as i32,
             u_max: (s.u_max * speed).round() as i32,
             adaptation: own("adaptation_s", learning)?,
             scale_base: ((s.a * KELVIN + s.b) * factor).round() as i32,
-            scale_slope: own("a", s.a * TEMPERATURE_STEP * factor)?,
-            table: curve(&full("table"), &self.table, word.speed(), current, word)?,
+            scale_slope: own("a", s.a * step * factor)?,
+            table: curve(&full("table"), &self.table, SPEED_SHIFT, CURRENTS, word)?,
             shift_base: ((s.d - s.c * SHIFT_FROM_DEGC) * current).round() as i32,
-            shift_slope: own("c", s.c * TEMPERATURE_STEP * current)?,
+            shift_slope: own("c", s.c * step * current)?,
             i_min: (s.i_min * current).round() as i32,
             i_max: (s.i_max * current).round() as i32,
             pressure: self.swing_config(&full("swing"), word)?,
@@ -287,14 +302,13 @@ impl Lift {
     }
 
     fn shaper_config(&self, name: &str, word: Word) -> Result<ShaperConfig, Error> {
-        let factor = f64::from(1u32 << word.factor());
         let Some(shaper) = &self.shaper else {
-            return Ok(ShaperConfig { delay: Table::constant(0), share: Table::constant(factor as i32) });
+            return Ok(ShaperConfig { delay: Table::constant(0, 0), share: Table::constant(1, FACTOR_SHIFT) });
         };
         if shaper.delay.len() != shaper.share.len() || shaper.spacing > 14 {
             return refuse(name, shaper.spacing, "a delay and a share at each knot, knots at most 2^14 apart");
         }
-        let scale = f64::from(1u32 << SHAPER_SHIFT) / TICK_S;
+        let scale = two_to(SHAPER_SHIFT) / TICK_S;
         let longest = MOST_SHAPED as f64 / scale;
         if let Some(delay) = shaper.delay.iter().find(|delay| !(0.0..=longest).contains(*delay)) {
             return refuse(&format!("{name}.delay_s"), delay, &format!("from 0 to {longest} s"));
@@ -302,14 +316,13 @@ impl Lift {
         if let Some(share) = shaper.share.iter().find(|share| !(0.0..=1.0).contains(*share)) {
             return refuse(&format!("{name}.share"), share, "from 0 to 1");
         }
-        let table = |values: &[f64], scale: f64| -> Result<Table, Error> {
-            Ok(Table { first: 0, spacing: shaper.spacing, knots: knots(name, values, scale, word)? })
-        };
-        Ok(ShaperConfig { delay: table(&shaper.delay, scale)?, share: table(&shaper.share, factor)? })
+        let over = (0, shaper.spacing + PRESSURE_GUARD);
+        let delay = table(name, over, &shaper.delay, Scale(scale, MOST_SHAPED), word)?;
+        Ok(ShaperConfig { delay, share: table(name, over, &shaper.share, FACTORS, word)? })
     }
 
     fn swing_config(&self, name: &str, word: Word) -> Result<PressureConfig, Error> {
-        let none = || Table::constant(0);
+        let none = || Table::constant(0, 0);
         let Some(swing) = &self.swing else {
             let (cosine, sine, real, imaginary) = (none(), none(), none(), none());
             return Ok(PressureConfig { cosine, sine, real, imaginary, shift: 0, limit: 0 });
@@ -328,24 +341,23 @@ impl Lift {
             }
         }
         let designed: Vec<(Complex<f64>, Complex<f64>)> = (0..n).map(|k| swing.resonator(k)).collect();
-        let factor = f64::from(1u32 << word.factor());
         // Speed per state: from mm/s per step of the sensor to the scales of both.
-        let scale = f64::from(1u32 << word.speed()) / f64::from(1u32 << PRESSURE_GUARD);
+        let scale = two_to(SPEED_SHIFT) / two_to(PRESSURE_GUARD);
         let largest = designed.iter().flat_map(|(_, g)| [g.re.abs(), g.im.abs()]).fold(0.0, f64::max) * scale;
-        let shift = gain(name, largest, word, 31)?.shift;
-        let output = scale * (1u64 << shift) as f64;
-        let table = |values: Vec<f64>, scale: f64| -> Result<Table, Error> {
-            Ok(Table { first: 0, spacing: swing.spacing, knots: knots(name, &values, scale, word)? })
-        };
+        let shift = gain(name, largest, Word::Bits32, 31)?.shift;
+        let output = Scale(scale * two_to(shift), Word::Bits32.most());
         type Knot = (Complex<f64>, Complex<f64>);
-        let each = |f: &dyn Fn(&Knot) -> f64| designed.iter().map(f).collect::<Vec<_>>();
+        let each = |scale: Scale, f: &dyn Fn(&Knot) -> f64| {
+            let values: Vec<f64> = designed.iter().map(f).collect();
+            table(name, (0, swing.spacing + PRESSURE_GUARD), &values, scale, word)
+        };
         Ok(PressureConfig {
-            cosine: table(each(&|(turn, _)| turn.re), factor)?,
-            sine: table(each(&|(turn, _)| turn.im), factor)?,
-            real: table(each(&|(_, g)| g.re), output)?,
-            imaginary: table(each(&|(_, g)| -g.im), output)?,
+            cosine: each(FACTORS, &|(turn, _)| turn.re)?,
+            sine: each(FACTORS, &|(turn, _)| turn.im)?,
+            real: each(output, &|(_, g)| g.re)?,
+            imaginary: each(output, &|(_, g)| -g.im)?,
             shift,
-            limit: (self.numbers.swing_limit * f64::from(1u32 << word.speed())).round() as i32,
+            limit: (self.numbers.swing_limit * two_to(SPEED_SHIFT)).round() as i32,
         })
     }
 }

@@ -5,7 +5,7 @@
 
 use super::config::{Config, INTEGRAL_SHIFT, MOST_PRESSURE, MOST_RESONANCE, MOST_TRIM, PAST, PRESSURE_GUARD};
 use super::controller::State;
-use super::fixed::{rounded, saturated, truncated, Gain};
+use super::fixed::{rounded, saturated, truncated, Gain, MOST_SPEED};
 use super::lift::LiftState;
 use super::numbers::Numbers;
 use super::reference::ReferenceState;
@@ -56,23 +56,21 @@ impl Draws {
 
     /// A state within the ranges that ticks keep.
     pub fn state(&mut self, config: &Config) -> State {
-        let (word, most) = (config.word, i64::from(config.request_most));
-        let mut guarded = || self.up_to(most << word.guard());
-        let (smooth, early) = (guarded(), [guarded(), guarded()]);
+        let most = i64::from(config.request_most);
+        let (smooth, early) = (self.up_to(most), [self.up_to(most), self.up_to(most)]);
         let reference = ReferenceState { ramp: self.up_to(most), smooth, early };
         let wanted = [self.up_to(most), self.up_to(most)];
-        let speed = word.most_speed();
         let mut lift = || LiftState {
             started: i64::from(self.next() & 15 != 0),
             position: i64::from(self.word()),
             pressure: self.up_to(MOST_PRESSURE),
-            speed: self.around(speed << word.guard()),
+            speed: self.around(MOST_SPEED),
             asked: std::array::from_fn(|_| self.up_to(most)),
             references: std::array::from_fn(|_| self.up_to(most)),
-            corrections: std::array::from_fn(|_| self.around(speed)),
+            corrections: std::array::from_fn(|_| self.around(MOST_SPEED)),
             oldest: (self.next() % PAST as u64) as u32,
-            error: self.around(speed),
-            integral: self.around(speed << INTEGRAL_SHIFT),
+            error: self.around(MOST_SPEED),
+            integral: self.around(MOST_SPEED << INTEGRAL_SHIFT),
             trim: self.around(MOST_TRIM),
             mean: self.up_to(MOST_PRESSURE << PRESSURE_GUARD),
             cosine: self.around(MOST_RESONANCE << PRESSURE_GUARD),

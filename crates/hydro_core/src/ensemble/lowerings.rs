@@ -266,7 +266,7 @@ impl Block<'_, '_> {
         physics: X,
     ) -> Result<Vec<Outcome>, Error> {
         let trial = self.trial;
-        let warmer = Warmer { by: self.each(|m| m.condition(Condition::OilTemperature)), warming: S::zero() };
+        let warmer = Warmer { by: self.each(|m| m.condition(Condition::OilTemperature)), warming: None };
         let starts = [Condition::StartFree, Condition::StartMain];
         let from = which.map(|lift| self.each(|m| m.condition(starts[usize::from(lift == LiftName::Main)])));
         let time: Vec<f64> = (0..trial.ticks).map(|k| k as f64 * trial.tick_s).collect();

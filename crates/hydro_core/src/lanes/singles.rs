@@ -4,9 +4,9 @@ use std::arch::x86_64::*;
 use std::mem::transmute;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::avx512::{Eight, EightIntegers, EightMask};
+use super::avx512::{EightIntegers, EightMask};
 use super::pair::Pair;
-use super::single::{self, Binary, LEAST, MOST};
+use super::single::{self, Binary, LEAST, MOST, ONE, SQRT_HALF};
 use super::LaneScalar;
 use crate::elementary;
 use crate::integer::{Integer, LaneInteger};
@@ -75,30 +75,6 @@ impl Mask for SixteenMask {
     }
 }
 
-// No function is handed to another here: one that is not inlined is compiled without the vectors.
-impl Sixteen {
-    /// In double precision.
-    #[inline(always)]
-    fn halves(self) -> [Eight; 2] {
-        // SAFETY: as above.
-        unsafe {
-            let low = _mm512_cvtps_pd(_mm512_castps512_ps256(self.0));
-            let high = _mm512_cvtps_pd(_mm512_extractf32x8_ps::<1>(self.0));
-            [Eight(low), Eight(high)]
-        }
-    }
-
-    /// Rounded to single precision.
-    #[inline(always)]
-    fn rounded([low, high]: [Eight; 2]) -> Self {
-        // SAFETY: as above.
-        unsafe {
-            let (low, high) = (_mm512_cvtpd_ps(low.0), _mm512_cvtpd_ps(high.0));
-            Sixteen(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
-        }
-    }
-}
-
 /// As [`super::single::Single`] has it.
 #[inline(always)]
 fn in_32_bits(rounded: Sixteen) -> SixteenIntegers {
@@ -119,7 +95,18 @@ impl Binary for Sixteen {
         // SAFETY: as above.
         unsafe {
             let shifted = _mm512_slli_epi32::<23>(_mm512_castps_si512(self.0));
-            Sixteen(_mm512_castsi512_ps(_mm512_add_epi32(shifted, _mm512_set1_epi32(127 << 23))))
+            Sixteen(_mm512_castsi512_ps(_mm512_add_epi32(shifted, _mm512_set1_epi32(ONE))))
+        }
+    }
+    #[inline(always)]
+    fn split(self) -> (Self, Self) {
+        // SAFETY: as above.
+        unsafe {
+            let bits = _mm512_castps_si512(self.0);
+            let raised = _mm512_add_epi32(bits, _mm512_set1_epi32(ONE - SQRT_HALF));
+            let k = _mm512_sub_epi32(_mm512_srai_epi32::<23>(raised), _mm512_set1_epi32(127));
+            let m = _mm512_sub_epi32(bits, _mm512_slli_epi32::<23>(k));
+            (Sixteen(_mm512_cvtepi32_ps(k)), Sixteen(_mm512_castsi512_ps(m)))
         }
     }
 }
@@ -214,8 +201,7 @@ impl Scalar for Sixteen {
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        let [low, high] = self.halves();
-        Self::rounded([elementary::ln(low), elementary::ln(high)])
+        single::ln(self)
     }
     fn cos(self) -> Self {
         Self::from_lanes(self.lanes().map(libm::cos))

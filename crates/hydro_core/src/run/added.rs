@@ -41,7 +41,7 @@ pub fn added(draws: &[Truck], case: &Case, substeps: usize, interrupt: Interrupt
     let which = LiftName::BOTH;
     let (lifts, effects) = first.build(which, case.inputs.load_kg, |_, value| value)?;
     let physics = Extended::new(&effects, &lifts);
-    let (clock, warmer) = (Clock::from(&case.inputs), Warmer { by: case.warmer, warming: case.warming });
+    let (clock, warmer) = (Clock::from(&case.inputs), Warmer { by: case.warmer, warming: Some(case.warming) });
     let mut drive = Replay::new(which, &case.inputs);
     let (mast, start) = Mast::at_rest(lifts, physics, case.start, drive.command(0), warmer.at(&clock, 0));
     // Of each draw its effects: which, and how many states each has.

@@ -26,7 +26,7 @@ impl Controller for Idle {
 
 /// What answers the sensors of N lanes.
 pub(super) enum Controllers<'a, S: LaneScalar<N>, const N: usize> {
-    /// Fixed-point controllers of one word length, each with its own settings.
+    /// Fixed-point controllers, each with its own settings.
     Lanes(Box<Block<S::Integer>>),
     Each(Vec<Box<dyn Controller + 'a>>),
 }
@@ -44,7 +44,7 @@ impl<'a, S: LaneScalar<N>, const N: usize> Controllers<'a, S, N> {
         let configs: Vec<&Config> = controllers.iter().map_while(|controller| controller.in_integers()).collect();
         let idle = controllers[configs.len()..].iter().all(|controller| controller.idles());
         let numbers = match configs.first() {
-            Some(first) if idle && configs.iter().all(|config| config.word == first.word) => {
+            Some(_) if idle => {
                 let last = configs.len() - 1;
                 Some(Numbers::of(std::array::from_fn::<&Config, N, _>(|lane| configs[lane.min(last)])))
             }
@@ -84,7 +84,7 @@ impl<S: LaneScalar<N>, const N: usize> Work for Answer<'_, S, N> {
     #[inline(always)]
     fn run(self) {
         self.order.current = self.state.tick_of(self.numbers, self.request, self.reading);
-        self.order.reference = self.state.meant(self.numbers.word);
+        self.order.reference = self.state.meant();
     }
 }
 

@@ -99,7 +99,7 @@ fn of_lifts<S: LaneScalar<N>, const N: usize, const L: usize>(
     let value = |k: usize, _: f64| S::from_lanes(std::array::from_fn(|lane| values[lane.min(values.len() - 1)][k]));
     let (lifts, effects) = members[0].truck.build(which, each(&|m| m.load_kg), value)?;
     let start = which.map(|lift| each(&|m| m.start[usize::from(lift == LiftName::Main)]));
-    let warmer = Warmer { by: each(&|m| m.warmer), warming: S::zero() };
+    let warmer = Warmer { by: each(&|m| m.warmer), warming: None };
     if effects.is_empty() {
         through(group, which, lifts, Thesis, start, warmer)
     } else {

@@ -249,7 +249,7 @@ impl Run<'_> {
         intervals: &mut [usize],
     ) -> Result<(), Error> {
         let clock = (&self.case.inputs).into();
-        let warmer = Warmer { by: Dual::constant(self.case.warmer), warming: Dual::constant(self.case.warming) };
+        let warmer = Warmer { by: Dual::constant(self.case.warmer), warming: Some(Dual::constant(self.case.warming)) };
         let of = |both| commands_of(&which, both).map(Dual::constant);
         let command = of(self.case.inputs.command[0]);
         let (mut mast, start) = Mast::at_rest(lifts, physics, of(self.case.start), command, warmer.at(&clock, 0));

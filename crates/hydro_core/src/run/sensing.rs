@@ -127,12 +127,12 @@ impl<S: LaneScalar<N>, const N: usize, const L: usize> Sensing<S, N, L> {
         for l in 0..L {
             let lift = place(self.which[l]);
             let from_zero = sum(&self.position[l], x) - self.zero[l];
-            reading.position[lift] = (from_zero / S::constant(ENCODER_COUNT)).floor();
+            reading.position[lift] = (from_zero * S::constant(1.0 / ENCODER_COUNT)).floor();
             let read = sum(&self.pressure[l], x) + self.noise(self.pressure_noise);
-            reading.pressure[lift] = (read / S::constant(PRESSURE_STEP)).nearest();
+            reading.pressure[lift] = (read * S::constant(1.0 / PRESSURE_STEP)).nearest();
         }
         let read = oil_temperature_degc + self.noise(self.temperature_noise);
-        reading.temperature = (read / S::constant(TEMPERATURE_STEP)).nearest();
+        reading.temperature = (read * S::constant(1.0 / TEMPERATURE_STEP)).nearest();
         if let Some(faults) = &self.misread {
             for lift in 0..2 {
                 let counts = S::of_integer(reading.position[lift]) * faults.encoder_factor;

@@ -305,7 +305,7 @@ impl<'a> Task<'a> {
             which.map(|lift| number(Direction::Start(lift), self.case.start[usize::from(lift == LiftName::Main)]));
         let warmer = Warmer {
             by: number(Direction::OilTemperature, self.case.warmer),
-            warming: number(Direction::OilWarming, self.case.warming),
+            warming: Some(number(Direction::OilWarming, self.case.warming)),
         };
         let mut drive = Shaken {
             replay: Replay::new(which, &self.case.inputs),

@@ -105,22 +105,30 @@ impl<'a> From<&Inputs<'a>> for Clock<'a> {
 pub struct Warmer<S> {
     /// At the start of the run.
     pub by: S,
-    /// How much more until its end, evenly.
-    pub warming: S,
+    /// How much more until its end, evenly; none where the oil warms no more than recorded.
+    pub warming: Option<S>,
 }
 
 impl<S: Scalar> Warmer<S> {
     /// As recorded.
     pub fn none() -> Self {
-        Warmer { by: S::zero(), warming: S::zero() }
+        Warmer { by: S::zero(), warming: None }
     }
 
     /// The oil temperature [°C] from the `k`-th tick on.
     #[inline(always)]
     pub fn at(&self, clock: &Clock, k: usize) -> S {
+        let now = S::constant(clock.oil_temperature_degc[k]) + self.by;
+        let Some(warming) = self.warming else { return now };
         let (first, last) = (clock.time[0], clock.time[clock.time.len() - 1]);
         let from_start = if first < last { (clock.time[k] - first) / (last - first) } else { 0.0 };
-        S::constant(clock.oil_temperature_degc[k]) + self.by + self.warming * S::constant(from_start)
+        now + warming * S::constant(from_start)
+    }
+
+    /// Whether it is the same at two ticks.
+    #[inline(always)]
+    fn stays(&self, clock: &Clock, j: usize, k: usize) -> bool {
+        self.warming.is_none() && clock.oil_temperature_degc[j] == clock.oil_temperature_degc[k]
     }
 }
 
@@ -220,8 +228,11 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Ticks<'_, S, X, L> {
                 for tick in at + 1..=k {
                     self.drive.tick(tick, &after, oil_at(tick));
                 }
+                match self.warmer.stays(&self.clock, at, k) {
+                    true => fixed.mast.command = self.drive.command(k),
+                    false => fixed.mast.set_inputs(self.drive.command(k), oil_at(k)),
+                }
                 at = k;
-                fixed.mast.set_inputs(self.drive.command(k), oil_at(k));
             }
             if let Some(delays) = &delays {
                 fixed.mast.command = late(self.drive, &grid, (j, k), delays);
@@ -239,12 +250,18 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Ticks<'_, S, X, L> {
             fixed.substep(following);
             fixed.write(&mut after);
             j += 1;
-            let gone = |x: &S| match self.carry_on {
-                true => !x.is_finite().any(),
-                false => x.is_finite().not().any(),
-            };
-            if let Some(state) = after.iter().position(gone) {
-                return Err(Stopped::NotFinite { time_s: grid.time(j), state });
+            let mut fine = after[0].is_finite();
+            for x in &after[1..] {
+                fine = fine.and(x.is_finite());
+            }
+            if fine.not().any() {
+                let gone = |x: &S| match self.carry_on {
+                    true => !x.is_finite().any(),
+                    false => x.is_finite().not().any(),
+                };
+                if let Some(state) = after.iter().position(gone) {
+                    return Err(Stopped::NotFinite { time_s: grid.time(j), state });
+                }
             }
             if j.is_multiple_of(256) && (self.interrupt)() {
                 return Err(Stopped::Interrupted { time_s: t });

@@ -138,7 +138,7 @@ impl Group<'_> {
         let Course { truck, time, command, wanted, substeps, .. } = self.course;
         let (count, oil) = (self.variants.len(), vec![0.0; time.len()]);
         let inputs = Inputs { time, command, oil_temperature_degc: &oil, load_kg: 0.0 };
-        let warmer = Warmer { by: self.each(|one| one.oil_temperature_degc), warming: S::zero() };
+        let warmer = Warmer { by: self.each(|one| one.oil_temperature_degc), warming: None };
         let from = which.map(|lift| S::constant(lift.start_position()));
         let (first, oil) = (commands_of(&which, command[0]).map(S::constant), warmer.at(&(&inputs).into(), 0));
         let (mast, start) = Mast::at_rest(lifts, physics, from, first, oil);

@@ -5,21 +5,22 @@
 #include "forklift_control.h"
 
 #define FC_SPEED_ONE ((int64_t)@SPEED_ONE@)
-#define FC_GUARD_ONE ((int64_t)@GUARD_ONE@)
 #define FC_CURRENT_ONE ((int64_t)@CURRENT_ONE@)
 #define FC_FACTOR_ONE ((int64_t)@FACTOR_ONE@)
 #define FC_INTEGRAL_ONE ((int64_t)16777216)
-#define FC_PRESSURE_ONE ((int64_t)256)
+#define FC_PRESSURE_ONE ((int64_t)65536)
+#define FC_TEMPERATURE_ONE ((int64_t)65536)
 #define FC_MOST_SPEED (4095 * FC_SPEED_ONE)
 #define FC_MOST_CURRENT (2047 * FC_CURRENT_ONE)
 #define FC_MOST_FACTOR ((4 * FC_FACTOR_ONE) - 1)
 #define FC_MEAN_REST ((int64_t)31)
-#define FC_MOST_TRIM ((int64_t)16777216)
+#define FC_MOST_TRIM ((int64_t)268435456)
 #define FC_MOST_COUNTS ((int64_t)64)
 #define FC_MOST_PRESSURE ((int64_t)10000)
 #define FC_MOST_PRESSURE_CHANGE ((int64_t)1000)
 #define FC_MOST_RESONANCE (16000 * FC_PRESSURE_ONE)
-#define FC_SHAPER_ONE ((int64_t)256)
+#define FC_SHAPER_ONE ((int64_t)65536)
+#define FC_LEAST_REFERENCE (FC_SPEED_ONE / 16)
 #define FC_MOST_SHAPED (30 * FC_SHAPER_ONE)
 
 @TABLES@
@@ -89,8 +90,9 @@ static int64_t fc_table_at(const fc_table *table, int64_t x)
     const int64_t distance = (int64_t)spaced;
     const int64_t from = fc_clamped(x - (int64_t)table->first, 0, segments * distance);
     const int64_t segment = fc_clamped(fc_truncated(from, table->spacing), 0, segments - 1);
-    const int64_t low = (int64_t)table->knots[segment];
-    const int64_t high = (int64_t)table->knots[segment + 1];
+    const uint64_t widened = (uint64_t)1U << table->widen;
+    const int64_t low = (int64_t)table->knots[segment] * (int64_t)widened;
+    const int64_t high = (int64_t)table->knots[segment + 1] * (int64_t)widened;
     /* Within these limits by the clamps above: said once more for whoever works out ranges. */
     const int64_t into = fc_clamped(from - (segment * distance), 0, distance);
     return low + fc_rounded((high - low) * into, table->spacing);
@@ -100,12 +102,12 @@ static int64_t fc_table_at(const fc_table *table, int64_t x)
 static int64_t fc_filtered_speed(const fc_lift_config *config, fc_lift_state *state, int32_t position)
 {
     const int64_t counts = fc_saturated((int64_t)state->position - (int64_t)position, FC_MOST_COUNTS);
-    const int64_t raw = fc_saturated(fc_times(config->count_speed, counts), FC_MOST_SPEED);
+    const int64_t raw = fc_saturated((int64_t)config->count_speed * counts, FC_MOST_SPEED);
     const int64_t pole = (int64_t)config->pole;
-    const int64_t sum = (pole * (int64_t)state->speed) + ((FC_FACTOR_ONE - pole) * (raw * FC_GUARD_ONE));
+    const int64_t sum = (pole * (int64_t)state->speed) + ((FC_FACTOR_ONE - pole) * raw);
     state->position = position;
-    state->speed = (int32_t)fc_saturated(fc_truncated(sum, FC_FACTOR_SHIFT), FC_MOST_SPEED * FC_GUARD_ONE);
-    return fc_rounded((int64_t)state->speed, FC_GUARD_SHIFT);
+    state->speed = (int32_t)fc_saturated(fc_truncated(sum, FC_FACTOR_SHIFT), FC_MOST_SPEED);
+    return (int64_t)state->speed;
 }
 
 /* What the cylinder's pressure swings by, as a speed. */
@@ -124,7 +126,7 @@ static int64_t fc_swing(const fc_lift_config *config, fc_lift_state *state, int3
     int64_t sum;
     state->pressure = (int32_t)pressure;
     state->mean = (int32_t)fc_clamped(fc_truncated(renewed, FC_MEAN_SHIFT), 0, FC_MOST_PRESSURE * FC_PRESSURE_ONE);
-    mean = fc_truncated((int64_t)state->mean, FC_PRESSURE_SHIFT);
+    mean = (int64_t)state->mean;
     cosine = fc_table_at(&p->cosine, mean);
     sine = fc_table_at(&p->sine, mean);
     turned = fc_truncated((cosine * c) - (sine * s), FC_FACTOR_SHIFT) + (change * FC_PRESSURE_ONE);
@@ -147,16 +149,17 @@ static int64_t fc_past(const int32_t ring[FC_PAST], uint32_t newest, uint32_t ti
 static int64_t fc_shaped(const fc_lift_config *config, const fc_lift_state *state, const int32_t ring[FC_PAST],
                          uint32_t newest)
 {
-    const int64_t mean = fc_truncated((int64_t)state->mean, FC_PRESSURE_SHIFT);
+    const int64_t mean = (int64_t)state->mean;
     const int64_t delay = fc_clamped(fc_table_at(&config->shaper_delay, mean), 0, FC_MOST_SHAPED);
     const int64_t share = fc_table_at(&config->shaper_share, mean);
     const int64_t whole = fc_truncated(delay, FC_SHAPER_SHIFT);
     /* Within these limits by the truncation above: said once more for whoever works out ranges. */
     const int64_t into = fc_clamped(delay - (whole * FC_SHAPER_ONE), 0, FC_SHAPER_ONE - 1);
-    const int64_t late = (fc_past(ring, newest, (uint32_t)whole) * (FC_SHAPER_ONE - into))
+    const int64_t both = (fc_past(ring, newest, (uint32_t)whole) * (FC_SHAPER_ONE - into))
                        + (fc_past(ring, newest, (uint32_t)whole + 1U) * into);
-    const int64_t now = fc_past(ring, newest, 0U) * FC_SHAPER_ONE;
-    return fc_rounded((share * now) + ((FC_FACTOR_ONE - share) * late), FC_FACTOR_SHIFT + FC_SHAPER_SHIFT);
+    const int64_t late = fc_rounded(both, FC_SHAPER_SHIFT);
+    const int64_t now = fc_past(ring, newest, 0U);
+    return fc_rounded((share * now) + ((FC_FACTOR_ONE - share) * late), FC_FACTOR_SHIFT);
 }
 
 /* Corrections that are ordered and have not come back as a speed. */
@@ -178,7 +181,7 @@ static int64_t fc_summed_error(const fc_lift_config *config, int64_t error, int6
 static int64_t fc_learn(const fc_lift_config *config, fc_lift_state *state, int64_t reference)
 {
     const int64_t integral = fc_saturated(fc_rounded(state->integral, FC_INTEGRAL_SHIFT), FC_MOST_SPEED);
-    const int64_t product = fc_rounded(integral * reference, 2U * FC_SPEED_SHIFT);
+    const int64_t product = fc_rounded(integral * reference, (2U * FC_SPEED_SHIFT) - FC_LEARNING_SHIFT);
     const int64_t trim = fc_saturated((int64_t)state->trim + fc_times(config->adaptation, product), FC_MOST_TRIM);
     const int64_t moved = trim - (int64_t)state->trim;
     state->trim = (int32_t)trim;
@@ -189,11 +192,11 @@ static int64_t fc_learn(const fc_lift_config *config, fc_lift_state *state, int6
 static int64_t fc_order(const fc_lift_config *config, fc_lift_state *state, int64_t reference, int64_t error,
                         int64_t summed, int64_t swing, uint32_t newest)
 {
-    const int64_t most = FC_MOST_SPEED * FC_GUARD_ONE;
-    const int64_t proportional = fc_saturated(fc_times(config->proportional, error), most);
-    const int64_t derivative = fc_saturated(fc_times(config->derivative, error - (int64_t)state->error), most);
-    const int64_t sum = proportional + derivative + fc_rounded(state->integral, FC_INTEGRAL_SHIFT - FC_GUARD_SHIFT);
-    const int64_t pid = fc_saturated(fc_rounded(sum, FC_GUARD_SHIFT), FC_MOST_SPEED);
+    const int64_t slope = error - (int64_t)state->error;
+    const int64_t proportional = fc_saturated(fc_times(config->proportional, error), FC_MOST_SPEED);
+    const int64_t derivative = fc_saturated(fc_times(config->derivative, slope), FC_MOST_SPEED);
+    const int64_t sum = proportional + derivative + fc_rounded(state->integral, FC_INTEGRAL_SHIFT);
+    const int64_t pid = fc_saturated(sum, FC_MOST_SPEED);
     const int64_t trim = fc_rounded((int64_t)state->trim * reference, FC_TRIM_SHIFT);
     const int64_t wanted = reference + trim + pid + swing;
     const int64_t u = fc_clamped(wanted, (int64_t)config->u_min, (int64_t)config->u_max);
@@ -210,10 +213,11 @@ static int64_t fc_order(const fc_lift_config *config, fc_lift_state *state, int6
 /* From a speed to the valve's current [mA]. */
 static int32_t fc_current(const fc_lift_config *config, int64_t u, int64_t temperature)
 {
-    const int64_t sloped = (int64_t)config->scale_base + fc_times(config->scale_slope, temperature);
+    const int64_t warm = temperature * FC_TEMPERATURE_ONE;
+    const int64_t sloped = (int64_t)config->scale_base + fc_times(config->scale_slope, warm);
     const int64_t factor = fc_clamped(sloped, 0, FC_MOST_FACTOR);
     const int64_t scaled = fc_saturated(fc_rounded(factor * u, FC_FACTOR_SHIFT), FC_MOST_SPEED);
-    const int64_t shift = fc_saturated(fc_times(config->shift_slope, temperature), FC_MOST_CURRENT);
+    const int64_t shift = fc_saturated(fc_times(config->shift_slope, warm), FC_MOST_CURRENT);
     const int64_t order = fc_table_at(&config->table, scaled) + (int64_t)config->shift_base + shift;
     return (int32_t)fc_rounded(fc_clamped(order, (int64_t)config->i_min, (int64_t)config->i_max), FC_CURRENT_SHIFT);
 }
@@ -260,14 +264,15 @@ static int32_t fc_lift_tick(const fc_lift_config *config, fc_lift_state *state, 
 static int32_t fc_passed(int32_t ramp, int32_t pole, int32_t state, int64_t most)
 {
     const int64_t sum = ((int64_t)pole * (int64_t)state)
-                      + ((FC_FACTOR_ONE - (int64_t)pole) * ((int64_t)ramp * FC_GUARD_ONE));
-    return (int32_t)fc_clamped(fc_truncated(sum, FC_FACTOR_SHIFT), 0, most * FC_GUARD_ONE);
+                      + ((FC_FACTOR_ONE - (int64_t)pole) * (int64_t)ramp);
+    return (int32_t)fc_clamped(fc_truncated(sum, FC_FACTOR_SHIFT), 0, most);
 }
 
-/* A lift's share of a low-passed ramp. */
+/* A lift's share of a low-passed ramp, of which the last bits do not hold a valve open. */
 static int32_t fc_share(const fc_table *ratio, int64_t height, int32_t state)
 {
-    const int64_t reference = fc_rounded((int64_t)state, FC_GUARD_SHIFT);
+    const int64_t passed = (int64_t)state;
+    const int64_t reference = (passed < FC_LEAST_REFERENCE) ? 0 : passed;
     return (int32_t)fc_rounded(fc_table_at(ratio, height) * reference, FC_FACTOR_SHIFT);
 }
 

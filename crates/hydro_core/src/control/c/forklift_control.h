@@ -7,7 +7,7 @@
  *
  * controller      @NAME@
  * configuration   @HASH@
- * word            @BITS@ bits for gains and tables, 32 for states, 64 for sums of products
+ * word            @BITS@ bits for gains and tables, 32 for signals and states, 64 for sums of products
  *
 @GAINS@ */
 #ifndef FORKLIFT_CONTROL_H
@@ -17,14 +17,13 @@
 
 /* Scales: a value of scale q stands for value / 2^q. */
 #define FC_SPEED_SHIFT @SPEED@U /* speeds [mm/s] */
-#define FC_GUARD_SHIFT @GUARD@U /* a filtered speed's bits below these */
 #define FC_CURRENT_SHIFT @CURRENT@U /* currents [mA] */
 #define FC_FACTOR_SHIFT @FACTOR@U /* factors */
 #define FC_INTEGRAL_SHIFT 24U /* the integrator's bits below a speed's */
-#define FC_TRIM_SHIFT 26U /* the trim of the feed-forward */
-#define FC_PRESSURE_SHIFT 8U /* a pressure filter's bits below a step */
+#define FC_TRIM_SHIFT 30U /* the trim of the feed-forward */
+#define FC_LEARNING_SHIFT 6U /* the product of two speeds that moves it */
 #define FC_MEAN_SHIFT 5U /* what a tick renews of the mean pressure: 2^-5 */
-#define FC_SHAPER_SHIFT 8U /* fractions of a tick */
+#define FC_SHAPER_SHIFT 16U /* fractions of a tick */
 #define FC_PAST 32U /* ticks that are remembered */
 
 typedef int@BITS@_t fc_word;
@@ -35,10 +34,11 @@ typedef struct {
     uint8_t shift;
 } fc_gain;
 
-/* y over x, straight between the knots: knot k stands at first + k * 2^spacing. */
+/* y over x, straight between the knots: at first + k * 2^spacing it is knot k times 2^widen. */
 typedef struct {
     int32_t first;
     uint8_t spacing;
+    uint8_t widen;
     uint8_t segments;
     const fc_word *knots;
 } fc_table;
@@ -60,7 +60,7 @@ typedef struct {
     int32_t prediction;
     fc_gain overspeed;
     int32_t overspeed_from;
-    fc_gain count_speed;
+    int32_t count_speed;
     int32_t pole;
     uint32_t delay;
     fc_gain proportional;

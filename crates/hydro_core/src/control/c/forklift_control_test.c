@@ -57,13 +57,13 @@ static int32_t any_word(void)
 static void draw_state(const fc_config *config, fc_state *state)
 {
     const int64_t most = config->request_most;
-    const int64_t guard = (int64_t)1 << FC_GUARD_SHIFT;
+    const int64_t pressure = 65536;
     const int64_t speed = 4095 * ((int64_t)1 << FC_SPEED_SHIFT);
     uint32_t k;
     uint32_t j;
-    state->smooth = (int32_t)up_to(most * guard);
-    state->early[0] = (int32_t)up_to(most * guard);
-    state->early[1] = (int32_t)up_to(most * guard);
+    state->smooth = (int32_t)up_to(most);
+    state->early[0] = (int32_t)up_to(most);
+    state->early[1] = (int32_t)up_to(most);
     state->ramp = (int32_t)up_to(most);
     state->wanted[0] = (int32_t)up_to(most);
     state->wanted[1] = (int32_t)up_to(most);
@@ -72,7 +72,7 @@ static void draw_state(const fc_config *config, fc_state *state)
         lift->started = ((next_draw() & 15U) != 0U) ? 1U : 0U;
         lift->position = any_word();
         lift->pressure = (int32_t)up_to(10000);
-        lift->speed = (int32_t)around(speed * guard);
+        lift->speed = (int32_t)around(speed);
         for (j = 0U; j < FC_PAST; j++) {
             lift->asked[j] = (int32_t)up_to(most);
         }
@@ -86,9 +86,9 @@ static void draw_state(const fc_config *config, fc_state *state)
         lift->error = (int32_t)around(speed);
         lift->integral = around(speed * ((int64_t)1 << FC_INTEGRAL_SHIFT));
         lift->trim = (int32_t)around((int64_t)1 << (FC_TRIM_SHIFT - 2U));
-        lift->mean = (int32_t)up_to(10000 * ((int64_t)1 << FC_PRESSURE_SHIFT));
-        lift->cosine = (int32_t)around(16000 * ((int64_t)1 << FC_PRESSURE_SHIFT));
-        lift->sine = (int32_t)around(16000 * ((int64_t)1 << FC_PRESSURE_SHIFT));
+        lift->mean = (int32_t)up_to(10000 * pressure);
+        lift->cosine = (int32_t)around(16000 * pressure);
+        lift->sine = (int32_t)around(16000 * pressure);
     }
 }
 
