@@ -32,6 +32,9 @@ STICKS, AT_REST, TOLERANCE = 1e-5, 1e-9, 1e-12
 ALIKE, MOST_HEIGHTS = 1e-6, 32
 STATES = 3
 SPAN = 200.0
+LANES = (16, 8, 1)
+"""Side by side, the last one by itself."""
+PROGRAM = "cargo bench --bench relief_valve --"
 
 # The authors' own runs of 2048 extrema passed over and 64 kept, from the scripts of their figures:
 # github.com/nnagyd/ode_solver_tests, Valve_RK45/Performance and Valve_DP5/Performance.
@@ -117,8 +120,9 @@ def repeats_itself(heights):
 class Row:
     """One way to solve all systems: what it found, the fastest of its times [s], attempted steps."""
 
-    def __init__(self, name, command):
-        self.name, self.command, self.seconds, self.steps, self.heights = name, command, np.inf, None, []
+    def __init__(self, name, command, lanes):
+        self.name, self.command, self.lanes = name, command, lanes
+        self.seconds, self.steps, self.heights = np.inf, None, []
 
     def time(self, out):
         """Once more."""
@@ -147,65 +151,79 @@ def odeint(folder):
     return str(program) if subprocess.run(command, capture_output=True, check=False).returncode == 0 else None
 
 
+class Found:
+    """All ways in one run: `rows`, of which `plain` are our plain numbers, and SciPy's seconds a system.
+
+    `regular` and `chaotic` are the places of the systems that SciPy solved, `reference` their heights.
+    """
+
+    def __init__(self, members, checked, repeats, program):
+        self.members, ours = members, shlex.split(program)
+        with tempfile.TemporaryDirectory() as home:
+            folder = Path(home)
+            self.rows = [
+                Row(f"forklift, {lanes} lanes" if lanes > 1 else "forklift, plain numbers",
+                    [*ours, "{out}", f"lanes={lanes}", f"members={members}"], lanes)
+                for lanes in LANES
+            ]  # fmt: skip
+            if peer := odeint(folder):
+                self.rows.append(Row("odeint, Dormand–Prince 5(4)", [peer, "{out}", str(members)], 1))
+            for _ in range(repeats):
+                for row in self.rows:
+                    row.time(folder / "diagram")
+        self.plain = self.rows[len(LANES) - 1]
+        for row in self.rows[: len(LANES) - 1]:
+            if not all(map(np.array_equal, row.heights, self.plain.heights)):
+                raise SystemExit(f"{row.name}: not the bits of plain numbers")
+        places = [int((k + 0.5) * members / checked) for k in range(checked)]
+        clock = time.process_time()
+        self.reference = {k: by_scipy(0.2 + 9.8 * k / (members - 1)) for k in places}
+        self.scipy_s = (time.process_time() - clock) / checked
+        self.regular = [k for k in places if repeats_itself(self.reference[k])]
+        self.chaotic = [k for k in places if k not in self.regular]
+
+    def each(self, row):
+        """Seconds a system, nanoseconds a state and attempted step or a dash, times our plain numbers."""
+        step = f"{1e9 * row.seconds / (row.steps * STATES):.2f}" if row.steps else "–"
+        return row.seconds / self.members, step, self.plain.seconds / row.seconds
+
+    def off(self, row):
+        """How far its heights are off where the motion repeats itself."""
+        return max((off(row.heights[k], self.reference[k]) for k in self.regular), default=np.nan)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--members", type=int, default=1024)
     parser.add_argument("--checked", type=int, default=16, help="systems that SciPy solves")
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument(
-        "--program", default="cargo bench --bench relief_valve --", help="the bench, compiled"
-    )
+    parser.add_argument("--program", default=PROGRAM, help="the bench, compiled")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    home = tempfile.TemporaryDirectory()
-    folder, members = Path(home.name), given.members
-    ours = shlex.split(given.program)
-    rows = [
-        Row(f"forklift, {lanes} lanes" if lanes > 1 else "forklift, plain numbers",
-            [*ours, "{out}", f"lanes={lanes}", f"members={members}"])
-        for lanes in (16, 8, 1)
-    ]  # fmt: skip
-    if peer := odeint(folder):
-        rows.append(Row("odeint, Dormand–Prince 5(4)", [peer, "{out}", str(members)]))
-    for _ in range(given.repeats):
-        for row in rows:
-            row.time(folder / "diagram")
-    plain = next(row for row in rows if row.name.endswith("plain numbers"))
-    for row in rows[:2]:
-        if not all(map(np.array_equal, row.heights, plain.heights)):
-            raise SystemExit(f"{row.name}: not the bits of plain numbers")
-    places = [int((k + 0.5) * members / given.checked) for k in range(given.checked)]
-    clock = time.process_time()
-    reference = {k: by_scipy(0.2 + 9.8 * k / (members - 1)) for k in places}
-    scipy_s = (time.process_time() - clock) / given.checked
-    home.cleanup()
-
-    regular = [k for k in places if repeats_itself(reference[k])]
-    chaotic = [k for k in places if k not in regular]
+    members = given.members
+    run = Found(members, given.checked, given.repeats, given.program)
     lines = [
         "| method | systems | ms a system and core | systems a second and core | ns a state and step "
         "| times our plain numbers | off, regular | highest, off, chaotic |",
         "|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
-    for row in rows:
-        each = row.seconds / members
-        step = f"{1e9 * row.seconds / (row.steps * STATES):.2f}" if row.steps else "–"
-        near = max((off(row.heights[k], reference[k]) for k in regular), default=np.nan)
-        high = max((abs(row.heights[k].max() - reference[k].max()) for k in chaotic), default=np.nan)
+    for row in run.rows:
+        each, step, gain = run.each(row)
+        high = max((abs(row.heights[k].max() - run.reference[k].max()) for k in run.chaotic), default=np.nan)
         lines.append(
             f"| {row.name} | {members} | {1e3 * each:.2f} | {1.0 / each:.0f} | {step} "
-            f"| {plain.seconds / row.seconds:.2f} | {near:.1e} | {high:.1e} |"
+            f"| {gain:.2f} | {run.off(row):.1e} | {high:.1e} |"
         )
     lines.append(
-        f"| SciPy DOP853, 1e-12 | {given.checked} | {1e3 * scipy_s:.0f} | {1.0 / scipy_s:.2f} | – "
-        f"| {plain.seconds / members / scipy_s:.4f} | – | – |"
+        f"| SciPy DOP853, 1e-12 | {given.checked} | {1e3 * run.scipy_s:.0f} | {1.0 / run.scipy_s:.2f} | – "
+        f"| {run.plain.seconds / members / run.scipy_s:.4f} | – | – |"
     )
     for name, (systems, seconds) in PUBLISHED.items():
         told = f"{1e3 * seconds / systems:.2f} | {systems / seconds:.1f}"
         lines.append(f"| {name} | {systems} | {told} | – | – | – | – |")
-    lines += ["", f"Of the {given.checked} systems that SciPy solved {len(regular)} repeat themselves."]
-    if rows[0].steps:
-        lines.append(f"Attempted steps a system, on average: {rows[0].steps / members:.0f}.")
+    lines += ["", f"Of the {given.checked} systems that SciPy solved {len(run.regular)} repeat themselves."]
+    if run.rows[0].steps:
+        lines.append(f"Attempted steps a system, on average: {run.rows[0].steps / members:.0f}.")
     text = "\n".join(lines)
     print(text)
     if given.out:

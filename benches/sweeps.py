@@ -1,7 +1,7 @@
 """How many closed-loop lowerings of 10 s a core runs in a second, and at which error.
 
     python benches/sweeps.py [--members 4096] [--repeats 5] [--peers] [--sundials FOLDER] [--radau FOLDER]
-        [--out benches/sweeps.md]
+        [--relief 256 [--program PROGRAM]] [--out benches/sweeps.md]
 
 The free lift under a controller, steps of the speed asked for, loads 0 to 1500 kg, oil 10 to 60 degC. Each
 row is timed in turn, `--repeats` times over, and the fastest counts: processor time with one thread, wall
@@ -14,6 +14,10 @@ found) integrate its lowerings in turn with these rows. That is an open loop, wh
 ahead. Each stands in the table with its least time at a median error of 1.5e-4 m/s, interpolated between
 its tolerances, in processor time (median of the repeats, as there). A lowering is one of 10 s of the same
 nine states. "Times CVODE" is per core: a row of two threads counts both.
+
+With --relief so many systems of a second problem, the relief valve with impacts of relief_valve.py, in the
+same columns: "v median" is how far its heights are off where the motion repeats itself, "ticks compared" how
+many of the systems that SciPy solved do, and a lowering is a system's 2112 extrema.
 """
 
 import argparse
@@ -128,6 +132,26 @@ class Peers:
         return found
 
 
+def second_problem(members, program):
+    """Rows of the relief valve with impacts; in place of a speed its heights, without unit, are off."""
+    import relief_valve
+
+    run = relief_valve.Found(members, checked=16, repeats=2, program=program or relief_valve.PROGRAM)
+    share = f"{100 * len(run.regular) / len(run.reference):.0f} %"
+    lines = []
+    for place, row in enumerate(run.rows):
+        ours = place < len(relief_valve.LANES)
+        each, step, gain = run.each(row)
+        lines.append(
+            f"| relief valve | {'forklift, own steps, double' if ours else row.name} | {row.lanes} | 1 "
+            f"| {run.off(row):.1e} | {share} | {1e6 * each:.0f} | {1.0 / each:.0f} | {step} "
+            f"| {f'{gain:.1f}' if ours else '–'} | – |"
+        )
+    rates = f"{1e6 * run.scipy_s:.0f} | {1.0 / run.scipy_s:.2f}"
+    lines.append(f"| relief valve | SciPy DOP853, 1e-12 | 1 | 1 | – | {share} | {rates} | – | – | – |")
+    return lines
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--members", type=int, default=4096)
@@ -140,6 +164,10 @@ def main():
     parser.add_argument(
         "--sundials", type=Path, help="source of SUNDIALS 6 or 7; without it the system's library"
     )
+    parser.add_argument(
+        "--relief", type=int, default=0, help="so many systems of the relief valve (relief_valve.py), too"
+    )
+    parser.add_argument("--program", help="its bench, compiled; without it cargo builds and runs it")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     truck = Truck.read("thesis")
@@ -204,6 +232,8 @@ def main():
         off = f"{'at most' if spent else 'above'} {peers.target:.1e}"
         lines.append(f"| open | {method} | 1 | 1 | {off} | 100 % | {rates} |")
     home.cleanup()
+    if options.relief:
+        lines += second_problem(options.relief, options.program)
     text = "\n".join(lines)
     print(text)
     if options.out:
