@@ -31,7 +31,7 @@ BAND = (0.90, 0.98)
 """In which the share of 95 % intervals that hold must lie."""
 SCRAMBLES = 16
 LOOKS = 20
-"""At a confidence sequence; all of them have to hold."""
+"""At a confidence sequence, evenly spaced; all of them have to hold."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def fixed(problem, repeat):
 
 def watched(problem, repeat):
     u = np.random.default_rng((2, repeat)).standard_normal((problem.members, problem.dimensions))
-    sequence = ConfidenceSequence()
+    sequence = ConfidenceSequence(problem.members)
     pieces = np.array_split(problem.margin(u) < 0.0, LOOKS)
     return all(problem.probability in sequence.add(int(piece.sum()), len(piece)) for piece in pieces)
 
@@ -175,10 +175,9 @@ def held(task):
     return sum(bool(KINDS[kind](problem, repeat)) for repeat in range(first, last))
 
 
-def judge(kind, share, repeats):
+def judge(share, repeats):
     """Whether a share of intervals that held is one that 95 % intervals may have."""
-    # A sequence holds at every time together, and covers more at any one.
-    low, high = (BAND[0], 1.0) if kind == "confidence sequence" else BAND
+    low, high = BAND
     slack = 0 if repeats >= 200 else 2.0 * sqrt(0.05 * 0.95 / repeats)
     return low - slack <= share <= high + slack
 
@@ -200,7 +199,7 @@ def main():
                 cuts = np.linspace(0, options.repeats, 2 * options.jobs + 1).astype(int)
                 tasks = [(kind, problem.name, int(a), int(b)) for a, b in itertools.pairwise(cuts)]
                 share = sum(pool.map(held, tasks)) / options.repeats
-                fine = judge(kind, share, options.repeats)
+                fine = judge(share, options.repeats)
                 good &= fine
                 lines.append(
                     f"| {problem.name} | {problem.probability:.4e} | {kind} | {100 * share:.1f} %"

@@ -53,27 +53,41 @@ def test_the_ends_are_where_a_binomial_tail_holds_half_of_what_is_left(n, data):
 
 @settings(deadline=None, max_examples=15)
 @given(st.lists(st.tuples(st.integers(0, 30), st.integers(1, 300)), min_size=1, max_size=12))
-def test_a_confidence_sequence_never_widens_and_is_wider_than_a_fixed_interval(pieces):
-    sequence = ConfidenceSequence()
+def test_a_confidence_sequence_never_widens_and_looked_at_once_is_the_fixed_interval(pieces):
+    pieces = [(min(failures, members), members) for failures, members in pieces]
+    sequence = ConfidenceSequence(sum(members for _, members in pieces))
     before = (0.0, 1.0)
     for failures, members in pieces:
-        found = sequence.add(min(failures, members), members)
+        found = sequence.add(failures, members)
         assert before[0] <= found.lower <= found.upper <= before[1]
         before = (found.lower, found.upper)
-    alone = ConfidenceSequence().add(sequence.failures, sequence.members)
-    fixed = clopper_pearson(sequence.failures, sequence.members)
-    # A test of one number at one time is stronger than one at all times.
-    assert alone.lower <= fixed.lower + 1e-12
-    assert alone.upper >= fixed.upper - 1e-12
+    once = ConfidenceSequence(sequence.planned).add(sequence.failures, sequence.members)
+    if 0 < sequence.failures < sequence.members:
+        fixed = clopper_pearson(sequence.failures, sequence.members)
+        assert (once.lower, once.upper) == pytest.approx((fixed.lower, fixed.upper), rel=1e-12)
+    with pytest.raises(ValueError, match="planned"):
+        sequence.add(0, 1)
 
 
-def test_a_confidence_sequence_is_where_the_mixture_says():
-    from scipy.special import betaln
+@pytest.mark.parametrize("pieces", [(1,) * 10, (6,) * 4, (10, 10, 20), (5, 30)], ids=str)
+def test_a_confidence_sequence_holds_at_all_looks_together_over_all_walks_that_there_are(pieces):
+    from scipy.stats import binom
 
-    found = ConfidenceSequence().add(30, 1000)
-    for p in (found.lower, found.upper):
-        ratio = betaln(30.5, 970.5) - betaln(0.5, 0.5) - 30 * np.log(p) - 970 * np.log1p(-p)
-        assert ratio == pytest.approx(np.log(20.0), abs=1e-6)
+    probabilities = np.linspace(0.005, 0.995, 199)
+    steps = {size: binom.pmf(np.arange(size + 1)[:, None], size, probabilities) for size in set(pieces)}
+
+    def lost(walked):
+        """The chance of each probability that this walk, as it goes on, ever loses it."""
+        sequence = ConfidenceSequence(sum(pieces))
+        for failures, size in zip(walked, pieces, strict=False):
+            sequence.add(failures, size)
+        out = (probabilities < sequence.lower) | (probabilities > sequence.upper)
+        if len(walked) == len(pieces):
+            return out.astype(float)
+        chance = steps[pieces[len(walked)]]
+        return np.where(out, 1.0, sum(chance[k] * lost((*walked, k)) for k in range(len(chance))))
+
+    assert 0.01 <= lost(()).max() <= 0.05
 
 
 def test_replicates_that_agree_leave_no_doubt_and_those_without_a_failure_leave_the_lower_end_open():

@@ -275,7 +275,7 @@ def sweep(
         from forklift.ensemble.cluster import runner
 
         elsewhere = runner(members, scheduler)
-    sequence = ConfidenceSequence() if spec.sampling == "independent" else None
+    sequence = ConfidenceSequence(total) if spec.sampling == "independent" else None
     kept: list[pl.DataFrame] = []
     clock, made = time.perf_counter(), 0
     for table, new in chunks.all_of(members, folder, elsewhere=elsewhere):
