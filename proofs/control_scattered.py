@@ -1,6 +1,7 @@
 """Controllers on scattered trucks: other parameters, other loads, another delay than they were tuned with.
 
-`python3 dev.py control scattered` prints the table.
+`python3 dev.py control scattered` prints the table, with `--worst` also which members swing most, and how
+they came to their plateau.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,6 +26,10 @@ LATER_TICKS = (-1, 0, 1)
 TEMPERATURES_DEGC = (20.0, 60.0)
 SIGNALS = (1, 2)
 TOP = 4
+ARRIVAL_TICKS = 25
+"""Before the window in which a plateau counts as steady."""
+WORST = 3
+"""Members that are told of a row."""
 ASKED_M_S = 0.01
 """Where the thesis's controller swings by more, a third of that is asked for."""
 
@@ -32,12 +37,18 @@ ASKED_M_S = 0.01
 @dataclass(frozen=True)
 class Row:
     """Controllers (in order) at one nominal point, over trucks, loads and delays; arrays (controllers,
-    members)."""
+    members).
+
+    `members` has each one's truck, load [kg] and delay [ticks]. `arrival_m_s` is by how much the speed is off
+    the one asked for at most, in the half second before the window in which it swings most.
+    """
 
     lift: str
     oil_temperature_degc: float
     load_kg: float
+    members: list[tuple[int, float, int]]
     swing_m_s: np.ndarray
+    arrival_m_s: np.ndarray
     nrmse_percent: np.ndarray
     top_m_s: np.ndarray
 
@@ -52,15 +63,15 @@ def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -
                 factors = FACTORS if load else (1.0,)
                 members = [
                     (one, load * f, max(0, DELAY_TICKS[lift] + d))
-                    for one in trucks
+                    for one in range(TRUCKS)
                     for f in factors
                     for d in LATER_TICKS
                 ]
-                swing, nrmse, top = [], [], []
+                swing, arrival, nrmse, top = [], [], [], []
                 for signal in (*SIGNALS, TOP):
                     request = requests(lift, signal)
                     lowerings = [
-                        Lowering(one, controller, kg, t, request, delay_ticks=delay, stream=k)
+                        Lowering(trucks[one], controller, kg, t, request, delay_ticks=delay, stream=k)
                         for controller in alone
                         for k, (one, kg, delay) in enumerate(members)
                     ]
@@ -70,14 +81,24 @@ def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -
                     if signal == TOP:
                         top.append([max(p.mean_m_s for p in one) for one in ends])
                     else:
-                        swing.append([max(p.oscillation_m_s for p in one) for one in ends])
+                        worst = [max(one, key=lambda p: p.oscillation_m_s) for one in ends]
+                        swing.append([p.oscillation_m_s for p in worst])
+                        arrival.append(
+                            [
+                                farthest(speed[p.start - ARRIVAL_TICKS : p.start] - p.wanted_m_s)
+                                for p, (_, speed) in zip(worst, pairs, strict=True)
+                            ]
+                        )
                         nrmse.append([nrmse_percent(*pair) for pair in pairs])
                 shape = (len(controllers), len(members))
+                signal = np.argmax(swing, axis=0)[None]
                 yield Row(
                     lift,
                     t,
                     load,
+                    members,
                     np.max(swing, axis=0).reshape(shape),
+                    np.take_along_axis(np.array(arrival), signal, axis=0).reshape(shape),
                     np.mean(nrmse, axis=0).reshape(shape),
                     np.max(top, axis=0).reshape(shape),
                 )
@@ -125,7 +146,28 @@ def line(row: Row) -> tuple[str, bool]:
     )
 
 
-def report(names: Sequence[str] = ("thesis", "today", "damped"), *, seed: int = SEED) -> bool:
+def farthest(off: np.ndarray) -> float:
+    """The number furthest from zero."""
+    return float(off[np.abs(off).argmax()])
+
+
+def of_the_worst(row: Row) -> Iterator[str]:
+    """The members that swing most with the better controller, where more is left than is asked for."""
+    thesis, _, better = row.swing_m_s
+    over, most = row.arrival_m_s[2], row.arrival_m_s[0]
+    if thesis.max() <= ASKED_M_S or better.max() <= thesis.max() / 3.0:
+        return
+    for k in np.argsort(-better)[:WORST]:
+        truck, load, delay = row.members[k]
+        yield (
+            f"      truck {truck:>2d}, {load:>5.0f} kg, delay {delay} ticks: swings by {better[k]:.4f} m/s "
+            f"(thesis {thesis[k]:.4f}), after it came in {over[k]:+.3f} m/s off (thesis {most[k]:+.3f})"
+        )
+
+
+def report(
+    names: Sequence[str] = ("thesis", "today", "damped"), *, seed: int = SEED, worst: bool = False
+) -> bool:
     """Prints the table; whether every row holds what is asked."""
     controllers = [Controller.read(name) for name in names]
     print(HEAD, flush=True)
@@ -133,5 +175,5 @@ def report(names: Sequence[str] = ("thesis", "today", "damped"), *, seed: int = 
     for row in rows(controllers, Truck.read("thesis"), seed=seed):
         text, held = line(row)
         good &= held
-        print(text, flush=True)
+        print("\n".join([text, *(of_the_worst(row) if worst else ())]), flush=True)
     return good
