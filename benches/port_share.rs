@@ -2,9 +2,10 @@
 //!
 //! A number that counts what is done with it lowers the free lift for ten seconds at sixteen loads, with two substeps a tick;
 //! then the same lowerings run in sixteen lanes (or as many as the processor has registers for), one core. Beside it each kind
-//! of operation is timed by itself in the same lanes, eight that do not wait for each other at a time; and a mix of them in the lowering's own proportions, none of
-//! which waits for another kind. As many operations in such a mix are the least time that the arithmetic can take: the share
-//! of the ports is that over the time taken.
+//! of operation is timed by itself in the same lanes, eight that do not wait for each other at a time: its throughput.
+//! Additions, multiplications and choices share ports, divisions and roots the divider, which works beside them. The share of
+//! each unit is how long its operations take at their throughput, over the time of the lowering. The counts are of the source:
+//! what the compiler finds twice is done once.
 
 #[path = "../crates/hydro_core/tests/common/mod.rs"]
 mod common;
@@ -230,62 +231,23 @@ impl<S: Scalar> Work for Throughput<S> {
     }
 }
 
-/// Of each kind, how often it is in the mix: nearly in the proportions of a lowering, see `main`.
-const MIX: [usize; KINDS.len()] = [56, 88, 4, 4, 24];
-const APART: usize = 4;
-
-/// The mix, four numbers of each kind side by side.
-struct Mix<S>(S);
-
-impl<S: Scalar> Work for Mix<S> {
-    type Number = S;
-    type Output = f64;
-    #[inline(always)]
-    fn run(self) -> f64 {
-        let mut x = [[self.0; APART]; KINDS.len()];
-        let (one, tiny) = (black_box(S::constant(1.000_000_1)), black_box(S::constant(1e-9)));
-        let began = Instant::now();
-        for _ in 0..ROUNDS {
-            for step in 0..MIX[MULTIPLY] / APART {
-                for k in 0..APART {
-                    x[MULTIPLY][k] = x[MULTIPLY][k] * one;
-                    if step < MIX[ADD] / APART {
-                        x[ADD][k] = x[ADD][k] + tiny;
-                    }
-                    if step < MIX[CHOOSE] / APART {
-                        x[CHOOSE][k] = x[CHOOSE][k].max(tiny);
-                    }
-                    if step == k {
-                        x[DIVIDE][k] = x[DIVIDE][k] / one;
-                        x[ROOT][k] = x[ROOT][k].sqrt();
-                    }
-                }
-            }
-        }
-        let took = began.elapsed().as_secs_f64();
-        black_box(x);
-        took / (ROUNDS * MIX.iter().sum::<usize>()) as f64
-    }
-}
-
 struct Share;
 
 impl<const N: usize> LaneWork<N> for Share {
-    /// Least seconds of a lowering, of each kind of operation, and of one in the mix; for each lane.
-    type Output = (f64, [f64; KINDS.len()], f64);
+    /// Least seconds of a lowering, and of each kind of operation; for each lane.
+    type Output = (f64, [f64; KINDS.len()]);
     fn run<S: LaneScalar<N>>(self) -> Self::Output {
         let load = S::from_lanes(std::array::from_fn(|lane| load_kg(lane * LOADS / N)));
-        let (mut least, mut each, mut mixed) = (f64::INFINITY, [f64::INFINITY; KINDS.len()], f64::INFINITY);
+        let (mut least, mut each) = (f64::INFINITY, [f64::INFINITY; KINDS.len()]);
         for _ in 0..TURNS {
             let (took, end) = lowering(load);
             assert!(end.lanes().iter().all(|x| x.is_finite()));
             least = least.min(took);
-            mixed = mixed.min(widest(Mix(S::constant(1.5))));
             for (kind, each) in each.iter_mut().enumerate() {
                 *each = each.min(widest(Throughput { kind, from: S::constant(1.5) }));
             }
         }
-        (least / N as f64, each.map(|one| one / N as f64), mixed / N as f64)
+        (least / N as f64, each.map(|one| one / N as f64))
     }
 }
 
@@ -298,31 +260,22 @@ fn main() {
         lowering(Counted(load_kg(k)));
     }
     let counts = COUNTS.with(|counts| counts.each_ref().map(|count| count.get() as f64 / LOADS as f64));
-    let (took, each, mixed) = with_registers(Precision::Double.widest(), Share);
+    let (took, each) = with_registers(Precision::Double.widest(), Share);
     let all = counts.iter().sum::<f64>();
-    let least = all * mixed;
-    let columns = ["operation", "a state and substep", "of all", "of the mix", "ns each"];
+    let columns = ["operation", "a state and substep", "of all", "ns each"];
     println!("{} lanes, {SUBSTEPS} substeps a tick", Precision::Double.widest().lanes());
     println!("{}", columns.map(|column| format!("{column:>26}")).concat());
+    let per_state = 1.0 / (TICKS * SUBSTEPS * STATES) as f64;
     for (kind, name) in KINDS.iter().enumerate() {
-        let per = counts[kind] / (TICKS * SUBSTEPS * STATES) as f64;
-        let shares = [counts[kind] / all, MIX[kind] as f64 / MIX.iter().sum::<usize>() as f64];
-        let shares = shares.map(|share| format!("{:>25.1}%", 100.0 * share)).concat();
-        println!("{name:>26}{per:>26.1}{shares}{:>26.4}", 1e9 * each[kind]);
+        let (count, share) = (counts[kind] * per_state, format!("{:.1}%", 100.0 * counts[kind] / all));
+        println!("{name:>26}{count:>26.1}{share:>26}{:>26.4}", 1e9 * each[kind]);
     }
+    let busy = |unit: &[usize]| unit.iter().map(|&kind| counts[kind] * each[kind]).sum::<f64>() / took;
     println!(
-        "{:>26}{:>26.1}{:>26}{:>26}{:>26.4}",
-        "mixed",
-        all / (TICKS * SUBSTEPS * STATES) as f64,
-        "",
-        "",
-        1e9 * mixed
-    );
-    println!(
-        "a lowering: {:.1} us a lane, {:.2} ns a state and substep; its operations in the mix: {:.1} us, {:.0} % of that",
+        "a lowering: {:.1} us a lane, {:.2} ns a state and substep; busy of that: adders and multipliers {:.0} %, divider {:.0} %",
         1e6 * took,
-        1e9 * took / (TICKS * SUBSTEPS * STATES) as f64,
-        1e6 * least,
-        100.0 * least / took
+        1e9 * took * per_state,
+        100.0 * busy(&[ADD, MULTIPLY, CHOOSE]),
+        100.0 * busy(&[DIVIDE, ROOT]),
     );
 }
