@@ -51,6 +51,20 @@ def test_the_ends_are_where_a_binomial_tail_holds_half_of_what_is_left(n, data):
         assert binom.cdf(k, n, found.upper) == pytest.approx(0.025, rel=1e-6)
 
 
+@pytest.mark.parametrize("n", [1, 2, 5, 10, 30, 100])
+def test_a_fixed_interval_misses_by_half_as_much_again_at_most_and_only_beside_its_open_ends(n):
+    from scipy.stats import binom
+
+    found = [clopper_pearson(k, n) for k in range(n + 1)]
+    lower, upper = np.array([one.lower for one in found]), np.array([one.upper for one in found])
+    # Coverage falls at the ends of intervals: just beyond each of them.
+    probabilities = np.clip(np.concatenate([lower * (1 - 1e-9), upper * (1 + 1e-9)]), 0.0, 1.0)
+    held = [binom.pmf(np.arange(n + 1), n, p)[(lower <= p) & (p <= upper)].sum() for p in probabilities]
+    assert min(held) >= 1.0 - 1.5 * 0.05
+    open_ended = (probabilities < upper[1]) | (probabilities > lower[n - 1])
+    assert all(share >= 0.95 - 1e-9 for share, beside in zip(held, open_ended, strict=True) if not beside)
+
+
 @settings(deadline=None, max_examples=15)
 @given(st.lists(st.tuples(st.integers(0, 30), st.integers(1, 300)), min_size=1, max_size=12))
 def test_a_confidence_sequence_never_widens_and_looked_at_once_is_the_fixed_interval(pieces):

@@ -86,12 +86,12 @@ class ConfidenceSequence:
     every member, and stop at will.
 
     The interval is renewed at …, an eighth, a quarter, a half and all of the N members, or as soon as it can
-    be; in between it stays, at most √2 as wide as it might be. After n members a share (n/N)³ of what may be
-    missed (1 − level) is spent (Lan & DeMets 1983; the power is Kim & DeMets 1987's, near O'Brien &
+    be; in between it stays, up to √2 times as wide as it might be. After n members a share (n/N)³ of what may
+    be missed (1 − level) is spent (Lan & DeMets 1983; the power is Kim & DeMets 1987's, near O'Brien &
     Fleming), and each renewal is the Clopper-Pearson interval with what is spent since the one before, half
     of it on either side. All hold together with at least `level`, as their misses add up to 1 − level at
-    most (repeated confidence intervals: Jennison & Turnbull 1989); they are intersected. The last has 7/8 of
-    it, and is hardly wider than one that was looked at once.
+    most (repeated confidence intervals: Jennison & Turnbull 1989); they are intersected. The last has some
+    7/8 of it, and is hardly wider than one that was looked at once.
 
     Parameters
     ----------
