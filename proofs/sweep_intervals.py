@@ -1,6 +1,6 @@
 """Do the intervals of sweeps hold a known failure probability as often as they say?
 
-    python proofs/sweep_intervals.py [--repeats 200] [--out sweep_intervals.md]
+    python proofs/sweep_intervals.py [--repeats 200] [--first 0] [--out sweep_intervals.md]
 
 Six problems whose probabilities are known: RP8, RP22, RP25, RP31 and RP107 of TNO's reliability problems
 (Rózsás & Slobbe 2019) and the four-branch system (Waarts 2000). Each kind of interval is made anew from
@@ -185,6 +185,7 @@ def judge(share, repeats):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeats", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="number of the first repeat, which is its seed")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
@@ -196,7 +197,7 @@ def main():
                 if not possible(kind, problem):
                     continue
                 clock = time.perf_counter()
-                cuts = np.linspace(0, options.repeats, 2 * options.jobs + 1).astype(int)
+                cuts = options.first + np.linspace(0, options.repeats, 2 * options.jobs + 1).astype(int)
                 tasks = [(kind, problem.name, int(a), int(b)) for a, b in itertools.pairwise(cuts)]
                 share = sum(pool.map(held, tasks)) / options.repeats
                 fine = judge(share, options.repeats)
