@@ -449,6 +449,15 @@ def test_a_stranger_wants_unknown_or_another_law_at_its_place_and_no_complete_na
     assert not judged(stranger, elsewhere)["unknown"]
 
 
+def test_a_hidden_stranger_may_be_told_at_its_place_by_another_law():
+    for hidden in ((), ["rail_waviness"]):
+        stranger = whole("rail_waviness", hidden=hidden)
+        assert judged(stranger, said("friction_position", form="uncertain"))["all"]
+        assert not judged(stranger, said("friction_position"))["all"]
+        assert not judged(stranger, said("leakage", form="uncertain"))["all"]
+    assert judged(stranger, said(verdict="no-mismatch"))["all"]
+
+
 def test_a_tie_of_places_is_no_location_but_holds_it():
     """As of causes: what a curve cannot be parted from stands beside it."""
     told = said(one_cause("unknown", kind="unknown", equation="compensator"), verdict="unknown-effect")

@@ -35,7 +35,10 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
     wanted = set().union(*(one["names"] for one in answer["causes"]), ())
     wrong = [one for one in named if not _is_unnamed(one) and one["id"] not in wanted]
     strangers = [one for one in causes if one["kind"] == "stranger"]
-    spurious = [one for one in wrong if not (strangers and one["form"] != "complete")]
+    unseen = [one for one in hidden if one["kind"] == "stranger"]
+    spurious = [
+        one for one in wrong if one["form"] == "complete" or not (strangers or _right([_place(one)], unseen))
+    ]
     out: dict[str, Any] = {
         "kind": answer["kind"],
         "hidden": len(hidden),
@@ -60,7 +63,7 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
         }
     verdict = _verdict(told, named, answer)
     if not causes:  # nothing, or what the recordings hide
-        fine = verdict == "no-mismatch" or (bool(hidden) and not wrong)
+        fine = verdict == "no-mismatch" or (bool(hidden) and not spurious)
         return out | {
             "verdict": fine,
             "location": None,
@@ -119,16 +122,17 @@ def _is_one(causes: Sequence[Answer], first: Told) -> bool:
 def _places(told: Told) -> list[Place]:
     """Equation and lift that are told: of the location, and of every cause."""
     location = told.get("location") or {}
-    return [
-        (location.get("equation"), location.get("lift")),
-        *((one["equation"], one["where"]) for one in told.get("causes", ())),
-    ]
+    return [(location.get("equation"), location.get("lift")), *map(_place, told.get("causes", ()))]
+
+
+def _place(one: Told) -> Place:
+    return one["equation"], one["where"]
 
 
 def _tied(told: Told) -> list[Place]:
     """Of the places told to stand for that of a curve without a name: a tie."""
     rows = told.get("confounded", ())
-    return [(one["equation"], one["where"]) for one in rows if one["other"].rpartition(".")[2] == "unknown"]
+    return [_place(one) for one in rows if one["other"].rpartition(".")[2] == "unknown"]
 
 
 def _right(places: Sequence[Place], causes: Sequence[Answer]) -> bool:
