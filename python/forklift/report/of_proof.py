@@ -293,7 +293,8 @@ def _seconds(score: Mapping[str, Any]) -> Any:
         [lifts, str(told["campaigns"]), *(f"{told[key]:.0f} s" for key in ("median", "95 %", "longest"))]
         for lifts, told in score["seconds"].items()
     ]
-    return _table("Time of a diagnosis", ["Campaign of", "Campaigns", "Median", "95 %", "Longest"], rows)
+    head = ["Of", "Campaigns", "Median", "95 %", "Longest"]
+    return _table("Time of a diagnosis, and of making what it is given", head, rows)
 
 
 def _campaigns(results: Sequence[Mapping[str, Any]]) -> Any:

@@ -30,6 +30,7 @@ from forklift.ensemble.proof.judge import intervals, judged, removed
 from forklift.ensemble.proof.random import DEVELOPMENT
 from forklift.ensemble.proof.score import score
 from forklift.ensemble.proof.seal import Seal, Sealed
+from forklift.ensemble.proof.tools import check_tools
 
 Floats = NDArray[np.float64]
 
@@ -115,11 +116,11 @@ def prove(
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"``; ``"output-exists"`` if `out` holds the proof of another seed;
-        ``"not-writable"``;
-        ``"seal-broken"``.
+        ``"argument-invalid"``; ``"extra-missing"``, ``"compiler-missing"``; ``"output-exists"`` if `out`
+        holds the proof of another seed; ``"not-writable"``; ``"seal-broken"``.
     """
     _check(seed, campaigns, jobs)
+    check_tools()
     out = Path(out)
     numbers = list(chosen(seed, campaigns, only))
     _head(out, seed)

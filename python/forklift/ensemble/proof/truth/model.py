@@ -170,7 +170,8 @@ def accelerations(s: SimpleNamespace, k: dict[str, Floats], laws: Sequence[Law])
             ]
         )
     count = 2 + len(added)
-    M, Q = np.zeros((count, count, *s.F.shape[1:])), np.zeros((count, *s.F.shape[1:]))
+    M = np.zeros_like(s.F, shape=(count, count, *s.F.shape[1:]))
+    Q = np.zeros_like(s.F, shape=(count, *s.F.shape[1:]))
     M[0, 0], M[1, 1], M[0, 1], M[1, 0], Q[:2] = free, main, between, between, s.F
     at = {name: 2 + n for n, name in enumerate(added)}
     for law in laws:

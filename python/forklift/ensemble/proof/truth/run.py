@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forklift.ensemble.proof.truth import model, solver
+from forklift.ensemble.proof.truth import model
 from forklift.ensemble.proof.truth.truck import Lift
 
 Floats = NDArray[np.float64]
@@ -65,6 +65,8 @@ def simulate(
 ) -> list[Trajectory]:
     """The trajectory under each of the conditions, which need not be equally long; `tick_s` is a tick's
     length. `FloatingPointError` where a truck chatters: steps get too short, or too many."""
+    from forklift.ensemble.proof.truth.solver import Solver  # its libraries are an extra's
+
     k = parameters(trucks, laws, conditions)
     last = np.array([one.command.shape[1] for one in conditions]) - 1
     command = np.stack([_longer(one.command, last.max() + 1) for one in conditions], axis=-1)
@@ -72,50 +74,28 @@ def simulate(
     warm = np.array([one.temperature_degc for one in conditions]) + ZERO_DEGC_K
     rise = np.array([one.warming_k for one in conditions]) / np.maximum(last, 1)
     start = np.array([one.start_m for one in conditions]).T[:, None]
-    y, scale = model.at_rest(laws, k, start), model.scales(laws)
-    apart = 1 if any(law.joins for law in laws) else 2
-    kept = np.empty((last.max() + 1, *y[:, 0].shape))
-    kept[0] = y[:, 0]
-    column, tick, since = (
-        np.arange(len(conditions)),
-        np.zeros(len(conditions), int),
-        np.zeros(len(conditions)),
-    )
-    h = np.full(len(conditions), tick_s)
-    steps = 0
-    while len(column):
-        steps += 1
-        if steps > MOST_STEPS * max(int(last.max()), 1):
-            raise FloatingPointError(f"more than {MOST_STEPS} steps a tick are needed")
-        # Each recording takes a step of its own length, not beyond the next tick or change of its command.
-        u, until = held(command, tick, since, late[:, column], column, tick_s)
-        u, T = u[:, None], (warm[column] + rise[column] * tick)[None, None]
-        left = np.minimum(tick_s - since, until)
-        ends = h >= left * (1.0 - 1e-9)
-        tried = np.where(ends, left, h)
-
-        def slope(y: Floats, u: Floats = u, T: Floats = T, k: dict[str, Floats] = k) -> Floats:
-            return model.rates(y, u, T, k, laws)
-
-        after, error = solver.step(slope, y, tried, scale, apart)
-        good = error <= tolerance
-        if (tried[~good] < SHORTEST_S).any():
-            raise FloatingPointError(f"a step of less than {SHORTEST_S} s is needed")
-        y = np.where(good, after, y)
-        wanted = solver.next_step(tried, error, tolerance)
-        # A step cut short by a tick says that a longer one is possible, not which.
-        h = np.where(good & ends, np.maximum(h, wanted), wanted)
-        since = np.where(good, since + tried, since)
-        met = since > tick_s * (1.0 - 1e-9)
-        since[met] = 0.0
-        tick = tick + met
-        kept[tick[met], :, column[met]] = y[:, 0, met].T
+    y = np.ascontiguousarray(model.at_rest(laws, k, start)[:, 0].T)
+    kept = np.empty((last.max() + 1, y.shape[1], len(conditions)))
+    kept[0] = y.T
+    plant = Solver(laws, k)
+    column, h = np.arange(len(conditions)), np.full(len(conditions), tick_s)
+    spent = np.zeros(len(conditions), int)
+    for tick in range(int(last.max())):
         running = tick < last[column]
         if not running.all():
-            y, h, since, tick, column = (
-                y[..., running], h[running], since[running], tick[running], column[running],
+            column, y, h, spent = column[running], y[running], h[running], spent[running]
+        T = warm[column] + rise[column] * tick
+        since = np.zeros(len(column))
+        while (since < tick_s * (1.0 - 1e-9)).any():
+            # Not beyond the next change of the command, where that is late; of no length where all is done.
+            u, until = held(command, np.full(len(column), tick), since, late[:, column], column, tick_s)
+            span = np.minimum(tick_s - since, until)
+            plant.advance(
+                column, y, np.ascontiguousarray(u.T), T, span, h, spent,
+                tolerance=tolerance, shortest=SHORTEST_S, most=int(MOST_STEPS * max(last.max(), 1)),
             )  # fmt: skip
-            k = {name: value[..., running] if value.ndim else value for name, value in k.items()}
+            since = np.where(tick_s - since <= until, tick_s, since + span)
+        kept[tick + 1][:, column] = y.T
     return [
         _trajectory(kept[: one.command.shape[1], :, n], laws, one, tick_s) for n, one in enumerate(conditions)
     ]
