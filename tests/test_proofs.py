@@ -25,7 +25,7 @@ def loaded(name: str) -> ModuleType:
     return module
 
 
-coverage, starts = loaded("coverage"), loaded("starts")
+coverage, record, starts = loaded("coverage"), loaded("record"), loaded("starts")
 
 
 def trucks(count: int, *, told: float = 1.0, biased: str = "", seed: int = 1) -> list[dict]:
@@ -177,3 +177,19 @@ def test_the_picture_of_a_proof_has_the_numbers_of_its_score(tmp_path):
         assert words in said
     assert "BIC" in said
     assert "sparse" not in said  # this score has none
+
+
+def test_a_run_that_is_kept_can_be_gone_on_with(tmp_path):
+    """The same results by number, in a folder of the same seed; what is there already stays."""
+    run, again, file = tmp_path / "run", tmp_path / "again", tmp_path / "records" / "5.json.xz"
+    (run / "results").mkdir(parents=True)
+    (run / "proof.json").write_text('{"seed": 5}')
+    for number in (0, 3):
+        (run / "results" / f"{number:05d}.json").write_text(json.dumps({"number": number, "told": "ä"}))
+    assert record.keep(run, file) == 2
+    (again / "results").mkdir(parents=True)
+    (again / "results" / "00003.json").write_text("{}")
+    assert record.unpack(file, again) == 5
+    assert json.loads((again / "proof.json").read_text())["seed"] == 5
+    assert json.loads((again / "results" / "00000.json").read_text()) == {"number": 0, "told": "ä"}
+    assert (again / "results" / "00003.json").read_text() == "{}"
