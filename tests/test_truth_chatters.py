@@ -44,7 +44,7 @@ def test_the_amplitude_ends_below_what_chatters(monkeypatch):
     def chatters(trucks, laws, given, *rest):
         """With more than half of the largest amplitude."""
         asked.append(len(given))
-        largest = max(float(np.max(value)) for one in given for value in one.values.values())
+        largest = max((float(np.max(value)) for one in given for value in one.values.values()), default=0.0)
         if largest > 0.5 * most(NAME):
             raise FloatingPointError("chatters")
         return simulate(trucks, laws, given, *rest)
@@ -53,7 +53,7 @@ def test_the_amplitude_ends_below_what_chatters(monkeypatch):
     less, smaller = found()
     assert less == pytest.approx(GRID[-2] * most(NAME))
     assert smaller < size
-    assert len(asked) == 2
+    assert len(asked) == 3  # twice for the size, once with all recordings
 
 
 def test_what_chatters_with_any_amplitude_is_no_truth(monkeypatch):
@@ -63,3 +63,26 @@ def test_what_chatters_with_any_amplitude_is_no_truth(monkeypatch):
     monkeypatch.setattr(amplitude.run, "simulate", chatters)
     with pytest.raises(FloatingPointError):
         found()
+
+
+def test_the_amplitude_ends_below_what_chatters_in_a_whole_recording(monkeypatch):
+    """The size is found on the beginnings; what is recorded goes on from there."""
+    simulate, whole = run.simulate, []
+
+    def chatters(trucks, laws, given, *rest):
+        if len(given) == len(GIVEN.plans):
+            whole.append(float(np.max(next(iter(laws[-1].values.values())))))
+            if whole[-1] > 0.5 * most(NAME):
+                raise FloatingPointError("chatters")
+        return simulate(trucks, laws, given, *rest)
+
+    monkeypatch.setattr(amplitude.run, "simulate", chatters)
+    less, _ = found()
+    assert less == pytest.approx(GRID[-2] * most(NAME))
+    assert whole == pytest.approx([most(NAME), less])
+
+
+def test_a_truck_that_runs_away_is_none(monkeypatch):
+    monkeypatch.setattr(run, "FASTEST_M_S", 0.05)
+    with pytest.raises(FloatingPointError, match=r"moves at 0\.05 m/s"):
+        run.simulate(TRUCKS, (), conditions()[:1])

@@ -129,9 +129,10 @@ def found_for(
     conditions: Sequence[run.Condition],
     random: np.random.Generator,
     tick_s: float,
+    beside: Sequence[Law] = (),
 ) -> tuple[Law, float, float]:
     """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible, and at
-    what makes no truck chatter."""
+    what makes no truck chatter or run away in any recording, with the laws `beside` it."""
     chosen = probes(given, conditions)
     plain = [beginning(conditions[n], probe_ticks(name, conditions[n])) for n in chosen]
     moved = [given.plans[n].lift for n in chosen]
@@ -160,5 +161,13 @@ def found_for(
         share, has = float(shares[0] * wanted / sizes[0]), wanted
     else:
         share, has = float(np.exp(np.interp(np.log(wanted), np.log(sizes), np.log(shares)))), wanted
-    law.values[key] = np.multiply(full, share)
-    return law, top * share, has
+    while True:
+        law.values[key] = np.multiply(full, share)
+        try:
+            run.simulate(trucks, (*beside, law), conditions, ROUGH, tick_s)
+            return law, top * share, has
+        except FloatingPointError:
+            smaller = int(np.searchsorted(shares, share * (1.0 - 1e-9))) - 1
+            if smaller < 0:
+                raise
+            share, has = float(shares[smaller]), float(sizes[smaller])

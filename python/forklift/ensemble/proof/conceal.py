@@ -78,7 +78,7 @@ def conceal(given: Draw, folder: Path, *, judge_hidden: bool = True) -> Made:
                 cause |= {"imitation_leaves": left_over, "hidden": left_over < HIDDEN}
             cause |= {"values": values, "size": None}
         else:
-            law, _, has = found_for(given, name, where, wanted, trucks, conditions, random, tick_s)
+            law, _, has = found_for(given, name, where, wanted, trucks, conditions, random, tick_s, laws)
             laws.append(law)
             cause |= {
                 "values": {key: _number(value) for key, value in law.values.items()},
