@@ -53,27 +53,37 @@ class Row:
     top_m_s: np.ndarray
 
 
-def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -> Iterator[Row]:
+def members(load: float, lift: str, trucks: Sequence[int]) -> list[tuple[int, float, int]]:
+    """Of a row: truck, its own load [kg], delay [ticks]."""
+    return [
+        (one, load * f, max(0, DELAY_TICKS[lift] + d))
+        for one in trucks
+        for f in (FACTORS if load else (1.0,))
+        for d in LATER_TICKS
+    ]
+
+
+def rows(
+    controllers: Sequence[Controller],
+    truck: Truck,
+    *,
+    seed: int = SEED,
+    lifts: Sequence[str] = ("free", "main"),
+) -> Iterator[Row]:
     """Every lift, temperature and load."""
     trucks = scattered(truck, TRUCKS, seed)
-    for lift in ("free", "main"):
+    for lift in lifts:
         alone = [one.only(lift) for one in controllers]
         for t in TEMPERATURES_DEGC:
             for load in LOADS_KG:
-                factors = FACTORS if load else (1.0,)
-                members = [
-                    (one, load * f, max(0, DELAY_TICKS[lift] + d))
-                    for one in range(TRUCKS)
-                    for f in factors
-                    for d in LATER_TICKS
-                ]
+                every = members(load, lift, range(TRUCKS))
                 swing, arrival, nrmse, top = [], [], [], []
                 for signal in (*SIGNALS, TOP):
                     request = requests(lift, signal)
                     lowerings = [
                         Lowering(trucks[one], controller, kg, t, request, delay_ticks=delay, stream=k)
                         for controller in alone
-                        for k, (one, kg, delay) in enumerate(members)
+                        for k, (one, kg, delay) in enumerate(every)
                     ]
                     run = lower(lowerings, lifts=lift, seed=seed + signal)
                     pairs = list(zip(run.reference_m_s[lift], run.speed_m_s[lift], strict=True))
@@ -90,13 +100,13 @@ def rows(controllers: Sequence[Controller], truck: Truck, *, seed: int = SEED) -
                             ]
                         )
                         nrmse.append([nrmse_percent(*pair) for pair in pairs])
-                shape = (len(controllers), len(members))
+                shape = (len(controllers), len(every))
                 signal = np.argmax(swing, axis=0)[None]
                 yield Row(
                     lift,
                     t,
                     load,
-                    members,
+                    every,
                     np.max(swing, axis=0).reshape(shape),
                     np.take_along_axis(np.array(arrival), signal, axis=0).reshape(shape),
                     np.mean(nrmse, axis=0).reshape(shape),

@@ -6,6 +6,7 @@ python3 dev.py control scattered [--controller NAME] [--seed N] [--worst]
                                     and which members swing most
 python3 dev.py control methods [--controller NAME]
                                     each of section 6.3's methods alone, and left out
+python3 dev.py control limit        how little the worst of those trucks can swing, with nothing else asked
 python3 dev.py control damping      the least-damped mode and the margins over load and temperature
 python3 dev.py control table        what Table 5.3's scalings leave over, by the table's oil temperature
 """
@@ -16,6 +17,7 @@ import time
 from pathlib import Path
 
 import control_c
+import control_limit
 import control_methods
 import control_scattered
 from forklift.control import presets
@@ -29,7 +31,7 @@ from forklift.recordings.channels import LIFTS
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "what", nargs="?", choices=["c", "scattered", "methods", "damping", "table"], default="c"
+        "what", nargs="?", choices=["c", "scattered", "limit", "methods", "damping", "table"], default="c"
     )
     parser.add_argument("--ticks", type=int, default=10_000_000)
     parser.add_argument("--controller", default="damped")
@@ -42,6 +44,9 @@ def main() -> int:
         names = ("thesis", "today", arguments.controller)
         seed = control_scattered.SEED if arguments.seed is None else arguments.seed
         return 0 if control_scattered.report(names, seed=seed, worst=arguments.worst) else 1
+    if arguments.what == "limit":
+        control_limit.report(seed=control_scattered.SEED if arguments.seed is None else arguments.seed)
+        return 0
     if arguments.what == "methods":
         control_methods.report(arguments.controller)
         return 0
