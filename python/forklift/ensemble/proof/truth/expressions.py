@@ -124,8 +124,8 @@ def _stack(arrays: Sequence[Any]) -> Expressions:
     return Expressions(np.stack([_objects(one) for one in arrays]))
 
 
-def _empty_like(_: Any, shape: tuple[int, ...] | None = None) -> Expressions:
-    return Expressions(_objects(np.zeros(_.shape if shape is None else shape)))
+def _zeros_like(given: Expressions, shape: tuple[int, ...] | None = None) -> Expressions:
+    return Expressions(_objects(np.zeros(given.shape if shape is None else shape)))
 
 
 def _moveaxis(a: Expressions, source: Any, destination: Any) -> Expressions:
@@ -147,8 +147,8 @@ FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.where: _where,
     np.clip: _clip,
     np.stack: _stack,
-    np.empty_like: _empty_like,
-    np.zeros_like: _empty_like,
+    np.empty_like: _zeros_like,
+    np.zeros_like: _zeros_like,
     np.moveaxis: _moveaxis,
     np.linalg.solve: _solve,
 }
