@@ -3,8 +3,8 @@
    y, u, T, k, span, next, spent: a row or a number a recording; k of the recording `column` says. y, next and
    spent are mended. 0, or 1 where a step gets shorter than `shortest`, 2 where more than `most` are spent. */
 int truth_advance(long long recordings, const long long *column, double *y, const double *u, const double *T,
-            const double *k, const double *span, double *next, long long *spent, double tolerance,
-            double shortest, long long most)
+                  const double *k, const double *span, double *next, long long *spent, double tolerance,
+                  double shortest, long long most)
 {
     const double *arg[SZ_ARG];
     double *res[SZ_RES];

@@ -41,15 +41,14 @@ class Solver:
     laws
         The laws that act.
     k
-        Its parameters by name, each over (..., lift, 1, recording) or what broadcasts to that.
+        Its parameters by name, each over (..., lift, 1, recording) or what broadcasts to that in the last axes.
     """
 
     def __init__(self, laws: Sequence[model.Law], k: Mapping[str, Floats]) -> None:
         kinds = tuple((type(law), law.name) for law in laws)
-        shapes = tuple((name, value.shape[:-1] if value.ndim else ()) for name, value in k.items())
-        self._advance = _compiled(kinds, shapes)
-        recordings = max(value.shape[-1] for value in k.values() if value.ndim)
-        rows = [np.broadcast_to(value, (*value.shape[:-1], recordings)) for value in k.values() if value.ndim]
+        self._advance = _compiled(kinds, tuple((name, value.shape[:-1]) for name, value in k.items()))
+        recordings = max(value.shape[-1] for value in k.values())
+        rows = [np.broadcast_to(value, (*value.shape[:-1], recordings)) for value in k.values()]
         self._values = np.ascontiguousarray(np.concatenate([one.reshape(-1, recordings) for one in rows]).T)
 
     def advance(
