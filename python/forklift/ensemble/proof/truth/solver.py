@@ -41,7 +41,7 @@ class Solver:
     laws
         The laws that act.
     k
-        Its parameters by name, each over (..., lift, 1, recording) or what broadcasts to that in the last axes.
+        Its parameters by name, each over (..., lift, 1, recording) or what broadcasts to it.
     """
 
     def __init__(self, laws: Sequence[model.Law], k: Mapping[str, Floats]) -> None:
