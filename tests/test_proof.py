@@ -11,6 +11,7 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -546,3 +547,12 @@ def test_the_score_counts_what_is_asked():
     assert bins[0.5, 0.7] == (0, 1)
     assert [one["by_another_law"] for one in reliability(results)][-1] == 1  # the stranger's place, uncertain
     assert {"concealed": "leakage", "told": "valve_lag", "count": 1} in found["confusion"]
+
+
+@pytest.mark.parametrize("status", [130, 143, -15])
+def test_a_diagnosis_that_someone_ended_is_no_answer(monkeypatch, tmp_path, status):
+    """It is diagnosed again by the next call, as after a kill."""
+    ran = SimpleNamespace(returncode=status, stdout="", stderr="forklift: interrupted")
+    monkeypatch.setattr(prove.subprocess, "run", lambda *_, **__: ran)
+    with pytest.raises(KeyboardInterrupt):
+        prove.diagnosed(tmp_path, tmp_path / "found", None, 1, 10.0)

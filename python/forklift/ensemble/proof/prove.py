@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -34,6 +35,8 @@ from forklift.ensemble.proof.tools import check_tools
 
 Floats = NDArray[np.float64]
 
+STOPPED = (130, 143, -signal.SIGINT, -signal.SIGTERM)
+"""Status of a diagnosis that Ctrl-C reached too, or that someone ended."""
 MARK = "proof.json"
 SCORE = "score.json"
 PAGE = "report.html"
@@ -267,7 +270,7 @@ def diagnosed(
     except subprocess.TimeoutExpired:
         status, said = None, f"not finished within {limit_s:g} s"
     seconds = time.monotonic() - began
-    if status == 130:  # Ctrl-C reached it too
+    if status in STOPPED:  # no answer, and none to be counted
         raise KeyboardInterrupt
     path = found / "diagnosis.json"
     if not path.exists():
