@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import control_scattered
-from forklift.control.closed_loop import TICK_S, Lowering, lower, requests
+from forklift.control.closed_loop import TICK_S
 from forklift.control.controller import Controller
 from forklift.control.metrics import plateaus
 from forklift.control.search import Sought, minimised
@@ -76,13 +76,7 @@ def worst(
             members = control_scattered.members(load, LIFT, chosen)
             swing = []
             for signal in control_scattered.SIGNALS:
-                request = requests(LIFT, signal)
-                lowerings = [
-                    Lowering(trucks[one], controller, kg, t, request, delay_ticks=delay, stream=k)
-                    for controller in controllers
-                    for k, (one, kg, delay) in enumerate(members)
-                ]
-                run = lower(lowerings, lifts=LIFT, seed=seed + signal)
+                request, run = control_scattered.lowered(controllers, trucks, members, LIFT, t, signal, seed)
                 swing.append(
                     [
                         max(p.oscillation_m_s for p in plateaus(request, speed, TICK_S))

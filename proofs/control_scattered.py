@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
+from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
 from forklift.control.controller import Controller
 from forklift.control.metrics import LIMIT_M_S, nrmse_percent, plateaus
 from forklift.control.trial import scattered
@@ -63,6 +63,25 @@ def members(load: float, lift: str, trucks: Sequence[int]) -> list[tuple[int, fl
     ]
 
 
+def lowered(
+    controllers: Sequence[Controller],
+    trucks: Sequence[Truck],
+    members: Sequence[tuple[int, float, int]],
+    lift: str,
+    t: float,
+    signal: int,
+    seed: int,
+) -> tuple[np.ndarray, Lowered]:
+    """A request [mm/s], and every controller with every member in turn under it."""
+    request = requests(lift, signal)
+    lowerings = [
+        Lowering(trucks[one], controller, kg, t, request, delay_ticks=delay, stream=k)
+        for controller in controllers
+        for k, (one, kg, delay) in enumerate(members)
+    ]
+    return request, lower(lowerings, lifts=lift, seed=seed + signal)
+
+
 def rows(
     controllers: Sequence[Controller],
     truck: Truck,
@@ -79,13 +98,7 @@ def rows(
                 every = members(load, lift, range(TRUCKS))
                 swing, arrival, nrmse, top = [], [], [], []
                 for signal in (*SIGNALS, TOP):
-                    request = requests(lift, signal)
-                    lowerings = [
-                        Lowering(trucks[one], controller, kg, t, request, delay_ticks=delay, stream=k)
-                        for controller in alone
-                        for k, (one, kg, delay) in enumerate(every)
-                    ]
-                    run = lower(lowerings, lifts=lift, seed=seed + signal)
+                    request, run = lowered(alone, trucks, every, lift, t, signal, seed)
                     pairs = list(zip(run.reference_m_s[lift], run.speed_m_s[lift], strict=True))
                     ends = [plateaus(request, speed, TICK_S) for _, speed in pairs]
                     if signal == TOP:

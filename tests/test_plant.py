@@ -205,6 +205,6 @@ def test_a_dead_time_shifts_the_command():
         (4, 0.01, 3.0, 0.01),  # until the other lift's next tick
         (4, 0.015, 3.0, 0.005),
     ]:
-        u, rest = run.held(command, np.array([tick]), np.array([since]), late, column)
+        u, rest = run.held(command, tick, np.array([since]), late, column)
         assert u[:, 0].tolist() == [value, 10.0 * tick]
         assert rest[0] == pytest.approx(until)

@@ -92,7 +92,7 @@ def simulate(
         since = np.zeros(len(column))
         while (since < tick_s * (1.0 - 1e-9)).any():
             # Not beyond the next change of the command, where that is late; of no length where all is done.
-            u, until = held(command, np.full(len(column), tick), since, late[:, column], column, tick_s)
+            u, until = held(command, tick, since, late[:, column], column, tick_s)
             span = np.minimum(tick_s - since, until)
             plant.advance(
                 column, y, np.ascontiguousarray(u.T), T, span, h, spent,
@@ -117,7 +117,7 @@ def dead_times(k: dict[str, Floats], laws: Sequence[model.Law]) -> Floats:
 
 
 def held(
-    command: Floats, tick: Ints, since: Floats, late: Floats, column: Ints, tick_s: float = TICK_S
+    command: Floats, tick: int, since: Floats, late: Floats, column: Ints, tick_s: float = TICK_S
 ) -> tuple[Floats, Floats]:
     """The command that was held `late` [s] ago, (2, columns), and for how long it will still be [s].
 
