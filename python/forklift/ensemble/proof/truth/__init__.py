@@ -1,9 +1,8 @@
-"""The truth plant: both lifts, with concealed physics, faulty sensors and the nuisances of a
-workshop.
+"""The truth plant: both lifts, with concealed physics, faulty sensors and the nuisances of a workshop.
 
 It shares no code with the model that diagnoses. Of the package it reads one data file, the thesis's truck.
 Everything is in SI units; x and v are the cylinders' and positive upward, a load is the mass on the forks.
-Arrays are over (lift, perturbation, recording), the free lift first.
+Arrays are over (lift, 1, recording), the free lift first.
 
 =========== ===================================================================
 truck       parameters of both lifts, scattered by a seed

@@ -28,8 +28,6 @@ class MastCoupling(Law):
     M_FM = 2 m_c,f + 4 (m_f + m_L) [kg]; `factor` of it acts.
     """
 
-    joins = True
-
     def masses(self, quantity: Any, s: SimpleNamespace, k: Values) -> Any:
         free, main, between = quantity
         ridden = 2 * 1 * k["m_c"][0] + 2 * 2 * k["m"][0]
@@ -129,8 +127,6 @@ class ChassisCompliance(Law):
     what the lifts move, counts as that, as the catalogue says.
     """
 
-    joins = True
-
     shared = {"ground": 0.01, "ground_rate": 0.1}  # noqa: RUF012
     shown = (("ground", 1.0),)
 
@@ -184,8 +180,6 @@ class HoseInertance(Law):
 
 class ReturnBackPressure(Law):
     """Both lifts' oil goes through one return line: p_D = p_T + `coefficient` [Pa s²/m⁶] q², q >= 0."""
-
-    joins = True
 
     def back_pressure(self, p_D: Any, s: SimpleNamespace, k: Values) -> Any:
         q = np.maximum((-k["A"] * s.v).sum(axis=0), 0.0)

@@ -1,13 +1,11 @@
 """The equations of both lifts, in Lagrange's form, with the places where a law may enter.
 
-Mechanics: T = 1/2 q'ᵀ M q' with M = sum over bodies of m J Jᵀ, where J q' is a body's velocity; M q'' =
-Q with
-Q the generalised forces of weight, pressure and friction. The coordinates q are the two cylinders'
-positions and
-those that laws add (a truck on its tyres, a load on a spring). Hydraulics, valve and friction are
-chapter 3 of
-Fri & Fahlén (2017). Arrays are over (lift, perturbation, recording); a law that joins the lifts sums over the
-first axis. Each place is a method of `Law` that takes what the thesis has there and gives what acts instead.
+Mechanics: T = 1/2 q'ᵀ M q' with M = sum over bodies of m J Jᵀ, where J q' is a body's velocity; M q'' = Q with
+Q the generalised forces of weight, pressure and friction. The coordinates q are the two cylinders' positions
+and those that laws add (a truck on its tyres, a load on a spring). Hydraulics, valve and friction are chapter 3
+of Fri & Fahlén (2017). Arrays are over (lift, 1, recording), of numbers or of expressions; a law by which one
+lift feels the other sums over the first axis. Each place is a method of `Law` that takes what the thesis has
+there and gives what acts instead.
 """
 
 from __future__ import annotations
@@ -50,8 +48,6 @@ class Law:
     """Shared states that add to the height of the forks, each with its factor."""
     seen: tuple[tuple[str, int, float], ...] = ()
     """Shared states that add to what a lift's encoder sees: state, place of the lift, factor."""
-    joins = False
-    """Whether one lift feels the other by it."""
     dead_time = ""
     """The value that says by how much the command is late [s]."""
 
@@ -121,7 +117,7 @@ def scales(laws: Sequence[Law]) -> Floats:
 
 
 def split(y: Floats, laws: Sequence[Law]) -> SimpleNamespace:
-    """The state vector, (states, perturbations, recordings), by names: a lift's over (lift, ...)."""
+    """The state vector, (states, 1, recordings), by names: a lift's over (lift, ...)."""
     each, own = names(laws)
     s = SimpleNamespace()
     for n, state in enumerate(each):

@@ -74,8 +74,6 @@ class BackPressureToAPower(Law):
     q is the oil that leaves both compensators, behind a hose that swells with the time constant 20 ms.
     """
 
-    joins = True
-
     shared = {"filtered": 1e-3}  # noqa: RUF012
 
     def back_pressure(self, p_D: Any, s: SimpleNamespace, k: Values) -> Any:

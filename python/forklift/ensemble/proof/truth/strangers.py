@@ -39,8 +39,6 @@ class SupplySag(Law):
     resistance).
     """
 
-    joins = True
-
     def command(self, u: Floats, s: SimpleNamespace, k: Values) -> Any:
         return u * (1 - k["supply_sag.share"] * s.u[::-1])
 
@@ -69,7 +67,6 @@ class BouncingLoad(Law):
     """
 
     coordinates = {"bounce": 0.01}  # noqa: RUF012
-    joins = True
 
     def lagrange(self, M: Floats, Q: Floats, at: dict[str, int], s: SimpleNamespace, k: Values) -> None:
         r, omega = at["bounce"], 2 * np.pi * k["bouncing_load.frequency"][0]
