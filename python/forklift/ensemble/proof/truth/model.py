@@ -1,11 +1,11 @@
 """The equations of both lifts, in Lagrange's form, with the places where a law may enter.
 
-Mechanics: T = 1/2 q'ᵀ M q' with M = sum over bodies of m J Jᵀ, where J q' is a body's velocity; M q'' = Q with
-Q the generalised forces of weight, pressure and friction. The coordinates q are the two cylinders' positions
-and those that laws add (a truck on its tyres, a load on a spring). Hydraulics, valve and friction are chapter 3
-of Fri & Fahlén (2017). Arrays are over (lift, 1, recording), of numbers or of expressions; a law by which one
-lift feels the other sums over the first axis. Each place is a method of `Law` that takes what the thesis has
-there and gives what acts instead.
+Mechanics: T = 1/2 q'ᵀ M q' with M = sum over bodies of m J Jᵀ, where J q' is a body's velocity; M q'' = Q
+with Q the generalised forces of weight, pressure and friction. The coordinates q are the two cylinders'
+positions and those that laws add (a truck on its tyres, a load on a spring). Hydraulics, valve and friction
+are chapter 3 of Fri & Fahlén (2017). Arrays are over (lift, 1, recording), of numbers or of expressions; a
+law by which one lift feels the other sums over the first axis. Each place is a method of `Law` that takes
+what the thesis has there and gives what acts instead.
 """
 
 from __future__ import annotations
