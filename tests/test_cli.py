@@ -312,6 +312,13 @@ def test_importing_forklift_loads_nothing_heavy():
     assert done.stdout.strip() == ""
 
 
+def test_a_diagnosis_loads_no_part_of_scipy_that_takes_longer_than_all_others():
+    heavy = "{'scipy.stats', 'scipy.signal', 'plotly', 'xarray', 'asammdf'}"
+    script = f"import sys, forklift.app.main, forklift.diagnosis.files; print(*(set(sys.modules) & {heavy}))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
 def test_every_name_of_the_package_is_there_and_stays_the_verb():
     script = (
         "import forklift\n"

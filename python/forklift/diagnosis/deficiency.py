@@ -27,8 +27,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import toeplitz
-from scipy.signal import lfilter
-from scipy.stats import f, ncx2
+from scipy.special import chndtr, fdtrc
 
 from forklift.base.arrays import Floats
 from forklift.fitting.residuals import ChannelResidual
@@ -189,8 +188,8 @@ def _goodness(channel: str, own: Sequence[ChannelResidual]) -> Iterator[_Raw]:
     samples = sum(found.samples for found in own)
     known = NOISE_SHARE * samples
     square = sum(found.samples * found.mean_square for found in own) / samples
-    yield _Raw("goodness of fit", channel, "", square, float(f.sf(square, samples, known)))
-    each = [float(f.sf(found.mean_square, found.samples, known)) for found in own]
+    yield _Raw("goodness of fit", channel, "", square, float(fdtrc(samples, known, square)))
+    each = [float(fdtrc(found.samples, known, found.mean_square)) for found in own]
     worst = max(range(len(own)), key=lambda k: (-each[k], own[k].mean_square))
     p = min(1.0, len(own) * each[worst])
     yield _Raw("goodness of fit", channel, own[worst].file, own[worst].mean_square, p)
@@ -208,7 +207,7 @@ def _correlations(
 ) -> Iterator[_Raw]:
     series = [found.series(len(next(iter(known[found.file].values())))) for found in own]
     whitening = autoregression(series)
-    white = [lfilter(whitening, 1.0, values) for values in series]
+    white = [_whitened(values, whitening) for values in series]
     samples = sum(found.samples for found in own)
     scale = sum(float(values @ values) for values in white) / samples
     for variable in dict.fromkeys(name for found in own for name in known[found.file]):
@@ -217,12 +216,12 @@ def _correlations(
         for found, residual in zip(own, white, strict=True):
             given = known[found.file].get(variable)
             if given is not None:
-                columns = lfilter(whitening, 1.0, found.at_samples(given), axis=0)
+                columns = np.apply_along_axis(_whitened, 0, found.at_samples(given), whitening)
                 b = b + columns.T @ residual
                 a = a + columns.T @ columns
         q, degrees = quadratic(np.atleast_1d(b), scale * np.atleast_2d(a))
         if degrees:
-            p = float(ncx2.sf(q, degrees, SMALL * samples))
+            p = float(1.0 - chndtr(q, degrees, SMALL * samples))
             yield _Raw("correlation", channel, variable, q / samples, p)
 
 
@@ -246,6 +245,10 @@ def autoregression(series: Sequence[Floats], most: int = ORDER) -> Floats:
     return best
 
 
+def _whitened(values: Floats, whitening: Floats) -> Floats:
+    return np.convolve(values, whitening)[: len(values)]
+
+
 def quadratic(b: Floats, a: Floats) -> tuple[float, int]:
     """bᵀA⁻¹b over the independent directions of A, and their number."""
     size = np.sqrt(np.diag(a))
@@ -259,4 +262,4 @@ def quadratic(b: Floats, a: Floats) -> tuple[float, int]:
 
 
 def _p(p: float) -> str:
-    return f"p = {p:.1g}" if p >= 1e-16 else "p below 1e-16"
+    return f"p = {p:.1g}" if p >= 1e-12 else "p below 1e-12"

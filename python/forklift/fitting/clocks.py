@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy.special import chdtrc
 
 from forklift.base.arrays import Floats
 from forklift.base.typeset import number, size
@@ -96,7 +96,7 @@ def lateness(problem: Problem, x: Floats, covariance: Floats, name: str, wide: f
     mean, deviation = float(weights @ each / weights.sum()), float(weights.sum() ** -0.5)
     apart = each - mean
     square = float(apart @ np.linalg.solve(between, apart))
-    if stats.chi2.sf(square, max(len(each) - 1, 1)) >= BY_CHANCE:
+    if chdtrc(max(len(each) - 1, 1), square) >= BY_CHANCE:
         return Off(mean, mean - QUANTILE * deviation, mean + QUANTILE * deviation)
     known = each[np.sqrt(np.diag(between)) < TOLD * size_of]
     return Off(mean, float(known.min()), float(known.max()), agree=False)

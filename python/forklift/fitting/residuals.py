@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -379,4 +379,4 @@ def ljung_box(residual: Floats, lags: int = LAGS, *, slow: bool = False) -> floa
         return None
     correlation = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / energy
     q = n * (n + 2.0) * np.sum(correlation**2 / (n - np.arange(1, lags + 1)))
-    return float(chi2.sf(q, lags - slow))
+    return float(chdtrc(lags - slow, q))

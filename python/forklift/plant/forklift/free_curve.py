@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import find_peaks
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -200,6 +199,8 @@ class FreeCurve:
     def _repeats(self, meaning: str, unit: str) -> str:
         """That it comes and goes at equal intervals, as what rolls or is linked does, where it is so."""
         at, values = self.curve(RESOLVED)
+        from scipy.signal import find_peaks  # loads much
+
         tops, _ = find_peaks(values, prominence=PROMINENT * np.ptp(values))
         apart = np.diff(at[tops])
         if len(tops) < FEWEST_TOPS or np.ptp(apart) > REGULAR * apart.mean():

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg import solve_banded
 
 from forklift.base.arrays import Floats
 from forklift.plant.forklift.curve_tables import per_output
@@ -49,7 +49,8 @@ class Past:
         tick = (time[-1] - time[0]) / max(len(time) - 1, 1)
         kept = np.exp(-tick / self.lag_s)
         steps = np.diff(values, prepend=values[0]) * self.lag_s * (1.0 - kept) / tick
-        behind: Floats = lfilter([1.0], [1.0, -kept], steps)
+        bands = np.outer([1.0, -kept], np.ones(len(steps)))  # each is `kept` of the one before, and its step
+        behind: Floats = solve_banded((1, 0), bands, steps, check_finite=False)
         return behind if self.fades else values - behind
 
 
