@@ -35,6 +35,31 @@ def test_a_single_step_of_a_slow_lift_is_no_shift(amplitude_a):
     assert not list(shifted(slow(amplitude_a), Truck.read("thesis"), STOPS))
 
 
+CREPT_S = (1.78, 1.94, 2.08, 2.26, 2.44, 2.58, 2.72, 2.88, 3.04, 3.2, 3.4, 3.98, 4.72, 5.48, 6.34, 8.12)
+"""When the forks of a truck whose grease is stiff pass a count."""
+HELD = (
+    "0 0 0 0 0 0 0 0 0 0 0 8 18 27 35 44 54 58 60 60 58 57 57 58 60 60 58 57 57 58 58 56 54 51 49 49 49 "
+    "51 51 50 49 47 47 49 50 51 51 49 48 47 48 49 50 51 50 49 47 47 49 50 49 47 45 45 45 45 47 47 45 44 "
+    "43 43 45 46 47 46 44 43 43 45 46 47 46 45 43 43 44 46 47 44 34 24 13 3 1 0 0 0 0 14 33 51"
+)
+"""Hundredths of an ampere, 0.1 s apart: what its driver, or the dither on his command, does meanwhile."""
+
+
+def test_forks_that_creep_say_nothing_of_a_clock():
+    """What they did at a greater current looks like the waves of a later one, by chance."""
+    levels = 0.01 * np.array(HELD.split(), float)
+    time = np.arange(0.0, 10.1, 0.02)
+    lowered = np.searchsorted(CREPT_S, time, side="right")
+    channels = {
+        "current_free_a": np.zeros(len(time)),
+        "current_main_a": np.interp(time, 0.1 * np.arange(len(levels)), levels),
+        "position_free_m": np.full(len(time), 1.96),
+        "position_main_m": 1.96 - COUNT_M * lowered,
+    }
+    recording = Recording("creeps.csv", "main", 310.0, "estimate", time, channels)
+    assert not list(shifted(recording, Truck.read("thesis"), STOPS))
+
+
 @pytest.mark.parametrize("samples", [40, 50, 60])
 def test_a_pattern_answered_at_another_time_is_one(samples):
     truck = Truck.read("thesis")

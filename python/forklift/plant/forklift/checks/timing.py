@@ -47,6 +47,9 @@ VARIES = 0.2
 """A window is judged if its command varies at least this share of what it does over the recording."""
 CROSSINGS = 2
 """How often a window's command must cross its own middle: one edge is like any other edge, a pulse is not."""
+FEWEST_COUNTS = 12
+"""Encoder counts that a lift must pass while it answers: such a command has three stretches at least, and the
+speed of one is known to a quarter from four counts. Of forks that creep, any likeness is chance."""
 AGREE_S = 0.1
 """Within which neighbouring windows agree on a shift."""
 
@@ -196,12 +199,14 @@ def _windows(recording: Recording, truck: Truck, stops: Mapping[Lift, float]) ->
     for lift in lifts:
         values = motion.position(recording, lift)
         stands |= False if values is None else values <= stops[lift]
+    least = FEWEST_COUNTS * _core.ENCODER_COUNT_M * rate
     found: list[_Late | None] = []
     for first in range(0, n - width + 1, max(1, round(HOP_S * rate))):
         window = slice(first, first + width)
         begin = max(0, first - far)
         around = slice(begin, first + width + far)
-        if stands[first : first + width + after].any():
+        answer = slice(first, first + width + after)
+        if stands[answer].any():
             continue
         moved = [
             (command[window], _correlations(command[window], speed[around]))
@@ -209,6 +214,7 @@ def _windows(recording: Recording, truck: Truck, stops: Mapping[Lift, float]) ->
             if speed is not None
             and np.isfinite(speed[around]).all()
             and command[window].std() > VARIES * command.std()
+            and abs(speed[answer].sum()) >= least
         ]
         told = [answered for command, answered in moved if _crossings(command) >= CROSSINGS]
         if told:
