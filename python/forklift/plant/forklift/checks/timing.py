@@ -42,7 +42,7 @@ PROMPT_S = (-0.05, 0.8)
 """When a response comes: the low-pass, the valve and the mast's oscillation take some tenths of a second."""
 ALIKE, BETTER = 0.6, 0.3
 """Correlation at another time that tells a shift, and by how much it must exceed that at the prompt ones;
-of sound recordings it never does by more than 0.15."""
+of the sound recordings at hand it did by at most 0.15, but for forks that crept (`FEWEST_COUNTS`)."""
 VARIES = 0.2
 """A window is judged if its command varies at least this share of what it does over the recording."""
 CROSSINGS = 2
