@@ -221,7 +221,7 @@ def _correlations(
                 a = a + columns.T @ columns
         q, degrees = quadratic(np.atleast_1d(b), scale * np.atleast_2d(a))
         if degrees:
-            p = float(1.0 - chndtr(q, degrees, SMALL * samples))
+            p = max(0.0, float(1.0 - chndtr(q, degrees, SMALL * samples)))
             yield _Raw("correlation", channel, variable, q / samples, p)
 
 
