@@ -201,8 +201,8 @@ def eva_ranges(folder: Path, hints: Iterable[int]) -> dict[tuple[str, str], tupl
     """What Eva says each variable of `RANGED` can be, by function and name, with the controller's own gains.
 
     In a copy with two annotations: by one Eva goes through the tables a segment at a time, by the other it
-    tries
-    the hints as bounds of the endless loop before it takes the whole word. It proves what it then prints.
+    tries the hints as bounds of the endless loop before it takes the whole word. It proves what it then
+    prints.
     """
     copy = folder.parent / "ranged"
     shutil.copytree(folder, copy)

@@ -3,10 +3,9 @@
     python proofs/sweep_intervals.py [--repeats 200] [--first 0] [--out sweep_intervals.md]
 
 Six problems whose probabilities are known: RP8, RP22, RP25, RP31 and RP107 of TNO's reliability problems
-(Rózsás & Slobbe 2019) and the four-branch system (Waarts 2000). Each kind of interval is made anew from
-other seeds,
-and it is counted how often it holds the known value. Printed beside: the band that 95 % leaves to so many
-repeats.
+(Rózsás & Slobbe 2019) and the four-branch system (Waarts 2000). Each kind of interval is made anew from other
+seeds, and it is counted how often it holds the known value. Printed beside: the band that 95 % leaves to so
+many repeats.
 """
 
 import argparse

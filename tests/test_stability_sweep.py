@@ -1,9 +1,9 @@
 """Is the thesis's controller stable inside its envelope, whatever the truck? Searched, with
 counterexamples kept.
 
-The thesis could say "stable, at least for the tested scenarios" (4.9, 5.5). Here loads, temperatures,
-speeds, delays
-and trucks within an estimate's uncertainty are drawn; hypothesis looks for one that fails and makes it small.
+The thesis could say "stable, at least for the tested scenarios" (4.9, 5.5). Here loads, temperatures, speeds,
+delays and trucks within an estimate's uncertainty are drawn; hypothesis looks for one that fails and makes it
+small.
 """
 
 import numpy as np

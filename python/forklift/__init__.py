@@ -20,6 +20,8 @@ from forklift.base.errors import ForkliftError
 if TYPE_CHECKING:
     from forklift.diagnosis.diagnose import diagnose as diagnose
     from forklift.diagnosis.result import Diagnosis as Diagnosis
+    from forklift.ensemble.rare import Rare as Rare
+    from forklift.ensemble.rare import rare as rare
     from forklift.ensemble.sweep import Sweep as Sweep
     from forklift.ensemble.sweep import sweep as sweep
     from forklift.fitting.compare import Comparison as Comparison
@@ -54,6 +56,7 @@ _HOME = {
     "Diagnosis": "diagnosis.result",
     "Fit": "fitting.fit",
     "Plant": "plant.parts",
+    "Rare": "ensemble.rare",
     "Recording": "recordings.recording",
     "Simulation": "plant.forklift.simulate",
     "SpeedTable": "plant.forklift.speed_table",
@@ -66,6 +69,7 @@ _HOME = {
     "diagnose": "diagnosis.diagnose",
     "fit": "fitting.fit",
     "predict": "plant.forklift.simulate",
+    "rare": "ensemble.rare",
     "simulate": "plant.forklift.simulate",
     "simulate_many": "plant.forklift.variants",
     "simulate_plant": "plant.simulate",

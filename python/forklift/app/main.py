@@ -19,6 +19,7 @@ from forklift.app.commands import (
     fit,
     info,
     prove,
+    rare,
     replay,
     simulate,
     sweep,
@@ -60,6 +61,7 @@ app.command(epilog=diagnose.EXAMPLE)(diagnose.diagnose)
 app.command(epilog=prove.EXAMPLE)(prove.prove)
 app.command(epilog=sweep.EXAMPLE)(sweep.sweep)
 app.command(epilog=replay.EXAMPLE)(replay.replay)
+app.command(epilog=rare.EXAMPLE)(rare.rare)
 app.command(epilog=info.EXAMPLE)(info.info)
 app.command(epilog=convert.EXAMPLE)(convert.convert)
 app.add_typer(truck.truck, name="truck")

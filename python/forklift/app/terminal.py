@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from forklift.control.tune import Progress as Tuning
     from forklift.diagnosis.progress import Progress as Diagnosing
+    from forklift.ensemble.rare import Progress as RareProgress
     from forklift.ensemble.sweep import Progress as SweepProgress
     from forklift.fitting.fit import Progress
     from forklift.plant.findings import Caution
@@ -119,6 +120,19 @@ def sweeping() -> Iterator[Callable[[SweepProgress], None] | None]:
                 said += f" ({100 * now.interval.lower:.2g} to {100 * now.interval.upper:.2g} %)"
             if bar:
                 bar(now.done, now.members, said)
+
+        yield told if bar else None
+
+
+@contextmanager
+def running() -> Iterator[Callable[[RareProgress], None] | None]:
+    """How many runs of subset simulation are over."""
+    with _bar("Running levels of members") as bar:
+
+        def told(now: RareProgress) -> None:
+            said = "Searching the worst case" if now.run == now.runs else "Running levels of members"
+            if bar:
+                bar(now.run, now.runs, f"{said}, {now.run} of {now.runs} runs over")
 
         yield told if bar else None
 

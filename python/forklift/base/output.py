@@ -7,8 +7,12 @@ import shutil
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from forklift.base.errors import ForkliftError
+
+if TYPE_CHECKING:
+    import polars as pl
 
 
 def write_file(path: str | Path, write: Callable[[Path], None]) -> Path:
@@ -88,6 +92,19 @@ def check_suffix(path: str | Path, suffixes: Collection[str]) -> None:
 def write_text(path: str | Path, text: str) -> Path:
     """`text` as the whole UTF-8 file `path`, see `write_file`."""
     return write_file(path, lambda temporary: _write_text(temporary, text))
+
+
+def write_table(path: str | Path, table: pl.DataFrame) -> Path:
+    """`table` as the whole ``.csv`` or ``.parquet`` file `path`, see `write_file`.
+
+    Raises
+    ------
+    ForkliftError
+        ``"format-unknown"`` for another suffix, ``"not-writable"``.
+    """
+    check_suffix(path, (".csv", ".parquet"))
+    put = table.write_csv if Path(path).suffix.lower() == ".csv" else table.write_parquet
+    return write_file(path, lambda temporary: put(temporary))
 
 
 def _write_text(path: Path, text: str) -> None:

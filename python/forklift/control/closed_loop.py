@@ -26,10 +26,9 @@ Integers = NDArray[np.int32]
 
 TICK_S = _core.CONTROL_TICK_S
 DELAY_TICKS: dict[Lift, int] = {"free": 2, "main": 1}
-"""From reading the sensors to the valve's coil [ticks]. The thesis's truck itself answers a step of
-current by half
-after 118 ms (free lift) and 138 ms (main lift); with these the whole comes to the 160 ms of section 4.5.2
-(`tests/test_control_room.py`)."""
+"""From reading the sensors to the valve's coil [ticks]. The thesis's truck itself answers a step of current
+by half after 118 ms (free lift) and 138 ms (main lift); with these the whole comes to the 160 ms of section
+4.5.2 (`tests/test_control_room.py`)."""
 START_M = (0.98, 1.96)
 """Cylinder positions at the start, free and main [m], as the reference trajectories have them."""
 
@@ -40,8 +39,16 @@ class Lowering:
 
     Attributes
     ----------
+    truck, controller
+        What is lowered, and by what.
+    load_kg
+        On the forks, 0 or more.
+    oil_temperature_degc
+        Of the oil, constant.
     request_mm_s
         (ticks,) Lowering speed of the forks asked for, downward positive.
+    start_m
+        Cylinder positions at the start, free and main, above the ends of their strokes.
     delay_ticks
         From reading the sensors to the current in the valve's coil.
     pressure_noise_pa, temperature_noise_k
@@ -107,10 +114,14 @@ def lower(
 
     Parameters
     ----------
+    lowerings
+        With requests of one length.
     lifts
         ``"both"``, or one that is simulated alone.
     seed
         Of the sensors' noise.
+    substeps
+        Of the plant's integrator in a tick of 20 ms.
     floating
         The controller in floating point instead of its integers: to measure what they cost.
     noted
@@ -159,11 +170,10 @@ def lower(
 def requests(lift: Lift, signal: int) -> Integers:
     """The test signals of a lift [mm/s], 1 to 4, each within the lift's stroke.
 
-    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not
-    survive in
-    the text; 1 and 2 are chosen: one through three levels, one from the highest speed down. 3 is one plateau
-    that the integral part has time to settle on, 4 one at the highest speed, nearly as long as the stroke
-    allows.
+    The thesis shows two signals per lift, steps between plateaus up to 0.6 m/s, whose levels do not survive
+    in the text; 1 and 2 are chosen: one through three levels, one from the highest speed down. 3 is one
+    plateau that the integral part has time to settle on, 4 one at the highest speed, nearly as long as the
+    stroke allows.
     """
     longer = {"free": 1.0, "main": 1.9}[lift]
     plateaus = {

@@ -54,9 +54,8 @@ MEASURED = {
     ("main", 60, 800): ((56.94, 58.98), (15.20, 31.81)),
     ("main", 60, 1500): ((47.25, 53.65), (32.37, 40.93)),
 }
-"""Tables 5.6 and 5.7: by lift, oil temperature [degC] and load [kg] the NRMSE [%] of the thesis's
-controller and of
-the one in use, each over two reference signals, measured on the thesis's own truck."""
+"""Tables 5.6 and 5.7: by lift, oil temperature [degC] and load [kg] the NRMSE [%] of the thesis's controller
+and of the one in use, each over two reference signals, measured on the thesis's own truck."""
 
 
 @dataclass(frozen=True)

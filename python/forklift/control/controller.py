@@ -25,8 +25,7 @@ WORDS = (16, 32)
 """Word lengths [bits] of gains and tables."""
 TABLE_SPACING = 5
 """The base-2 logarithm of the distance of a speed table's knots: 32 mm/s. Chosen: a straight line between
-knots is
-then within 4 mA of the thesis truck's curve above the first knot."""
+knots is then within 4 mA of the thesis truck's curve above the first knot."""
 
 
 class Number(BaseModel):
@@ -126,8 +125,7 @@ class Controller:
     ------
     ForkliftError
         ``"parameter-missing"``, ``"parameter-unknown"``, ``"parameter-out-of-bounds"``,
-        ``"argument-invalid"``,
-        ``"table-length"``.
+        ``"argument-invalid"``, ``"table-length"``.
     """
 
     name: str

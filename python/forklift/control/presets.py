@@ -111,8 +111,7 @@ TAIL = 0.1
 
 def _early_ratios() -> dict[Lift, Curve]:
     """Over the forks' height [counts]: the free lift starts half a metre above the main lift's end and has
-    all
-    of the speed before it; the main lift slows to `TAIL` on its way there and creeps on to its end."""
+    all of the speed before it; the main lift slows to `TAIL` on its way there and creeps on to its end."""
     source = (
         "chosen on the thesis's truck (`forklift control compare`): the free lift starts earlier, 5.6.3, "
         "and the main "

@@ -139,8 +139,7 @@ def over_scrambles(shares: Sequence[float], level: float = LEVEL) -> Interval:
     """Student's interval of the mean over independent scrambles of a Sobol sequence, cut off at 0 and 1.
 
     Points of one scramble depend on each other, so that only the scrambles count (Owen 1997; L'Ecuyer et al.
-    2023:
-    16 or more).
+    2023: 16 or more).
     """
     found = np.asarray(shares, np.float64)
     mean, half = _student(found, level)
@@ -154,9 +153,8 @@ def over_replicates(probabilities: Sequence[float], level: float = LEVEL) -> Int
 
     The estimates are right in the mean and nearly lognormal, so that their mean is exp(m + s²/2) and the
     variance of its logarithm s²/n + s⁴/(2 (n − 1)), with mean m and variance s² of the logarithms (Cox's
-    interval: Zhou
-    & Gao
-    1997; with Student's factor: Olsson 2005). A run that found no failure makes the lower end 0.
+    interval: Zhou & Gao 1997; with Student's factor: Olsson 2005). A run that found no failure makes the
+    lower end 0.
 
     Parameters
     ----------

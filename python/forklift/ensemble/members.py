@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +15,7 @@ from numpy.typing import NDArray
 from forklift import _core
 from forklift.base.errors import ForkliftError
 from forklift.control.controller import Controller
+from forklift.ensemble import specification
 from forklift.ensemble.controllers import given, names, value
 from forklift.ensemble.specification import Specification, Vary
 from forklift.ensemble.tables import conditions
@@ -41,6 +45,26 @@ class Members:
     truck: Truck
     controller: Controller | None = None
     threads: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        given: Specification | Mapping[str, Any] | str | Path,
+        truck: Truck | None = None,
+        controller: Controller | None = None,
+        threads: int = 0,
+    ) -> Members:
+        """Of a specification, its content or its file, with the truck and controller that it names.
+
+        Raises
+        ------
+        ForkliftError
+            As `specification.of`, `Truck.read` and `Controller.read` do.
+        """
+        spec = specification.of(given)
+        if controller is None and spec.controller:
+            controller = Controller.read(spec.controller)
+        return cls(spec, truck or Truck.read(spec.truck), controller, threads)
 
     @cached_property
     def core(self) -> _core.Ensemble:
@@ -133,8 +157,11 @@ class Members:
             uniform = np.stack(columns, axis=1) if columns else np.empty((last - first, 0))
         else:
             uniform = self._sobol(first, last)
-        uniform = self._together(uniform)
-        return self.core.values(np.ascontiguousarray(uniform)), np.arange(first, last, dtype=np.uint64)
+        return self.values(uniform), np.arange(first, last, dtype=np.uint64)
+
+    def values(self, uniform: Floats) -> Floats:
+        """Values (n, varied) at uniform numbers (n, varied), those of `Correlate` drawn together."""
+        return self.core.values(np.ascontiguousarray(self._together(uniform)))
 
     def _together(self, uniform: Floats) -> Floats:
         """The same numbers, those of `Correlate` correlated: u' = Φ(L Φ⁻¹(u)), a Gaussian copula.

@@ -1,75 +1,273 @@
-"""Failures of a sweep that are too rare to count, and its worst case: both on its least scaled margin."""
+"""The verb `rare`: failures of a sweep that are too rare to count, and its worst case.
+
+Both go by the least scaled margin of a member.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from forklift.base import output
 from forklift.base.arrays import Floats
+from forklift.base.errors import ForkliftError
+from forklift.base.typeset import printed
+from forklift.control.controller import Controller
 from forklift.ensemble.intervals import LEAST_REPLICATES
 from forklift.ensemble.members import Members, Streams
-from forklift.ensemble.subset import RareFailures, subset_simulation
+from forklift.ensemble.quantities import quantity
+from forklift.ensemble.specification import Specification
+from forklift.ensemble.subset import MOST_LEVELS, SHARE, RareFailures, subset_simulation
+from forklift.ensemble.trajectory import Trajectory, trajectory
+from forklift.plant.forklift.truck import Truck
 
 OUT = -1e3
 """Margin of a member without numbers, in scales: worse than any other."""
+LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53
+"""Uniform numbers lie between them: no distribution is infinite there."""
+LEVEL_MEMBERS = 1000
+"""Of a level of subset simulation (Au & Beck 2001, section 6)."""
+GENERATIONS = 40
+"""Of the search for the worst case."""
+WITHIN = 3.0
+"""How far the search goes, in standard deviations: 99.7 % of what a quantity is drawn as."""
+RESULT, LIKELIEST, WORST = "rare.json", "likeliest.csv", "worst.csv"
+FILES = (RESULT, LIKELIEST, WORST)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far it is: runs of subset simulation ended, of how many; then the worst case is searched."""
+
+    run: int
+    runs: int
+
+
+@dataclass(frozen=True)
+class WorstCase:
+    """The least scaled margin that a search found.
+
+    Attributes
+    ----------
+    within
+        How far from the middle of each distribution was searched, in standard deviations, those of a
+        normal distribution of the same shares.
+    margin
+        The least of the requirements' margins, each divided by its scale; negative where one is broken.
+    evaluations
+        Members run.
+    trajectory
+        Its values and its lowering.
+    """
+
+    within: float
+    margin: float
+    evaluations: int
+    trajectory: Trajectory
+
+
+@dataclass(frozen=True)
+class Rare:
+    """What `rare` gives.
+
+    Attributes
+    ----------
+    failures
+        The probability that a member fails, its interval, and each run's estimate.
+    likeliest
+        The failure that is likeliest, of those that were seen; None if none was.
+    worst
+        The worst case that was found within so many standard deviations.
+    """
+
+    specification: Specification
+    truck: Truck
+    controller: Controller | None
+    failures: RareFailures
+    likeliest: Trajectory | None
+    worst: WorstCase
+
+    @property
+    def verdict(self) -> str:
+        """The one sentence."""
+        found, name = self.failures, self.specification.name
+        if not any(found.probabilities):
+            return (
+                f"No run out of {len(found.probabilities)} came to a failure of a member of {name!r}, "
+                f"down to a probability of {SHARE**MOST_LEVELS:.0e}; that is no proof that there is none."
+            )
+        interval = found.interval
+        return (
+            f"A member of {name!r} fails with a probability of {interval.estimate:.2g}, between "
+            f"{interval.lower:.2g} and {interval.upper:.2g} ({100 * interval.level:g} % interval, "
+            f"{interval.method})."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "schema": 1,
+            "name": self.specification.name,
+            "specification_sha256": self.specification.sha256,
+            "truck": {"name": self.truck.name, "sha256": self.truck.sha256},
+            "controller": self.controller and {"name": self.controller.name, "hash": self.controller.hash},
+            "verdict": self.verdict,
+            "probability": self.failures.interval.to_dict(),
+            "runs": list(self.failures.probabilities),
+            "levels": list(self.failures.levels),
+            "members_run": self.failures.evaluations + self.worst.evaluations,
+            "likeliest_failure": self.likeliest and self.likeliest.to_dict(),
+            "worst_case": {
+                "within_standard_deviations": self.worst.within,
+                "margin": self.worst.margin,
+                "evaluations": self.worst.evaluations,
+                **self.worst.trajectory.to_dict(),
+            },
+        }
+
+    def write(self, folder: str | Path) -> Path:
+        """`to_dict` as ``rare.json``, and both lowerings as ``likeliest.csv`` and ``worst.csv``.
+
+        Raises
+        ------
+        ForkliftError
+            ``"output-exists"`` if `folder` holds anything else, ``"not-writable"``.
+        """
+        with output.folder(folder, FILES, RESULT) as new:
+            text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n"
+            output.write_text(new / RESULT, text)
+            self.worst.trajectory.write(new / WORST)
+            if self.likeliest:
+                self.likeliest.write(new / LIKELIEST)
+        return Path(folder)
+
+    def __str__(self) -> str:
+        worst = self.worst
+        columns = {"worst": worst.trajectory.varied}
+        if self.likeliest:
+            columns = {"likeliest failure": self.likeliest.varied} | columns
+        rows = ["".join([" " * 40, *(f"{name:>20}" for name in columns)])]
+        for name in worst.trajectory.varied:
+            unit = printed(quantity(self.specification, name).unit)
+            rows.append(
+                "".join([f"{name:>40}", *(f"{one[name]:>20.6g}" for one in columns.values())]) + f" {unit}"
+            )
+        said = "breaks a requirement" if worst.margin < 0.0 else "keeps every requirement"
+        return "\n".join(
+            [
+                self.verdict,
+                f"The worst case that a search found within {worst.within:g} standard deviations of each "
+                f"quantity {said}: its least margin is {worst.margin:.3g} of its scale.",
+                *map(str.rstrip, rows),
+            ]
+        )
+
+
+def rare(
+    given: Specification | Mapping[str, Any] | str | Path,
+    *,
+    truck: Truck | None = None,
+    controller: Controller | None = None,
+    threads: int = 0,
+    members: int = LEVEL_MEMBERS,
+    runs: int = LEAST_REPLICATES,
+    generations: int = GENERATIONS,
+    within: float = WITHIN,
+    progress: Callable[[Progress], None] | None = None,
+) -> Rare:
+    """How rarely a member of a sweep fails where counting finds too few, and the worst case.
+
+    The probability is that of an independent member, by subset simulation (Au & Beck 2001) on the least
+    scaled margin; noise moves with its member. Failures that lie apart may be missed by some runs, which the
+    interval over runs shows. The worst case is searched by differential evolution (Storn & Price 1997, as
+    SciPy has it) with one sequence of noise: a search finds a case and proves no bound.
+
+    Parameters
+    ----------
+    given, truck, controller, threads
+        As of `sweep`; the specification's `members` and `sampling` are not used.
+    members
+        Of a level, a multiple of ten.
+    runs
+        Independent runs of subset simulation; ten or more give an interval that holds.
+    generations
+        Of the search.
+    within
+        How far it goes from the middle of each distribution, in standard deviations (`WorstCase.within`).
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"`` for a number out of bounds or a sweep in which nothing varies, and those of
+        `Members.of`.
+    """
+    found = Members.of(given, truck, controller, threads)
+    spec = found.specification
+    each = round(1.0 / SHARE)
+    if members < each * each or members % each:
+        raise _out_of_bounds("members", members, f"a multiple of {each}, {each * each} or more")
+    if runs < 2:
+        raise _out_of_bounds("runs", runs, "2 or more")
+    if generations < 1:
+        raise _out_of_bounds("generations", generations, "1 or more")
+    if not within > 0.0:
+        raise _out_of_bounds("within", within, "more than 0")
+    if not spec.vary:
+        raise ForkliftError(
+            "argument-invalid", f"nothing varies in {spec.name!r}; give [vary.NAME] in its file", name="vary"
+        )
+    ended = [0]
+
+    def told() -> None:
+        ended[0] += 1
+        if progress:
+            progress(Progress(ended[0], runs))
+
+    failures = probability(found, size=members, runs=runs, ended=told)
+    likeliest = None
+    if failures.likeliest:
+        u, stream = failures.likeliest
+        likeliest = trajectory(found, found.values(_uniform(u[None, :]))[0], stream)
+    worst = worst_case(found, generations=generations, within=within)
+    return Rare(spec, found.truck, found.controller, failures, likeliest, worst)
 
 
 def margin_of(members: Members, uniform: Floats, streams: Streams) -> Floats:
     """(n,) the least scaled margin at uniform numbers (n, varied) and sequences of noise (n,)."""
-    values = members.core.values(np.ascontiguousarray(uniform))
-    _, numbers = members.core.run(values, streams)
+    _, numbers = members.core.run(members.values(uniform), streams)
     scales = np.array([require.scale for require in members.specification.require])
     least: Floats = np.min(numbers[:, : len(scales)] / scales, axis=1)
     return np.nan_to_num(least, nan=OUT, neginf=OUT)
 
 
-def rare_failures(members: Members, *, size: int = 1000, runs: int = LEAST_REPLICATES) -> RareFailures:
-    """The probability that a member of a sweep fails, by subset simulation; its noise moves with it.
-
-    Parameters
-    ----------
-    size
-        Members of a level.
-    runs
-        Independent ones.
-    """
-    from scipy.special import ndtr
+def probability(
+    members: Members, *, size: int, runs: int, ended: Callable[[], None] | None = None
+) -> RareFailures:
+    """The probability that a member fails, by subset simulation with levels of `size` members."""
 
     def margin(u: Floats, streams: Streams) -> Floats:
-        return margin_of(members, np.clip(ndtr(u), 2.0**-54, 1.0 - 2.0**-53), streams)
+        return margin_of(members, _uniform(u), streams)
 
     spec = members.specification
-    return subset_simulation(margin, len(spec.vary), seed=spec.seed, members=size, runs=runs)
+    return subset_simulation(margin, len(spec.vary), seed=spec.seed, members=size, runs=runs, ended=ended)
 
 
-@dataclass(frozen=True)
-class WorstCase:
-    """What `worst_case` gives: the least scaled margin found, and where."""
-
-    margin: float
-    varied: dict[str, float]
-    evaluations: int
-
-
-def worst_case(members: Members, *, generations: int = 40, stream: int = 0) -> WorstCase:
-    """The values within their ranges that come nearest to a failure, or fail the most.
-
-    Differential evolution (Storn & Price 1997, as SciPy has it) with one sequence of noise, which is frozen:
-    the worst case is that of the values, such as the levels of a reference. A search finds a case; it proves
-    no bound.
-    """
+def worst_case(members: Members, *, generations: int, within: float, stream: int = 0) -> WorstCase:
+    """The values that come nearest to a failure, or fail the most, with one sequence of noise, frozen."""
     from scipy.optimize import differential_evolution
-
-    dimensions = len(members.specification.vary)
 
     def objective(u: Floats) -> Floats:
         streams = np.full(u.shape[1], stream, np.uint64)
-        return margin_of(members, np.ascontiguousarray(u.T), streams)
+        return margin_of(members, _uniform(u.T), streams)
 
     found = differential_evolution(
         objective,
-        [(2.0**-54, 1.0 - 2.0**-53)] * dimensions,
+        [(-within, within)] * len(members.specification.vary),
         maxiter=generations,
         rng=np.random.default_rng(members.specification.seed),
         vectorized=True,
@@ -77,6 +275,18 @@ def worst_case(members: Members, *, generations: int = 40, stream: int = 0) -> W
         polish=False,
         tol=0.0,
     )
-    values = members.core.values(found.x[None, :])[0]
-    names = members.specification.vary
-    return WorstCase(float(found.fun), dict(zip(names, map(float, values), strict=True)), int(found.nfev))
+    values = members.values(_uniform(found.x[None, :]))[0]
+    run = trajectory(members, values, stream)
+    return WorstCase(within, float(found.fun), int(found.nfev), run)
+
+
+def _uniform(normal: Floats) -> Floats:
+    """Uniform numbers of standard normal ones."""
+    from scipy.special import ndtr
+
+    inside: Floats = np.clip(ndtr(normal), LOWEST, HIGHEST)
+    return inside
+
+
+def _out_of_bounds(name: str, value: float, bounds: str) -> ForkliftError:
+    return ForkliftError("argument-invalid", f"{name} is {value}; give {bounds}", name=name, value=value)

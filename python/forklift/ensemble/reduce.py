@@ -63,9 +63,8 @@ class Tally:
     broken, unasked
         By requirement, members that break it, and members it was never asked of.
     axes, seen, failed, least
-        A map of two varied quantities: members and failures of each cell (x, y), and the least scaled
-        margin in
-        it, infinite where there is none; less where fewer are varied.
+        A map of two varied quantities: members and failures of each cell (x, y), and the least scaled margin
+        in it, infinite where there is none; less where fewer are varied.
     shares
         Of a Sobol sequence, failures of each scramble.
     worst

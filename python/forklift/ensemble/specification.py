@@ -223,6 +223,27 @@ class Specification(BaseModel):
         return hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()
 
 
+def of(given: Specification | Mapping[str, Any] | str | Path) -> Specification:
+    """A specification that is one already, a mapping, or a TOML file.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"`` for anything else, and those of `check` and `read`.
+    """
+    if isinstance(given, Specification):
+        return given
+    if isinstance(given, Mapping):
+        return check(given)
+    if isinstance(given, str | Path):
+        return read(given)
+    raise ForkliftError(
+        "argument-invalid",
+        f"the sweep is a {type(given).__name__}; give a specification, a mapping or a TOML file",
+        name="given",
+    )
+
+
 def read(path: str | Path) -> Specification:
     """The specification in a TOML file, checked; a truck's path is relative to it.
 

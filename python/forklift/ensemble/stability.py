@@ -76,7 +76,7 @@ class Mode:
     frequency_hz, damping
         Of the continuous pole that a sampled eigenvalue λ stands for: ln λ / dt.
     per_tick
-        |λ|, by which it shrinks in a tick.
+        abs(λ), by which it shrinks in a tick.
     """
 
     frequency_hz: float

@@ -12,7 +12,7 @@ stood, to the bit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,12 +62,25 @@ class Level:
 
 @dataclass(frozen=True)
 class RareFailures:
-    """What `subset_simulation` gives: a probability with an interval over independent runs."""
+    """What `subset_simulation` gives: a probability with an interval over independent runs.
+
+    Attributes
+    ----------
+    probabilities, levels
+        Of each run: its estimate, and how many levels it took.
+    evaluations
+        Members run.
+    likeliest
+        Of all failures that the last levels hold the one nearest to the middle, in standard normal
+        coordinates, where members are densest (the design point of Hasofer & Lind 1974, as far as it was
+        sampled): its coordinates (d,), and its sequence of noise. None if no run came to a failure.
+    """
 
     interval: Interval
     probabilities: tuple[float, ...]
     levels: tuple[int, ...]
     evaluations: int
+    likeliest: tuple[Floats, int] | None = None
 
 
 def subset_simulation(
@@ -78,6 +91,7 @@ def subset_simulation(
     members: int = 1000,
     runs: int = LEAST_REPLICATES,
     level: float = LEVEL,
+    ended: Callable[[], None] | None = None,
 ) -> RareFailures:
     """The probability that a margin is negative, from independent runs of subset simulation.
 
@@ -91,12 +105,22 @@ def subset_simulation(
         Of each level; a multiple of 1/`SHARE`.
     runs
         Independent ones; ten or more give an interval that holds.
+    ended
+        Called after each.
     """
-    ended = [list(levels(margin, dimensions, seed=seed, run=run, members=members))[-1] for run in range(runs)]
-    probabilities = tuple(float(last.probability or 0.0) for last in ended)
-    taken = sum(members + last.number * (members - round(SHARE * members)) for last in ended)
+    last = []
+    for run in range(runs):
+        last.append(list(levels(margin, dimensions, seed=seed, run=run, members=members))[-1])
+        if ended:
+            ended()
+    probabilities = tuple(float(one.probability or 0.0) for one in last)
+    taken = sum(members + one.number * (members - round(SHARE * members)) for one in last)
     return RareFailures(
-        over_replicates(probabilities, level), probabilities, tuple(last.number for last in ended), taken
+        over_replicates(probabilities, level),
+        probabilities,
+        tuple(one.number for one in last),
+        taken,
+        _likeliest(last),
     )
 
 
@@ -124,6 +148,16 @@ def levels(
     while after.probability is None:
         after = _judged(_next(margin, after, seed, run, seeds))
         yield after
+
+
+def _likeliest(last: Sequence[Level]) -> tuple[Floats, int] | None:
+    """Of the failures that these levels hold, the one nearest to the middle."""
+    u = np.concatenate([one.u[one.margin < 0.0] for one in last])
+    stream = np.concatenate([one.stream[one.margin < 0.0] for one in last])
+    if not len(u):
+        return None
+    nearest = int(np.argmin((u * u).sum(axis=1)))
+    return u[nearest], int(stream[nearest])
 
 
 def _judged(level: Level) -> Level:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import polars as pl
 
 from forklift.base import output
@@ -22,8 +21,8 @@ from forklift.ensemble.members import Members
 from forklift.ensemble.quantities import units
 from forklift.ensemble.reduce import STABLE, Tally, axis
 from forklift.ensemble.specification import Specification
+from forklift.ensemble.trajectory import Trajectory, plain, trajectory
 from forklift.plant.forklift.truck import Truck
-from forklift.recordings.channels import LIFTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,40 +54,6 @@ class Progress:
     failures: int
     rate: float
     interval: Interval | None
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """One member's run: a row a tick, true values, not the sensors'.
-
-    ``speed_LIFT_m_s`` is the forks' lowering speed, downward positive, as requirements and references have
-    it.
-    """
-
-    index: int
-    verdict: str
-    varied: Mapping[str, float]
-    margins: Mapping[str, float]
-    table: pl.DataFrame
-
-    def to_dict(self) -> dict[str, Any]:
-        """The member without its trajectory, for JSON."""
-        return {
-            "index": self.index,
-            "verdict": self.verdict,
-            "varied": dict(self.varied),
-            "margins": {name: _plain(value) for name, value in self.margins.items()},
-        }
-
-    def write(self, path: str | Path) -> Path:
-        """The trajectory as ``.csv`` or ``.parquet``."""
-        return _written(path, self.table)
-
-    def __str__(self) -> str:
-        varied = [f"{name:>40} {value:>14.6g}" for name, value in self.varied.items()]
-        margins = [f"{name:>40} {value:>14.6g}" for name, value in self.margins.items()]
-        head = f"Member {self.index} is {self.verdict.replace('_', ' ')}."
-        return "\n".join([head, "", "varied", *varied, "", "margins, negative where broken", *margins])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -209,13 +174,13 @@ class Sweep:
                 "least_scaled_margin": [_finite(row) for row in tally.least.tolist()],
             },
             "worst": [
-                {key: _plain(value) for key, value in row.items()} for row in self.worst.iter_rows(named=True)
+                {key: plain(value) for key, value in row.items()} for row in self.worst.iter_rows(named=True)
             ],
         }
 
     def write(self, path: str | Path) -> Path:
         """All members as one ``.parquet`` or ``.csv`` file."""
-        return _written(path, self.to_polars())
+        return output.write_table(path, self.to_polars())
 
     def __repr__(self) -> str:
         name, tally = self.specification.name, self.tally
@@ -256,13 +221,10 @@ def sweep(
     ------
     ForkliftError
         ``"output-exists"`` if `out` holds something else, ``"value-invalid"``, ``"argument-invalid"``, and
-        those of
-        `specification.read` and `Truck.read`.
+        those of `specification.read` and `Truck.read`.
     """
-    spec = _specified(given)
-    truck = truck or Truck.read(spec.truck)
-    controller = controller or (Controller.read(spec.controller) if spec.controller else None)
-    members = Members(spec, truck, controller, threads)
+    members = Members.of(given, truck, controller, threads)
+    spec, truck, controller = members.specification, members.truck, members.controller
     total = members.count
     tally = begun(members)
     folder = _folder(Path(out), members) if out is not None else None
@@ -323,10 +285,6 @@ def replay(spec: Specification, truck: Truck, controller: Controller | None, ind
     ForkliftError
         ``"argument-invalid"`` for a member that the sweep does not have.
     """
-    from forklift.ensemble.tables import verdicts
-    from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
-    from forklift.plant.forklift.tables import outputs
-
     members = Members(spec, truck, controller, 1)
     if not 0 <= index < members.count:
         raise ForkliftError(
@@ -336,25 +294,7 @@ def replay(spec: Specification, truck: Truck, controller: Controller | None, ind
             value=index,
         )
     values, streams = members.draw(index, index + 1)
-    run = members.core.trace(values[0], int(streams[0]))
-    table = pl.DataFrame(
-        {"time_s": run["tick_s"] * np.arange(len(run["request"])), "request": run["request"]}
-    )
-    extra = {name: run["outputs"][:, k] for k, name in enumerate(outputs())}
-    for k, lift in enumerate(LIFTS):
-        extra[f"speed_{lift}_m_s"] = -FORKS_PER_SENSOR[lift] * extra[f"velocity_{lift}_m_s"]
-        extra[f"reference_{lift}_m_s"] = run["reference"][:, k]
-        extra[f"current_{lift}_a"] = run["current"][:, k]
-    names = [require.name for require in spec.require]
-    margins = {name: float(x) for name, x in zip(names, run["numbers"], strict=False)}
-    varied = {name: float(x) for name, x in zip(spec.vary, values[0], strict=True)}
-    return Trajectory(
-        index,
-        list(verdicts())[run["verdict"]],
-        varied,
-        margins,
-        table.with_columns(**{k: pl.Series(v) for k, v in extra.items()}),
-    )
+    return trajectory(members, values[0], int(streams[0]), index)
 
 
 def of_folder(folder: str | Path) -> tuple[Specification, Truck, Controller | None]:
@@ -378,20 +318,6 @@ def of_folder(folder: str | Path) -> tuple[Specification, Truck, Controller | No
             f"{folder} holds no sweep ({MARK} cannot be read); name a sweep's folder",
             file=str(path),
         ) from None
-
-
-def _specified(given: Specification | Mapping[str, Any] | str | Path) -> Specification:
-    if isinstance(given, Specification):
-        return given
-    if isinstance(given, Mapping):
-        return specification.check(given)
-    if isinstance(given, str | Path):
-        return specification.read(given)
-    raise ForkliftError(
-        "argument-invalid",
-        f"the sweep is a {type(given).__name__}; give a specification, a mapping or a TOML file",
-        name="given",
-    )
 
 
 def _folder(folder: Path, members: Members) -> Path:
@@ -429,21 +355,10 @@ def _folder(folder: Path, members: Members) -> Path:
     return folder
 
 
-def _written(path: str | Path, table: pl.DataFrame) -> Path:
-    output.check_suffix(path, (".parquet", ".csv"))
-    if Path(path).suffix.lower() == ".csv":
-        return output.write_file(path, table.write_csv)
-    return output.write_file(path, table.write_parquet)
-
-
 def _tupled(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
 def _finite(value: Any) -> Any:
     """A number or a row of numbers, None for those that are not finite."""
-    return [_plain(x) for x in value] if isinstance(value, list) else _plain(value)
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+    return [plain(x) for x in value] if isinstance(value, list) else plain(value)

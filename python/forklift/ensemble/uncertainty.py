@@ -20,8 +20,7 @@ def of_knowledge(unknowns: Sequence[Unknown], knowledge: Knowledge, values: dict
 
     Each parameter is normal, or normal in its logarithm where it was fitted so, with its posterior standard
     deviation, cut off at its bounds; together they have the fit's correlations. Of a scale that is neither
-    the
-    tangent at the estimate counts. Parameters that move together in the fit move together here.
+    the tangent at the estimate counts. Parameters that move together in the fit move together here.
     """
     vary: dict[str, Any] = {}
     columns: list[int] = []

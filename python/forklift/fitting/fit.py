@@ -219,8 +219,7 @@ def fit(
     ForkliftError
         What the machine finds that its recordings cannot support: of a truck the errors of
         `forklift.plant.forklift.checks.suitability`; ``"parameter-unknown"``, ``"argument-invalid"``,
-        ``"bounds-invalid"``, ``"prior-invalid"``; those
-        of `forklift.compare`.
+        ``"bounds-invalid"``, ``"prior-invalid"``; those of `forklift.compare`.
     """
     began = time.monotonic()
     arguments.names(hold=hold, also=also, together=together, profiles=profiles)

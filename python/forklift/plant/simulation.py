@@ -20,8 +20,6 @@ from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 from forklift.plant.simulate import simulate_plant
 
-FORMATS = (".csv", ".parquet")
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlantSimulation(Sheeted):
@@ -55,10 +53,7 @@ class PlantSimulation(Sheeted):
         ForkliftError
             ``"format-unknown"`` for another suffix, ``"not-writable"``.
         """
-        output.check_suffix(path, FORMATS)
-        table = self.to_polars()
-        put = table.write_csv if Path(path).suffix.lower() == ".csv" else table.write_parquet
-        return output.write_file(path, lambda temporary: put(temporary))
+        return output.write_table(path, self.to_polars())
 
     def to_dict(self) -> dict[str, Any]:
         """Values, effects, and of each output its last, least and greatest value, for JSON."""

@@ -17,7 +17,8 @@ from forklift.report.traces import MOST_POINTS, decimate, numbers
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from forklift.ensemble.sweep import Sweep, Trajectory
+    from forklift.ensemble.sweep import Sweep
+    from forklift.ensemble.trajectory import Trajectory
 
 MOST_DRAWN = 10
 """Trajectories on a page; each has some thousand points."""

@@ -37,9 +37,8 @@ class Made:
     answer
         What is concealed and which answers are right, as data: see `docs/proof.md`.
     truth
-        By file of the campaign, the noise-free signals: ``velocity_free_m_s``, ``velocity_main_m_s``
-        [m/s], of what
-        the lift's encoder sees (forks over second stage, first stage over base),
+        By file of the campaign, the noise-free signals: ``velocity_free_m_s``, ``velocity_main_m_s`` [m/s],
+        of what the lift's encoder sees (forks over second stage, first stage over base),
         ``pressure_free_pa``, ``pressure_main_pa`` [Pa], each (n,).
     """
 

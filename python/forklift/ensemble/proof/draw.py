@@ -15,9 +15,8 @@ RECORDINGS = (6, 30)
 """Fewest and most recordings of a campaign."""
 LIFTS = ("free", "main")
 SIZES = (0.7, 12.0)
-"""Range of the size of what is concealed: the root mean square change that it makes to velocity and
-pressure, in
-units of what the sensors' noise makes of them. Drawn evenly in the logarithm."""
+"""Range of the size of what is concealed: the root mean square change that it makes to velocity and pressure,
+in units of what the sensors' noise makes of them. Drawn evenly in the logarithm."""
 
 
 @dataclass(frozen=True)

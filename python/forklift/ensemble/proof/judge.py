@@ -24,9 +24,8 @@ SLOPE_NOISE_M_S = 2.4e-3
 def judged(answer: Answer, told: Told) -> dict[str, Any]:
     """What is right of a diagnosis, as data.
 
-    ``verdict``, ``location``, ``cause`` are true, false or None where nothing is to be asked: of a
-    complete truck
-    there is no place and no cause, and of a stranger no name.
+    ``verdict``, ``location``, ``cause`` are true, false or None where nothing is to be asked: of a complete
+    truck there is no place and no cause, and of a stranger no name.
     """
     causes = [cause for cause in answer["causes"] if not cause["hidden"]]
     hidden = [cause for cause in answer["causes"] if cause["hidden"]]
@@ -170,9 +169,8 @@ def removed(
 ) -> float | None:
     """The share of the misfit to the noise-free velocity that is gone, on recordings held out.
 
-    1 - sum (after - true)² / sum (before - true)², over the commanded lifts; None where there was no
-    misfit to
-    speak of, see `GAP`.
+    1 - sum (after - true)² / sum (before - true)², over the commanded lifts; None where there was no misfit
+    to speak of, see `GAP`.
     """
     start, end, count = 0.0, 0.0, 0
     for plan in answer["recordings"]:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from forklift.ensemble.proof.truth import effects, others, strangers
 
 KINDS = ("complete", "stranger", "two", "effect", "shape", "sensor", "condition")
-"""Nothing; physics that the catalogue lacks; two of its effects; one; one in another form; a sensor or
-clock that
-fails; a load or an oil temperature that is not what was entered."""
+"""Nothing; physics that the catalogue lacks; two of its effects; one; one in another form; a sensor or clock
+that fails; a load or an oil temperature that is not what was entered."""
 
 DECK = (
     *("complete",) * 5,

@@ -90,11 +90,9 @@ def prove(
 ) -> Proof:
     """Prove the diagnosis on `campaigns` sealed campaigns of `seed`.
 
-    Each campaign is a function of (seed, number) alone. Its answer is sealed before the diagnosis
-    starts, in a
-    process of its own that is given the folder and nothing else; the key stays in this one.
-    ``OUT/results`` gets one
-    file a campaign, whole or not at all, so that the same call goes on after a stop.
+    Each campaign is a function of (seed, number) alone. Its answer is sealed before the diagnosis starts, in
+    a process of its own that is given the folder and nothing else; the key stays in this one. ``OUT/results``
+    gets one file a campaign, whole or not at all, so that the same call goes on after a stop.
 
     Parameters
     ----------

@@ -1,12 +1,9 @@
 """Answers under seal: a hash that commits to them, and a box that no other process can open.
 
 The box is encrypted, then authenticated: the stream is SHAKE-256 of key and nonce (FIPS 202), the tag
-HMAC-SHA-256
-(RFC 2104) of nonce and cipher under a second key. Both keys are of the operating system's random
-numbers, live in
-the memory of the process that seals, and are written nowhere. After a kill nothing need be opened: a
-campaign is a
-function of seed and number, and is drawn and sealed again.
+HMAC-SHA-256 (RFC 2104) of nonce and cipher under a second key. Both keys are of the operating system's random
+numbers, live in the memory of the process that seals, and are written nowhere. After a kill nothing need be
+opened: a campaign is a function of seed and number, and is drawn and sealed again.
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
 """What each sensor of a campaign adds to the truth: noise and counts, told from the samples themselves.
 
 A channel that only ever reads whole multiples of one step, and has no noise to speak of beside it, is an
-incremental encoder, rounded down: what it
-reads is an interval, not a value with noise. Of any other channel the noise is the part that sixth
-differences leave: they take away whatever a polynomial of fifth order follows over seven samples (of an
-oscillation of 2.5 Hz sampled at 50 Hz, a thousandth is left), and leave white noise √924-fold. Noise that is
-not white shows while everything rests, before the first command.
+incremental encoder, rounded down: what it reads is an interval, not a value with noise. Of any other channel
+the noise is the part that sixth differences leave: they take away whatever a polynomial of fifth order
+follows over seven samples (of an oscillation of 2.5 Hz sampled at 50 Hz, a thousandth is left), and leave
+white noise √924-fold. Noise that is not white shows while everything rests, before the first command.
 """
 
 from __future__ import annotations

@@ -35,9 +35,8 @@ class Law:
     """A change of the thesis's model: overrides the places it concerns.
 
     ``memory`` names states of its own for each lift, ``shared`` those of the truck, each with a typical size;
-    all start at zero, and `rates` gives their time derivatives by name. ``coordinates`` names further
-    degrees of
-    freedom q with their typical sizes; each has the states q and q_rate, and `lagrange` adds its bodies
+    all start at zero, and `rates` gives their time derivatives by name. ``coordinates`` names further degrees
+    of freedom q with their typical sizes; each has the states q and q_rate, and `lagrange` adds its bodies
     and forces.
     """
 

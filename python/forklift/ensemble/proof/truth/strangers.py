@@ -1,8 +1,7 @@
 """Physics that the catalogue lacks: each at its place in the equations, with its source.
 
-The first value of a law is its amplitude, zero where nothing acts; that of a lift's own law is a pair
-over the
-lifts. `SPECS` says of each where it acts, what it is a function of, and how large it may be.
+The first value of a law is its amplitude, zero where nothing acts; that of a lift's own law is a pair over
+the lifts. `SPECS` says of each where it acts, what it is a function of, and how large it may be.
 """
 
 from __future__ import annotations
@@ -131,9 +130,9 @@ class HoseCreep(Law):
     """A rubber hose gives way late: a Kelvin-Voigt wall of `compliance` [m³/Pa] with the time constant
     `time` [s].
 
-    Longmore and Schlesinger (1991), Transmission of vibration and pressure fluctuations through
-    hydraulic hoses,
-    Proc. IMechE I 205. The wall follows p_A from rest; what flows into it is compliance/time (p_A - p_wall).
+    Longmore and Schlesinger (1991), Transmission of vibration and pressure fluctuations through hydraulic
+    hoses, Proc. IMechE I 205. The wall follows p_A from rest; what flows into it is compliance/time (p_A -
+    p_wall).
     """
 
     memory = {"crept": 1e6}  # noqa: RUF012
