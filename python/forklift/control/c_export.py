@@ -42,6 +42,11 @@ def sources(controller: Controller) -> dict[str, str]:
 def export_c(controller: Controller, folder: str | Path) -> Path:
     """Write the C files and the controller's settings into a folder; whole or not at all.
 
+    Returns
+    -------
+    Path
+        The folder, with the files of `FILES`.
+
     Raises
     ------
     ForkliftError

@@ -64,6 +64,8 @@ class Row:
 
     Attributes
     ----------
+    controller, lift, oil_temperature_degc, load_kg
+        Which, and where.
     nrmse_percent
         (3.40) of each signal.
     perfect_percent
@@ -103,12 +105,20 @@ def compare_controllers(
 ) -> list[Row]:
     """Each controller on every lift, temperature and load, over both reference signals.
 
+    The lifts are lowered one at a time, each with the whole reference, as the thesis measured them.
+
     Parameters
     ----------
+    truck
+        Which they lower.
+    lifts, loads_kg, oil_temperatures_degc
+        Where: every combination is a row for each controller.
     later_ticks
         By how much the delay is longer than `DELAY_TICKS`.
-
-    The lifts are lowered one at a time, each with the whole reference, as the thesis measured them.
+    seed
+        Of the sensors' noise.
+    floating
+        The controllers in floating point instead of their integers.
 
     Raises
     ------
@@ -157,7 +167,21 @@ class Passage:
 
 @dataclass(frozen=True, eq=False)
 class ControlComparison:
-    """Controllers side by side, with what a page of them draws."""
+    """Controllers side by side, with what a page of them draws.
+
+    Attributes
+    ----------
+    later_ticks
+        By how much the delay is longer than `DELAY_TICKS`.
+    seed
+        Of the sensors' noise.
+    rows
+        Tables 5.6 and 5.7.
+    curves
+        Of each lift under each reference signal at one operating point.
+    transitions, passages
+        Dip and spike where one lift gives over to the other, and the lowerings that they are of.
+    """
 
     truck: Truck
     controllers: tuple[Controller, ...]
@@ -201,6 +225,15 @@ def control_comparison(
     controllers: Sequence[Controller], truck: Truck, *, later_ticks: int = 0, seed: int = 0
 ) -> ControlComparison:
     """The whole comparison: Tables 5.6 and 5.7, the transition, and their curves.
+
+    Parameters
+    ----------
+    truck
+        Which they lower.
+    later_ticks
+        By how much the delay is longer than `DELAY_TICKS`.
+    seed
+        Of the sensors' noise.
 
     Raises
     ------

@@ -77,8 +77,21 @@ class Shaper(BaseModel):
 
 
 class LiftSettings(BaseModel):
-    """One lift's numbers, the table from speed [mm/s] to current [mA], its share of the reference over the
-    height."""
+    """One lift's settings.
+
+    Attributes
+    ----------
+    numbers
+        By name; `lift_settings` has each one's unit, bounds and meaning.
+    table
+        From lowering speed of the forks [mm/s] to current [mA].
+    ratio
+        The lift's share of the reference, 0 to 1, over the forks' height [encoder counts]: (4.10), (4.11).
+    swing
+        Feedback of the pressure's swing; None without.
+    shaper
+        How the reference is shaped; None if it is not.
+    """
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -120,6 +133,15 @@ Given = tuple[list[float], GivenLift, GivenLift, int]
 @dataclass(frozen=True)
 class Controller:
     """Settings of a controller, immutable and checked by the core.
+
+    Attributes
+    ----------
+    shared
+        What both lifts share, by name; `shared_settings` has each one's unit, bounds and meaning.
+    free, main
+        Of each lift.
+    word
+        Length of gains and tables in fixed point, 16 or 32 bits.
 
     Raises
     ------

@@ -22,14 +22,26 @@ LIMIT_M_S = 0.6
 
 
 def nrmse_percent(reference: Floats, speed: Floats) -> float:
-    """(3.40): 100 (1 − ‖r − v‖ / ‖r − mean(r)‖), of the reference's own spread; 100 is a perfect answer."""
+    """(3.40): 100 (1 − ‖r − v‖ / ‖r − mean(r)‖), of the reference's own spread; 100 is a perfect answer.
+
+    Parameters
+    ----------
+    reference, speed
+        (ticks,) r and v [m/s].
+    """
     return float(
         100.0 * (1.0 - np.linalg.norm(reference - speed) / np.linalg.norm(reference - reference.mean()))
     )
 
 
 def delayed(reference: Floats, tick_s: float, delay_s: float = TOTAL_DELAY_S) -> Floats:
-    """The reference later by a delay: what a perfect answer can be that does not know the reference ahead."""
+    """The reference (ticks,) later by a delay: what a perfect answer can be that does not know it ahead.
+
+    Parameters
+    ----------
+    tick_s, delay_s
+        Of the control loop; the delay is rounded to whole ticks [s].
+    """
     ticks = round(delay_s / tick_s)
     return np.concatenate([np.full(ticks, reference[0]), reference[: len(reference) - ticks]])
 
@@ -62,15 +74,27 @@ class Plateau:
 
 
 def swing(speed: Floats) -> float:
-    """Half of what lies between the least and the greatest speed, counted from their straight line."""
+    """Half of what lies between the least and the greatest speed (ticks,) [m/s], counted from their straight
+    line."""
     time = np.arange(len(speed)) - (len(speed) - 1) / 2.0
     slope = float(time @ speed) / float(time @ time)
     return float(np.ptp(speed - slope * time)) / 2.0
 
 
 def plateaus(request_mm_s: NDArray[np.int32], speed: Floats, tick_s: float) -> list[Plateau]:
-    """The steady end of each plateau of a request above zero that lasts two windows or more: the ramp
-    takes the first."""
+    """The steady end of each plateau of a request above zero that lasts two windows or more.
+
+    The ramp takes the first of the two. The windows are of `WINDOW_S`.
+
+    Parameters
+    ----------
+    request_mm_s
+        (ticks,) Lowering speed of the forks asked for.
+    speed
+        (ticks,) Theirs [m/s].
+    tick_s
+        Of the control loop.
+    """
     window, late = round(WINDOW_S / tick_s), round(TOTAL_DELAY_S / tick_s)
     jumps = np.flatnonzero(np.diff(request_mm_s)) + 1
     found = []

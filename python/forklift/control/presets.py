@@ -156,8 +156,18 @@ def scaling_error(truck: Truck, lift: Lift, table_degc: float) -> float:
 
 
 def thesis(truck: Truck) -> Controller:
-    """The thesis's controller: Table 5.3, its own table at `THESIS_TABLE_DEGC`, a free lift that starts
-    earlier (5.6.3)."""
+    """The thesis's controller: Table 5.3, a table of its own, a free lift that starts earlier (5.6.3).
+
+    Parameters
+    ----------
+    truck
+        Whose steady lowering at `THESIS_TABLE_DEGC` its tables invert.
+
+    Raises
+    ------
+    ForkliftError
+        ``"no-steady-state"`` for a truck of which no table can be made.
+    """
     parts = _early_ratios()
     lifts = {
         lift: _lift(
@@ -173,8 +183,18 @@ def thesis(truck: Truck) -> Controller:
 
 
 def today(truck: Truck) -> Controller:
-    """The controller in use: a table tuned warm, no temperature, no feedback; both lifts change over
-    together."""
+    """The controller in use: tables tuned warm, no temperature, no feedback; both lifts change over together.
+
+    Parameters
+    ----------
+    truck
+        Whose steady lowering at `TODAY_TABLE_DEGC` its tables invert.
+
+    Raises
+    ------
+    ForkliftError
+        ``"no-steady-state"`` for a truck of which no table can be made.
+    """
     parts = _common_ratios()
     lifts = {
         lift: _lift(

@@ -119,6 +119,10 @@ def tune(
 
     Parameters
     ----------
+    controller
+        What it is measured against, and whose settings stay where none of `methods` acts.
+    truck
+        Whose make the trucks of the trial are scattered about.
     methods
         Some of `METHODS`.
     delays_ticks
@@ -298,8 +302,17 @@ def tune_swing(
 
     Load by load: the frequency at which the pressure swings without feedback on a plateau, then the lead
     and the gain with which the least swing is left over, the worst of three oil temperatures, of two
-    reference signals and of delays a tick shorter and longer.
-    What lies between and beyond the loads' pressures is interpolated and held.
+    reference signals and of delays a tick shorter and longer. What lies between and beyond the loads'
+    pressures is interpolated and held.
+
+    Parameters
+    ----------
+    lift
+        Which.
+    delay_ticks
+        From sensors to valve; `DELAY_TICKS` of the lift if None.
+    seed
+        Of the sensors' noise.
 
     Raises
     ------

@@ -44,6 +44,8 @@ class Damping:
 
     Attributes
     ----------
+    lift, load_kg, oil_temperature_degc, speed_m_s
+        Where: the steady speed of the forks, downward positive.
     open
         The least-damped mode of the plant under a constant current.
     closed

@@ -31,16 +31,25 @@ SETTLING_S = 8.0
 PIECE_S = 0.25
 """Of that, without an end of the stroke on the way: a cylinder at 1 m/s travels a quarter of a metre."""
 UNSTABLE = 1e-6
-"""An eigenvalue this far outside the unit circle grows by less than a thousandth in a minute: the
-position's lies on it
-but for rounding."""
+"""An eigenvalue this far outside the unit circle grows by less than a thousandth in a minute: the position's
+lies on it but for rounding."""
 POINTS = 4000
 """Frequencies at which margins are looked for, even in the logarithm up to half the sampling rate."""
 
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """x' = A x + B u, y = C x + D u in ticks of `dt` seconds; continuous where `dt` is None."""
+    """x' = A x + B u, y = C x + D u in ticks of `dt` seconds; continuous where `dt` is None.
+
+    Attributes
+    ----------
+    a, b, c, d
+        (n, n), (n, inputs), (outputs, n), (outputs, inputs).
+    dt
+        Of a tick [s].
+    names
+        Of the states, where they have one.
+    """
 
     a: Floats
     b: Floats
@@ -105,7 +114,17 @@ class Margins:
 
 @dataclass(frozen=True, eq=False)
 class OperatingPoint:
-    """A steady lowering: where the plant is linearised."""
+    """A steady lowering: where the plant is linearised.
+
+    Attributes
+    ----------
+    command_a, load_kg, oil_temperature_degc
+        What it is held at.
+    state
+        (states,) The lift's, in the order of `forklift.plant.forklift.tables.states`.
+    speed_m_s
+        Of the forks, downward positive.
+    """
 
     truck: Truck
     lift: Lift
