@@ -67,3 +67,28 @@ def test_the_tables_that_pages_take_or_point_to_have_rows():
     for path in tables:
         rows = [line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("|")]
         assert len(rows) > 2, path.name
+
+
+def test_the_interface_page_has_whatever_the_package_offers_and_every_command_is_in_the_readme():
+    import forklift
+    from forklift.app.main import app
+
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    module, shown = "", set()
+    for line in text.splitlines():
+        if current := re.match(r"\.\. (currentmodule|automodule):: ([\w.]+)$", line):
+            module = current[2]
+        elif named := re.match(r"\.\. auto(?:class|function):: ([\w.]+)$", line):
+            shown.add(named[1] if named[1].startswith("forklift.") else f"{module}.{named[1]}")
+        elif members := re.match(r"   :members: (.+)$", line):
+            shown |= {f"{module}.{name}" for name in members[1].split(", ")}
+        elif line == "   :members:" and module == "forklift.plant.forklift.commands":
+            shown.add(f"{module}.Command")
+    offered = {
+        getattr(forklift, name) for name in forklift.__all__ if name not in ("__version__", "commands")
+    }
+    assert {f"{one.__module__}.{one.__name__}" for one in offered} <= shown
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    commands = {one.name or one.callback.__name__ for one in app.registered_commands}
+    groups = {one.name or one.typer_instance.info.name for one in app.registered_groups}
+    assert {name for name in commands | groups if f"forklift {name}" not in readme} == set()
