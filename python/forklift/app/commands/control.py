@@ -100,6 +100,26 @@ def export_c(
         typer.echo(range_table(chosen))
 
 
+@control.command(
+    "for-truck", epilog="Example: forklift control for-truck thesis --truck mine.toml --out mine_pid.toml"
+)
+def for_truck(
+    controller: _Name,
+    truck: Annotated[str, typer.Option(help="The truck whose tables it gets: a TOML file, as of a fit.")],
+    out: Annotated[Path, typer.Option(help="The TOML file of the controller.")],
+    temperature: Annotated[float, typer.Option(help="At which its tables hold [°C].")] = 40.0,
+) -> None:
+    """Give a controller the speed tables of a truck, and its scaling with temperature; the gains stay."""
+    from forklift.control.controller import Controller
+    from forklift.control.own_truck import for_truck as verb
+    from forklift.plant.forklift.truck import Truck
+
+    output.check_suffix(out, (".toml",))
+    output.check_file(out)
+    verb(Controller.read(controller), Truck.read(truck), oil_temperature_degc=temperature).write(out)
+    typer.echo(f"wrote {out}")
+
+
 @control.command(epilog="Example: forklift control tune thesis --out damped.toml")
 def tune(
     controller: _Name,
