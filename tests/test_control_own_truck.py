@@ -45,7 +45,7 @@ def test_with_feedback_no_steady_speed_is_above_the_limit_and_it_follows_better(
 
 @pytest.mark.parametrize("lift", ["free", "main"])
 def test_its_scaling_leaves_little_over_at_all_temperatures_and_loads(lift):
-    """Half of what the table alone does; no more than a quarter above Table 5.3 with the best table for that."""
+    """Half of what the table alone does; no more than a quarter above Table 5.3 with its best table."""
     numbers = getattr(for_truck(Controller.read("thesis"), THESIS), lift).numbers
     scaling = TemperatureScaling(
         numbers["a"].value, numbers["b"].value, 1e-3 * numbers["c"].value, 1e-3 * numbers["d"].value

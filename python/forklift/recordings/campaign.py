@@ -68,9 +68,8 @@ class Campaign(Celled):
     def read(cls, path: str | Path) -> Campaign:
         """Read a campaign's folder, or its ``campaign.toml``; every recording is read and checked.
 
-        Formats: CSV, Parquet, MAT and MDF4, with a ``[channels]`` table for names and units that are not
-        the channels' own. Signals on clocks of their own are brought onto one, see
-        `forklift.recordings.resample`.
+        Formats: CSV, Parquet, MAT, MDF4 and CAN logs, with a ``[channels]`` table for names and units that
+        are not the channels' own. Signals on clocks of their own keep them.
 
         Raises
         ------
