@@ -55,6 +55,17 @@ def test_a_multiplexed_signal_has_samples_where_it_is_sent(suffix, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_multiplexers_value_that_the_dbc_lacks_is_no_damage(suffix, tmp_path):
+    def strange(made):
+        diagnostics = [message for message in made if message.arbitration_id == 512]
+        diagnostics[1].data[0] = 7
+        return made
+
+    oil = Campaign.read(campaign(tmp_path / "bus", suffix, strange))[0].own("oil_temperature_degc")
+    np.testing.assert_allclose(oil.values, 20.5, atol=0.05)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_29_bit_identifier_is_not_the_11_bit_one_of_the_same_number(suffix, tmp_path):
     standard = [
         can.Message(timestamp=1.7e9, arbitration_id=0x100, is_extended_id=True, data=[255] * 8, channel=1)

@@ -1,13 +1,15 @@
 """The loop closed around a simulated truck: Tables 5.6 and 5.7, what must hold of each row, the drive's
 bits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
 from forklift.control import compare
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
-from forklift.control.controller import WORDS, Controller, lift_settings
+from forklift.control.controller import WORDS, Controller, Number, lift_settings
 from forklift.control.metrics import TOTAL_DELAY_S, delayed, nrmse_percent
 from forklift.control.presets import TABLE_5_3, THESIS_TABLE_DEGC, scaling_error, thesis, today
 from forklift.control.transition import transitions
@@ -199,3 +201,18 @@ def test_a_setting_out_of_its_bounds_is_refused_with_its_name() -> None:
     assert "free.proportional" in refused.value.message
     with pytest.raises(ForkliftError, match="word"):
         controller.with_word(24)
+
+
+def test_a_transition_that_never_comes_is_no_number_and_no_perfect_one():
+    given = Controller.read("thesis")
+    slow = replace(given, shared=given.shared | {"request_most": Number(value=400.0, source="slow")})
+    rows = transitions([slow], Truck.read("thesis"))
+    missed = [row for row in rows if row.level_m_s > 0.45]
+    assert missed
+    assert all(np.isnan(row.dip_m_s) and np.isnan(row.spike_m_s) for row in missed)
+    assert all(np.isfinite(row.dip_m_s) for row in rows if row.level_m_s < 0.35)
+
+
+def test_two_controllers_of_one_name_are_not_compared():
+    with pytest.raises(ForkliftError, match="called thesis"):
+        compare.compare_controllers([Controller.read("thesis")] * 2, Truck.read("thesis"))

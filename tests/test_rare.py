@@ -142,3 +142,17 @@ def test_the_command_says_and_writes_the_same(tmp_path, capsys):
     (tmp_path / "mine" / "note.txt").write_text("mine")
     assert run([*call[:-1], str(tmp_path / "mine")]) == 2
     assert "note.txt" in capsys.readouterr().err
+
+
+def test_values_outside_their_bounds_fail_and_stop_nothing():
+    """A tenth of the loads is negative: such a member is a failure of a sweep, too, and has no lowering."""
+    vary = {"load_kg": {"normal": [100.0, 100.0 / 1.2816]}}
+    found = rare(document(upper=1e3, vary=vary), members=200, runs=4)
+    assert 0.1 in found.failures.interval
+    assert found.likeliest is None
+    assert found.worst.trajectory.varied["load_kg"] >= 0.0
+    assert "outside its parameter's bounds" in str(found)
+    assert (
+        rare(document(upper=1e3, vary={"load_kg": {"normal": [-9e3, 1.0]}}), members=100, runs=2).worst
+        is None
+    )

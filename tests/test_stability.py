@@ -197,3 +197,10 @@ def test_python_control_agrees(point):
     assert ours.gain == pytest.approx(gain, rel=1e-2)
     omega = np.geomspace(0.1, 100.0, 50)
     assert opened.response(omega) == pytest.approx(theirs(np.exp(1j * omega * TICK)), rel=1e-6)
+
+
+def test_the_gain_margin_knows_half_the_sampling_rate():
+    """Of x' = x/2 + k u: closed by −1 it has the eigenvalue 1/2 − k, which leaves the circle at k = 3/2."""
+    for k in (0.5, 1.0, 1.49):
+        loop = StateSpace(np.array([[0.5]]), np.array([[k]]), np.eye(1), np.zeros((1, 1)), 0.02)
+        assert margins(loop).gain == pytest.approx(1.5 / k, rel=1e-6)

@@ -402,6 +402,30 @@ def test_two_that_are_the_same_are_drawn_the_same():
     assert np.array_equal(np.argsort(values[:, 0]), np.argsort(values[:, 2]))
 
 
+def test_values_that_fall_as_theta_rises_are_correlated_the_other_way_round():
+    from forklift.ensemble.uncertainty import of_knowledge
+    from forklift.fitting.intervals import Knowledge
+    from forklift.plant.forklift.unknowns import unknowns
+
+    every = {one.name: one for one in unknowns(THESIS, ("free",))}
+    chosen = [every["free.compensator.theta"], every["free.viscosity.nu_0"], every["free.compensator.C_D"]]
+    covariance = 1e-4 * np.array([[1.0, 0.8, 0.3], [0.8, 1.0, 0.1], [0.3, 0.1, 1.0]])
+    told = of_knowledge(chosen, Knowledge(covariance, (), (), (), {}, covariance), THESIS.values)
+    theta = np.random.default_rng(1).multivariate_normal(np.zeros(3), covariance, 4000)
+    values = np.array([[one.values(t)[0] for one, t in zip(chosen, row, strict=True)] for row in theta])
+    found = np.corrcoef(values, rowvar=False)
+    np.testing.assert_allclose(told["correlate"][0]["matrix"], found, atol=0.05)
+    assert found[0, 1] < -0.5
+
+
+def test_a_sweep_that_another_version_began_is_not_gone_on_with(tmp_path):
+    folder = sweep(document(members=20), out=tmp_path / "swept").folder
+    mark = folder / "sweep.json"
+    mark.write_text(json.dumps(json.loads(mark.read_text()) | {"version": "0.0.0"}))
+    with pytest.raises(ForkliftError, match="another version"):
+        sweep(document(members=20), out=folder)
+
+
 def test_a_fits_covariance_is_drawn(null_fit):
     from forklift.ensemble.uncertainty import of_knowledge
 

@@ -184,3 +184,11 @@ def test_openturns_subset_sampling_agrees(name):
     mine = np.log(ours.probabilities)
     error = np.sqrt(np.var(logs, ddof=1) / 10 + np.var(mine, ddof=1) / 10)
     assert abs(np.mean(logs) - np.mean(mine)) < 4.0 * error
+
+
+def test_shares_that_are_all_alike_leave_an_end_that_holds():
+    for over, what in ((over_scrambles, "scrambles"), (over_replicates, "runs")):
+        none, every = over([0.0] * 16), over([1.0] * 16)
+        assert (none.lower, none.upper) == (0.0, pytest.approx(1.0 - 0.05 ** (1.0 / 16.0)))
+        assert (every.lower, every.upper) == (pytest.approx(0.05 ** (1.0 / 16.0)), 1.0)
+        assert what in none.method

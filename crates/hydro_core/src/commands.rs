@@ -128,7 +128,8 @@ pub fn low_pass(current: &[f64], sample_rate_hz: f64, cutoff_hz: f64) -> Result<
 /// Gives the times and currents of the refined command: every sample and every edge.
 ///
 /// # Errors
-/// Unequal lengths, a negative amplitude, a frequency that is not positive.
+/// Unequal lengths, times that do not increase, a negative amplitude, a frequency that is not positive, more edges
+/// than a command may have.
 pub fn dither(time: &[f64], current: &[f64], amplitude: f64, frequency_hz: f64) -> Result<(Vec<f64>, Vec<f64>), Error> {
     if time.len() != current.len() {
         return refuse("current", current.len(), &format!("as long as time, {}", time.len()));
@@ -136,12 +137,20 @@ pub fn dither(time: &[f64], current: &[f64], amplitude: f64, frequency_hz: f64) 
     if !(0.0..=1.0).contains(&amplitude) {
         return refuse("amplitude", amplitude, "between 0 and 1 A");
     }
-    if !(frequency_hz > 0.0 && frequency_hz <= 1e4) {
-        return refuse("frequency_hz", frequency_hz, "above 0 and up to 10000 Hz");
+    if !(1e-6..=1e4).contains(&frequency_hz) {
+        return refuse("frequency_hz", frequency_hz, "between 1e-6 and 10000 Hz");
+    }
+    if let Some(pair) = time.windows(2).find(|pair| !(pair[0] < pair[1] && pair[1].is_finite())) {
+        return refuse("time", pair[1], "finite, and after the time before");
     }
     let half = 0.5 / frequency_hz;
     let (mut times, mut currents) = (Vec::new(), Vec::new());
     let start = time.first().copied().unwrap_or(0.0);
+    let edges = (time.last().copied().unwrap_or(0.0) - start) / half;
+    if edges + time.len() as f64 > MOST_SAMPLES as f64 {
+        let requirement = format!("at most {MOST_SAMPLES} edges and samples of a command");
+        return refuse("frequency_hz", frequency_hz, &requirement);
+    }
     let mut edge = 0usize;
     for (k, (&t, &u)) in time.iter().zip(current).enumerate() {
         let shaken = |edge: usize| {
@@ -182,6 +191,22 @@ mod tests {
         // One draw in eight meets the present level; five standard errors of a binomial count.
         let expected = 100_000.0 * 0.05 * 7.0 / 8.0;
         assert!((switches - expected).abs() < 5.0 * expected.sqrt(), "{switches}");
+    }
+
+    #[test]
+    fn a_dither_without_end_is_refused() {
+        let refused = |time: &[f64], hz: f64| dither(time, &vec![1.0; time.len()], 0.1, hz).is_err();
+        assert!(!refused(&[0.0, 1.0], 100.0));
+        for (time, hz) in [
+            (vec![0.0, f64::INFINITY], 100.0),
+            (vec![0.0, f64::NAN], 100.0),
+            (vec![f64::NEG_INFINITY, 0.0], 100.0),
+            (vec![1.0, 0.0], 100.0),
+            (vec![0.0, 1.0], 1e-310),
+            (vec![0.0, 1e9], 1e4),
+        ] {
+            assert!(refused(&time, hz), "{time:?} {hz}");
+        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ pub enum Error {
     OutOfBounds { name: String, value: f64, lower: f64, upper: f64, unit: String, reason: String },
     #[error("table {name} has {length} knots; give from 2 to {most}, as many as its partner has")]
     TableLength { name: String, length: usize, most: usize },
-    #[error("table {name} must rise from knot to knot, but knot {knot} is {value} {unit} after {previous}; sort or correct the table")]
+    #[error("table {name} must rise from knot to knot, a current by a microampere or more, but knot {knot} is {value} {unit} after {previous}; sort or correct the table")]
     TableNotRising { name: String, knot: usize, value: f64, previous: f64, unit: String },
     #[error("effect {effect} joins both lifts, but only one is simulated; simulate both, or leave the effect out")]
     EffectNeedsBothLifts { effect: String },

@@ -20,7 +20,7 @@ use crate::parts::valve::{Valve, ValveState};
 use crate::parts::viscosity::viscosity;
 use crate::parts::{cylinder, volume};
 use crate::ports::{Closed, Ports};
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LiftName {
@@ -349,6 +349,24 @@ pub struct Mast<S, X, const L: usize> {
     pub oil_temperature_degc: S,
 }
 
+/// Which lifts rest on an end of their stroke.
+pub enum Resting<S: Scalar, const L: usize> {
+    /// Those at these positions [m] that their acceleration presses onto a stop.
+    At([S; L]),
+    /// These.
+    Held([S::Mask; L]),
+}
+
+impl<S: Scalar, const L: usize> Resting<S, L> {
+    #[inline(always)]
+    fn of(&self, k: usize, stop: &EndStop<S>, acceleration: S) -> S::Mask {
+        match self {
+            Resting::At(x) => stop.blocks(x[k], acceleration),
+            Resting::Held(held) => held[k],
+        }
+    }
+}
+
 /// A state vector of `dim` with the lifts at rest at `from` [m], kept within their strokes, and zeros after them.
 pub fn resting<S: Scalar, const L: usize>(lifts: &[Lift<S>; L], from: [S; L], dim: usize) -> Vec<S> {
     let mut x = vec![S::zero(); dim];
@@ -408,27 +426,42 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
     }
 
     /// Accelerations [m/s²] from net forces [N]: each lift's own, or joined by an inertia between
-    /// them (Gaussian elimination, which at zero joint inertia leaves every bit as it was).
+    /// them (Gaussian elimination, which at zero joint inertia leaves every bit as it was). A lift that rests on a
+    /// stop takes no other with it; its own is as if it did not rest.
     #[inline(always)]
-    pub fn accelerations(&self, force: [S; L], ports: &[X::Ports; L], joint_inertia: S) -> [S; L] {
-        let mut a = force;
-        let inertia = |k: usize| ports[k].inertia(self.lifts[k].balance.inertia);
-        if X::JOINED && L == 2 {
-            let (first, second) = (inertia(0), inertia(1));
-            let ratio = joint_inertia / first;
-            a[1] = (force[1] - ratio * force[0]) / (second - ratio * joint_inertia);
-            a[0] = (force[0] - joint_inertia * a[1]) / first;
-        } else {
-            for k in 0..L {
-                a[k] = force[k] / inertia(k);
-            }
+    pub fn accelerations(
+        &self,
+        force: [S; L],
+        ports: &[X::Ports; L],
+        joint_inertia: S,
+        resting: &Resting<S, L>,
+    ) -> [S; L] {
+        let inertia: [S; L] = std::array::from_fn(|k| ports[k].inertia(self.lifts[k].balance.inertia));
+        if !(X::JOINED && L == 2) {
+            return std::array::from_fn(|k| force[k] / inertia[k]);
         }
-        a
+        let mut joint = force;
+        let ratio = joint_inertia / inertia[0];
+        joint[1] = (force[1] - ratio * force[0]) / (inertia[1] - ratio * joint_inertia);
+        joint[0] = (force[0] - joint_inertia * joint[1]) / inertia[0];
+        // With the other at rest a lift accelerates by itself. Its being pressed onto a stop with the other moving
+        // makes the other move by itself, which may then be pressed onto one, too.
+        let alone: [S; L] = std::array::from_fn(|k| force[k] / inertia[k]);
+        let rests = |k: usize, acceleration: S| resting.of(k, &self.lifts[k].stop, acceleration);
+        let pressed = [rests(0, joint[0]), rests(1, joint[1])];
+        let by_itself =
+            [pressed[1].or(pressed[0].and(rests(1, alone[1]))), pressed[0].or(pressed[1].and(rests(0, alone[0])))];
+        std::array::from_fn(|k| S::select(by_itself[k], alone[k], joint[k]))
     }
 
-    /// Time derivatives of the whole state vector between the ends of the strokes, of which the
-    /// integrators take care.
+    /// Time derivatives of the whole state vector with no lift on a stop.
     pub fn rates(&self, x: &[S], dx: &mut [S]) {
+        self.rates_resting(x, dx, &Resting::Held([S::one().lt(S::zero()); L]));
+    }
+
+    /// Time derivatives of the whole state vector; of a lift that rests on a stop, see [`Mast::accelerations`], those
+    /// that it would have without, which the integrators take off.
+    pub fn rates_resting(&self, x: &[S], dx: &mut [S], resting: &Resting<S, L>) {
         let lifts: [LiftState<S>; L] = std::array::from_fn(|k| LiftState::from_slice(&x[k * STATES..(k + 1) * STATES]));
         let own = &x[L * STATES..];
         let bus = self.bus(lifts);
@@ -437,7 +470,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
             let s = &lifts[k];
             self.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k])
         });
-        let acceleration = self.accelerations(std::array::from_fn(|k| mechanics[k].0), &ports, joint);
+        let acceleration = self.accelerations(std::array::from_fn(|k| mechanics[k].0), &ports, joint, resting);
         for k in 0..L {
             let (lift, s) = (&self.lifts[k], &lifts[k]);
             let command = ports[k].current(self.command[k]);

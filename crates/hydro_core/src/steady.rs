@@ -124,7 +124,10 @@ fn sign_change(lower: f64, upper: f64, f: impl Fn(f64) -> f64) -> f64 {
     let close = 2.0 * f64::EPSILON * b.abs().max(a.abs());
     let (mut f_a, mut f_b) = (f(a), f(b));
     let width = b - a;
-    let mut room = close * (width / close).max(1.0).log2().ceil().max(1.0).exp2();
+    // The next power of two, of two at least.
+    let (mantissa, exponent) = libm::frexp((width / close).max(1.0));
+    let halvings = if mantissa > 0.5 { exponent } else { exponent - 1 };
+    let mut room = close * libm::ldexp(1.0, halvings.max(1));
     while b - a > 2.0 * close {
         let middle = 0.5 * (a + b);
         let straight = if f_a < 0.0 && f_b > 0.0 { (f_b * a - f_a * b) / (f_b - f_a) } else { middle };

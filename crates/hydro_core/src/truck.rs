@@ -22,6 +22,21 @@ struct LiftValues {
     area: Vec<f64>,
 }
 
+impl LiftValues {
+    fn len(&self) -> usize {
+        self.scalars.len() + self.current.len() + self.area.len()
+    }
+}
+
+/// Knots of a table's current stand this far apart [A] or further, a quarter of a thousandth of a step of the ECU: a
+/// number of 32 bits tells them apart, and a slope between them is finite.
+pub const LEAST_KNOT_GAP_A: f64 = 1e-6;
+
+/// Whether a table's next value is as far above the one before as it has to be; `strictly` says it of currents.
+fn rising(pair: &[f64], strictly: bool) -> bool {
+    pair[1] - pair[0] >= if strictly { LEAST_KNOT_GAP_A } else { 0.0 }
+}
+
 /// Both lifts' parameters and the effects the truck asks for. Every value is within its bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truck {
@@ -116,7 +131,7 @@ fn missing(name: &str, spec: &ParameterSpec) -> Error {
 
 fn rises(name: &str, values: &[f64], unit: &str, strictly: bool) -> Result<(), Error> {
     for (k, pair) in values.windows(2).enumerate() {
-        if pair[1] < pair[0] || (strictly && pair[1] == pair[0]) {
+        if !rising(pair, strictly) {
             return Err(Error::TableNotRising {
                 name: name.to_string(),
                 knot: k + 1,
@@ -243,8 +258,7 @@ impl Truck {
     pub fn owners(&self) -> Vec<Owner> {
         let mut owners = Vec::new();
         for (&lift, values) in LiftName::BOTH.iter().zip(&self.lifts) {
-            let count = values.scalars.len() + values.current.len() + values.area.len();
-            owners.extend(std::iter::repeat_n(Owner::Lift(lift), count));
+            owners.extend(std::iter::repeat_n(Owner::Lift(lift), values.len()));
         }
         for (instance, values) in &self.effects {
             let owner = instance.lift.map_or(Owner::Mast, Owner::Lift);
@@ -263,6 +277,38 @@ impl Truck {
         self.effects.iter().any(|(instance, values)| instance.kind.joins(values))
     }
 
+    /// An effect on a lift, or between both, that is there only with both lifts, where the truck has these in the
+    /// place of [`Truck::values`].
+    pub fn joined_beyond(&self, lift: LiftName, values: &[f64]) -> Option<Instance> {
+        let mut at = self.lifts.iter().map(LiftValues::len).sum::<usize>();
+        self.effects.iter().find_map(|(instance, own)| {
+            let given = &values[at..at + own.len()];
+            at += own.len();
+            (instance.lift.is_none_or(|own| own == lift) && instance.kind.joins(given)).then_some(*instance)
+        })
+    }
+
+    /// Lifts over any scalar, without effects; `value` as of [`Truck::build`].
+    pub fn lifts<S: Scalar, const L: usize>(
+        &self,
+        which: [LiftName; L],
+        load_kg: S,
+        value: impl Fn(usize, f64) -> S,
+    ) -> [Lift<S>; L] {
+        which.map(|name| {
+            let lift = &self.lifts[usize::from(name == LiftName::Main)];
+            let mut index = if name == LiftName::Main { self.lifts[0].len() } else { 0 };
+            let mut take = |values: &[f64]| -> Vec<S> {
+                let taken = values.iter().enumerate().map(|(k, &v)| value(index + k, v)).collect();
+                index += values.len();
+                taken
+            };
+            let scalars = take(&lift.scalars);
+            let (current, area) = (take(&lift.current), take(&lift.area));
+            Lift::new(&LiftParameters::from_values(&scalars), &current, &area, load_kg)
+        })
+    }
+
     /// Lifts and effects over any scalar. `value` turns the k-th of [`Truck::values`] into a scalar:
     /// a constant, a dual variable, a different number in each lane.
     ///
@@ -275,17 +321,7 @@ impl Truck {
         load_kg: S,
         value: impl Fn(usize, f64) -> S,
     ) -> Result<Parts<S, L>, Error> {
-        let mut index = 0;
-        let mut take = |values: &[f64]| -> Vec<S> {
-            let taken = values.iter().enumerate().map(|(k, &v)| value(index + k, v)).collect();
-            index += values.len();
-            taken
-        };
-        let lifts = self.lifts.each_ref().map(|lift| {
-            let scalars = take(&lift.scalars);
-            let (current, area) = (take(&lift.current), take(&lift.area));
-            Lift::new(&LiftParameters::from_values(&scalars), &current, &area, load_kg)
-        });
+        let mut index = self.lifts.iter().map(LiftValues::len).sum::<usize>();
         let mut effects = Vec::new();
         for (instance, values) in &self.effects {
             let place = match instance.lift {
@@ -295,13 +331,13 @@ impl Truck {
             if place.is_some() && which != LiftName::BOTH[..] && instance.kind.joins(values) {
                 return Err(Error::EffectNeedsBothLifts { effect: instance.name() });
             }
-            let values = take(values);
             if let Some(place) = place {
-                effects.push((*instance, place, values));
+                let taken = values.iter().enumerate().map(|(k, &v)| value(index + k, v)).collect();
+                effects.push((*instance, place, taken));
             }
+            index += values.len();
         }
-        let chosen = which.map(|name| lifts[usize::from(name == LiftName::Main)].clone());
-        Ok((chosen, effects))
+        Ok((self.lifts(which, load_kg, value), effects))
     }
 }
 
@@ -319,9 +355,10 @@ impl Limits {
     /// Whether a truck may have these values.
     pub fn hold(&self, values: &[f64]) -> bool {
         let within = values.iter().zip(&self.bounds).all(|(value, (lower, upper))| value >= lower && value <= upper);
-        let rise = self.tables.iter().all(|(knots, strictly)| {
-            values[knots.clone()].windows(2).all(|pair| if *strictly { pair[0] < pair[1] } else { pair[0] <= pair[1] })
-        });
+        let rise = self
+            .tables
+            .iter()
+            .all(|(knots, strictly)| values[knots.clone()].windows(2).all(|pair| rising(pair, *strictly)));
         within
             && rise
             && LiftName::BOTH.iter().all(|&lift| {
@@ -333,7 +370,8 @@ impl Limits {
     /// How large the k-th value can be, to a power of two.
     pub fn size(&self, k: usize) -> f64 {
         let (lower, upper) = self.bounds[k];
-        lower.abs().max(upper.abs()).log2().round().exp2()
+        let (mantissa, exponent) = libm::frexp(lower.abs().max(upper.abs()));
+        libm::ldexp(1.0, if mantissa < std::f64::consts::FRAC_1_SQRT_2 { exponent - 1 } else { exponent })
     }
 
     /// A lift's scalars among the values.

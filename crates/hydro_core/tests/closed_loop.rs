@@ -145,6 +145,50 @@ fn a_member_is_alone_to_the_bit_wherever_it_stands_and_whoever_runs_away_beside_
     }
 }
 
+#[test]
+fn a_member_is_alone_to_the_bit_beside_trucks_whose_valves_are_stepped_more_finely() {
+    let request: Vec<i32> = (0..TICKS).map(|k| [0, 300, 150][k * 3 / TICKS]).collect();
+    // In half a tick the valve of the first takes one step, those of the others two and more.
+    let trucks: Vec<Truck> = [34.3, 60.0, 120.0].map(|omega| common::truck_with(&[("free.valve.omega", omega)])).into();
+    let member = |k: usize| Member {
+        truck: &trucks[k % 3],
+        load_kg: 100.0 * k as f64,
+        warmer: 40.0,
+        start: [0.9, 1.8],
+        seat: seat(k, &request),
+    };
+    let (time, oil) = (times(), vec![0.0; TICKS]);
+    let clock = Clock { time: &time, oil_temperature_degc: &oil };
+    let run = |members| lower(members, Lifts::One(LiftName::Free), clock, 2, &|| false).unwrap();
+    let together = run((0..19).map(member).collect());
+    for k in 0..19 {
+        let alone = run(vec![member(k)]);
+        assert_eq!(bits(&together[k]), bits(&alone[0]), "member {k}");
+        assert_eq!(together[k].orders, alone[0].orders, "member {k}");
+    }
+}
+
+#[test]
+fn trucks_that_all_run_away_are_told_so_and_a_start_that_is_no_number_is_refused() {
+    let (request, truck) = (vec![300; TICKS], truck(false));
+    let member = |k: usize, start: f64| Member {
+        truck: &truck,
+        load_kg: f64::NAN,
+        warmer: 40.0,
+        start: [start, 1.8],
+        seat: seat(k, &request),
+    };
+    let (time, oil) = (times(), vec![0.0; TICKS]);
+    let clock = Clock { time: &time, oil_temperature_degc: &oil };
+    let run = |members| lower(members, Lifts::Both, clock, SUBSTEPS, &|| false);
+    let found = run((0..17).map(|k| member(k, 0.9)).collect()).unwrap();
+    for trace in found {
+        assert_eq!((trace.outputs.len(), trace.orders.len()), (TICKS * OUTPUTS.len(), TICKS));
+        assert!(trace.outputs[trace.outputs.len() - OUTPUTS.len()..].iter().any(|x| x.is_nan()));
+    }
+    assert_eq!(run(vec![member(0, f64::NAN)]).unwrap_err().code(), "argument-invalid");
+}
+
 /// What sixteen members do in groups of N, and of one in `f64`.
 fn free_lift<S: LaneScalar<N>, const N: usize>(members: std::ops::Range<usize>) -> Vec<Vec<u64>> {
     let truck = truck(false);

@@ -441,4 +441,31 @@ fn a_setting_beyond_its_bounds_or_its_word_is_refused() {
     falling.lifts[1].table.values[3] = 0.0;
     let refused = falling.config(Word::Bits32).unwrap_err();
     assert_eq!(refused.code(), "argument-invalid");
+    let mut wide = settings(true);
+    if let Some(swing) = &mut wide.lifts[0].swing {
+        swing.spacing = 48;
+    }
+    assert_eq!(wide.config(Word::Bits16).unwrap_err().code(), "argument-invalid");
+}
+
+#[test]
+fn no_knot_stands_for_more_than_32_bits() {
+    // Of one gain in some fifty thousand the largest knot would be rounded up to 2^31.
+    for gain in [5.846753279329128, 4.0, 50.0] {
+        let mut edge = settings(true);
+        for lift in &mut edge.lifts {
+            let swing = lift.swing.as_mut().unwrap();
+            (swing.frequency, swing.gain, swing.lead) = (vec![2.0; 4], vec![gain; 4], vec![0.0; 4]);
+        }
+        for word in Word::BOTH {
+            for lift in edge.config(word).unwrap().lifts {
+                let pressure = lift.pressure;
+                for table in [&pressure.cosine, &pressure.sine, &pressure.real, &pressure.imaginary] {
+                    for k in 0..table.knots.len() {
+                        assert!(i32::try_from(table.knot(k)).is_ok(), "{gain} {word:?} {}", table.knot(k));
+                    }
+                }
+            }
+        }
+    }
 }

@@ -198,7 +198,7 @@ impl Submodel for Pressures {
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Vec<S> {
         vec![
             cylinder::stiffness(x[0], x[1], x[2], x[5]),
-            cylinder::pressure_rate(x[0], x[1], x[2], x[5], x[6], x[7]),
+            cylinder::stiffness(x[0], x[1], x[2], x[5]) * (x[7] - x[2] * x[6]),
             volume::pressure_rate(x[3] / x[4], x[7], x[8]),
         ]
     }

@@ -229,3 +229,56 @@ fn lifts_that_nothing_joins_move_as_if_alone() {
         }
     }
 }
+
+/// What a lift does whose neighbour has landed and is opened: nothing, however their masses are joined.
+#[test]
+fn a_lift_that_has_landed_takes_no_other_with_it() {
+    let tyres = [
+        ("chassis_compliance.compliance", 1e-6),
+        ("chassis_compliance.frequency", 2.0),
+        ("chassis_compliance.damping_ratio", 0.1),
+    ];
+    for changes in [&[("mast_coupling.factor", 1.0)][..], &tyres[..]] {
+        let truck = truck_with(changes);
+        let time: Vec<f64> = (0..100).map(|k| k as f64 * TICK).collect();
+        let shut = vec![[0.0, 0.0]; time.len()];
+        let opened = vec![[0.5, 0.0]; time.len()];
+        let oil = vec![40.0; time.len()];
+        for solver in [FIXED, ADAPTIVE] {
+            let run = |command: &[[f64; 2]], start: Option<&[f64]>| {
+                let inputs = Inputs { time: &time, command, oil_temperature_degc: &oil, load_kg: 1500.0 };
+                simulate(&truck, Lifts::Both, &inputs, &time, solver, start, &|| false).unwrap()
+            };
+            let n = run(&shut, None).state_names.len();
+            let mut landed = run(&shut, None).states[..n].to_vec();
+            landed[state::POSITION] = 0.0;
+            let found = run(&opened, Some(&landed));
+            let main = |k: usize, what: usize| found.states[k * n + STATES + what];
+            // The free lift's cylinder empties onto its stop, and nothing else happens.
+            let last = time.len() - 1;
+            assert!(found.states[last * n + state::PRESSURE] < 0.1 * landed[state::PRESSURE]);
+            assert_eq!(found.states[last * n + state::POSITION], 0.0);
+            for k in 0..=last {
+                assert!(
+                    main(k, state::VELOCITY).abs() < 1e-3,
+                    "{changes:?} {solver:?} {k}: {}",
+                    main(k, state::VELOCITY)
+                );
+            }
+            assert!((main(last, state::POSITION) - main(0, state::POSITION)).abs() < 1e-3);
+        }
+    }
+}
+
+#[test]
+fn rates_that_are_no_numbers_are_told_at_once() {
+    let truck = truck_with(&[]);
+    let (time, command, oil) = ([0.0, 1.0], [[0.0; 2]; 2], [40.0; 2]);
+    let inputs = Inputs { time: &time, command: &command, oil_temperature_degc: &oil, load_kg: 0.0 };
+    let lifts = Lifts::One(LiftName::Free);
+    let mut start =
+        simulate(&truck, lifts, &inputs, &time, ADAPTIVE, None, &|| false).unwrap().states[..STATES].to_vec();
+    start[state::POSITION + 2] = 1e306;
+    let refused = simulate(&truck, lifts, &inputs, &time, ADAPTIVE, Some(&start), &|| false).unwrap_err();
+    assert_eq!(refused.code(), "not-finite");
+}

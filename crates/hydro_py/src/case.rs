@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 
 use crate::errors::raise;
 use crate::truck::command_rows;
-use crate::watch::watched;
+use crate::watch::{watched, Signal};
 
 /// How many unknowns a recording has of its own, and which.
 const OWN: usize = 5;
@@ -89,6 +89,16 @@ fn direction(name: &str, names: &[String]) -> Result<Direction, Error> {
     }
 }
 
+/// Directions, each of which has been given once: a second would have derivatives of zero.
+pub fn once<T>(names: &[String], directions: Vec<T>) -> Result<Vec<T>, Error> {
+    match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
+        None => Ok(directions),
+        Some((_, name)) => {
+            Err(Error::Argument { name: "directions".into(), value: name.clone(), requirement: "given once".into() })
+        }
+    }
+}
+
 /// `free.force`: a port of a lift, with its place among the ports.
 fn port(name: &str) -> Option<(LiftName, usize)> {
     let (lift, port) = name.split_once('.')?;
@@ -152,9 +162,9 @@ pub fn hat_responses(
     let hats = Hats { centres: centres.as_array().to_vec(), width: wide(py, width)? };
     let asked = ports.iter().map(|name| known(py, name)).collect::<PyResult<Vec<_>>>()?;
     let run = case.at(&unknown.as_array().to_vec()).map_err(|error| raise(py, &error))?;
-    let interrupt = || Python::attach(|py| py.check_signals().is_err());
-    let found = py.detach(|| Responses::new(truck, &run, substeps, &asked, &hats, &interrupt));
-    let found = found.map_err(|error| raise(py, &error))?;
+    let signal = Signal::default();
+    let found = py.detach(|| Responses::new(truck, &run, substeps, &asked, &hats, &|| signal.raised()));
+    let found = signal.or(py, found)?;
     Ok(PyResponses { found, times: case.time.len(), hats: hats.centres.len() })
 }
 
@@ -178,9 +188,9 @@ pub fn responses<'py>(
         along.extend(centres.iter().map(|&centre| Direction::Input(Input { lift, port, centre, width })));
     }
     let run = case.at(&unknown.as_array().to_vec()).map_err(|error| raise(py, &error))?;
-    let interrupt = || Python::attach(|py| py.check_signals().is_err());
-    let found = py.detach(|| sensitivity::differentiate(truck, &run, substeps, &along, &interrupt));
-    let found = found.map_err(|error| raise(py, &error))?;
+    let signal = Signal::default();
+    let found = py.detach(|| sensitivity::differentiate(truck, &run, substeps, &along, &|| signal.raised()));
+    let found = signal.or(py, found)?;
     found.derivatives.into_pyarray(py).reshape([case.time.len(), OUTPUTS.len(), ports.len(), centres.len()])
 }
 
@@ -203,12 +213,13 @@ pub fn differentiate<'py>(
     }
     let names = truck.names();
     let along = directions.iter().map(|name| direction(name, &names)).collect::<Result<Vec<_>, _>>();
-    let along = along.map_err(|e| raise(py, &e))?;
+    let along = along.and_then(|along| once(directions, along)).map_err(|e| raise(py, &e))?;
     let runs = cases.iter().zip(unknowns.rows()).map(|(case, unknown)| case.at(&unknown.to_vec()));
     let runs = runs.collect::<Result<Vec<Case>, Error>>().map_err(|e| raise(py, &e))?;
-    let result = watched(py, |interrupt| differentiate_all(truck, &runs, substeps, &along, interrupt));
-    let results = result.map_err(|(_, e)| raise(py, &e))?;
-    results
+    let all = |interrupt: &(dyn Fn() -> bool + Sync)| {
+        differentiate_all(truck, &runs, substeps, &along, interrupt).map_err(|(_, error)| error)
+    };
+    watched(py, all)?
         .into_iter()
         .zip(cases)
         .map(|(found, case)| {
@@ -232,7 +243,7 @@ pub fn added<'py>(
     substeps: usize,
 ) -> PyResult<Shares<'py>> {
     let run = case.at(&unknowns.as_array().to_vec()).map_err(|e| raise(py, &e))?;
-    let found = watched(py, |interrupt| added::added(draws, &run, substeps, interrupt)).map_err(|e| raise(py, &e))?;
+    let found = watched(py, |interrupt| added::added(draws, &run, substeps, interrupt))?;
     let of = |one: added::Added| {
         let port = format!("{}.{}", one.lift.as_str(), PORTS[one.port].name);
         let rows = one.values.into_pyarray(py).reshape([draws.len(), case.time.len()])?;

@@ -1,6 +1,5 @@
 //! The controller: its settings as tables, its integers, its C, and trucks lowered by it.
 
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hydro_core::control::c_export::c_sources;
@@ -27,6 +26,7 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::errors::raise;
 use crate::truck::{argument, lifts_of, PyTruck};
+use crate::watch::watched;
 
 fn rows<'py>(py: Python<'py>, specs: &[SettingSpec]) -> PyResult<Bound<'py, PyList>> {
     let rows = PyList::empty(py);
@@ -66,6 +66,9 @@ pub type GivenLift = (Vec<f64>, GivenCurve, GivenCurve, Option<GivenSwing>, Opti
 /// A controller's integers.
 #[pyclass(name = "Controller", module = "forklift._core", frozen)]
 pub struct PyController(Config);
+
+/// From sensors to valve: two seconds.
+const MOST_DELAY_TICKS: usize = 100;
 
 fn curve((first, spacing, values): GivenCurve) -> Curve {
     Curve { first, spacing, values }
@@ -260,6 +263,10 @@ fn closed_loop<'py>(
             return Err(raise(py, &argument(name, &value.to_string(), &format!("between {lower} and {upper}"))));
         }
     }
+    if let Some(delay) = delays.iter().find(|delay| **delay > MOST_DELAY_TICKS) {
+        let requirement = format!("at most {MOST_DELAY_TICKS} ticks");
+        return Err(raise(py, &argument("delay", &delay.to_string(), &requirement)));
+    }
     let (which, _) = lifts_of(lifts).map_err(|e| raise(py, &e))?;
     let rows: Vec<Vec<i32>> = requests.as_array().rows().into_iter().map(|row| row.to_vec()).collect();
     let time: Vec<f64> = (0..ticks).map(|k| k as f64 * TICK_S).collect();
@@ -279,11 +286,8 @@ fn closed_loop<'py>(
             Member { truck, load_kg, warmer: oil_temperatures[k], start: starts[k], seat }
         })
         .collect();
-    let asked = AtomicU32::new(0);
-    let now_and_then =
-        || asked.fetch_add(1, Ordering::Relaxed).is_multiple_of(64) && Python::attach(|py| py.check_signals().is_err());
     let clock = Clock { time: &time, oil_temperature_degc: &zero };
-    let traces = py.detach(|| lower(members, which, clock, substeps, &now_and_then)).map_err(|e| raise(py, &e))?;
+    let traces = watched(py, |interrupt| lower(members, which, clock, substeps, interrupt))?;
     let answer = PyDict::new(py);
     let outputs: Vec<f64> = traces.iter().flat_map(|trace| trace.outputs.iter().copied()).collect();
     answer.set_item("outputs", outputs.into_pyarray(py).reshape([n, ticks, OUTPUTS.len()])?)?;
@@ -292,7 +296,12 @@ fn closed_loop<'py>(
     let current: Vec<i32> = orders().flat_map(|order| order.current).collect();
     answer.set_item("reference", reference.into_pyarray(py).reshape([n, ticks, 2])?)?;
     answer.set_item("current", current.into_pyarray(py).reshape([n, ticks, 2])?)?;
-    let written = |own: &Arc<Mutex<Vec<i32>>>| own.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let written = |own: &Arc<Mutex<Vec<i32>>>| {
+        let mut rows = own.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        // A truck that ran away reads nothing more.
+        rows.resize(if noted { 5 * ticks } else { 0 }, 0);
+        rows
+    };
     let readings: Vec<i32> = readings.iter().flat_map(written).collect();
     answer.set_item("readings", readings.into_pyarray(py).reshape([n, if noted { ticks } else { 0 }, 5])?)?;
     Ok(answer)

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use hydro_core::control::settings::TICK_S;
 use hydro_core::ensemble::controllers::{self, Fleet};
 use hydro_core::ensemble::distribution::Distribution;
 use hydro_core::ensemble::lowerings::{Make, Trial};
@@ -14,7 +15,7 @@ use hydro_core::ensemble::{draw, linear, lowerings};
 use hydro_core::error::Error;
 use hydro_core::lanes::Precision;
 use hydro_core::outputs::OUTPUTS;
-use hydro_core::run::closed_loop::Controller;
+use hydro_core::run::closed_loop::{Controller, Order};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -23,9 +24,7 @@ use rayon::ThreadPool;
 use crate::control::{self, GivenLift};
 use crate::errors::raise;
 use crate::truck::{argument, lifts_of, PyTruck};
-
-/// Ticks of the controller [s] (Fri & Fahlén 2017: 50 Hz).
-const TICK_S: f64 = 0.02;
+use crate::watch::watched;
 
 /// Lowerings of one truck, varied.
 #[pyclass(name = "Ensemble", module = "forklift._core", frozen)]
@@ -35,6 +34,9 @@ pub struct PyEnsemble {
     names: Vec<String>,
     pool: ThreadPool,
 }
+
+/// Members whose uniform numbers are drawn at a time.
+const MOST_AT_ONCE: usize = 1 << 30;
 
 /// Shared numbers, both lifts, bits of the word.
 type GivenController = (Vec<f64>, GivenLift, GivenLift, u32);
@@ -122,7 +124,11 @@ impl Wanted {
             let known: Vec<&str> = SIGNALS.iter().map(|(_, name, ..)| *name).collect();
             return Err(argument("signal", &signal, &known.join(", ")));
         };
-        let lift = self.number("lift", Some(0.0))? as usize;
+        let lift = match self.number("lift", Some(0.0))? {
+            0.0 => 0,
+            1.0 => 1,
+            other => return Err(argument("lift", &other.to_string(), "0 or 1")),
+        };
         let peak_to_peak_s = match self.number("peak_to_peak_s", Some(0.0))? {
             0.0 => None,
             window => Some(window),
@@ -292,6 +298,10 @@ impl PyEnsemble {
 
     fn uniform<'py>(&self, py: Python<'py>, first: u64, count: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let dimensions = self.trial.makeup.columns.len();
+        if count > MOST_AT_ONCE || first > u64::MAX / 3 - count as u64 {
+            let requirement = format!("at most {MOST_AT_ONCE} members at a time, of those before 2^62");
+            return Err(raise(py, &argument("count", &count.to_string(), &requirement)));
+        }
         let numbers = py.detach(|| draw::uniform(self.trial.makeup.seed, first, count, dimensions));
         numbers.into_pyarray(py).reshape([count, dimensions])
     }
@@ -328,8 +338,9 @@ impl PyEnsemble {
                 fail(argument("lanes", &lanes.to_string(), &known.join(" or ")))
             })?,
         };
-        let run = || self.with_make(|make| self.trial.run(&columns, &streams, make, width, &|| false));
-        let outcomes = py.detach(|| self.pool.install(run)).map_err(fail)?;
+        let outcomes = watched(py, |interrupt| {
+            self.pool.install(|| self.with_make(|make| self.trial.run(&columns, &streams, make, width, interrupt)))
+        })?;
         let verdicts: Vec<u8> = outcomes.iter().map(|outcome| outcome.verdict as u8).collect();
         let numbers: Vec<f64> = outcomes.into_iter().flat_map(|outcome| outcome.numbers).collect();
         let numbers = numbers.into_pyarray(py).reshape([streams.len(), self.trial.numbers()])?;
@@ -348,9 +359,11 @@ impl PyEnsemble {
             let got = columns.len().to_string();
             return Err(raise(py, &Error::Shape { name: "values".into(), got, expected }));
         }
-        let run = || self.with_make(|make| self.trial.trace(&columns, stream, make, &|| false));
-        let (outcome, trace) = py.detach(run).map_err(|e| raise(py, &e))?;
-        let ticks = trace.orders.len();
+        let (outcome, mut trace) =
+            watched(py, |interrupt| self.with_make(|make| self.trial.trace(&columns, stream, make, &|| interrupt())))?;
+        let ticks = self.trial.ticks;
+        trace.outputs.resize(ticks * OUTPUTS.len(), f64::NAN);
+        trace.orders.resize(ticks, Order::default());
         let answer = PyDict::new(py);
         answer.set_item("verdict", outcome.verdict as u8)?;
         answer.set_item("numbers", outcome.numbers.into_pyarray(py))?;

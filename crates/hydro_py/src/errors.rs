@@ -5,10 +5,11 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A core error as the exception a Python caller meets; an interrupted run is a KeyboardInterrupt.
+/// A core error as the exception a Python caller meets; an interrupted run is a KeyboardInterrupt, where no signal's
+/// handler raised another.
 pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
     if let Error::Interrupted { .. } = error {
-        return PyErr::take(py).unwrap_or_else(|| PyKeyboardInterrupt::new_err(error.to_string()));
+        return PyKeyboardInterrupt::new_err(error.to_string());
     }
     let sentence = error.to_string();
     let make = || -> PyResult<PyErr> {

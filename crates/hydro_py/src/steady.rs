@@ -7,6 +7,7 @@ use hydro_core::truck::Truck;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::case::once;
 use crate::errors::raise;
 use crate::truck::argument;
 
@@ -72,7 +73,8 @@ fn settled(
 ) -> PyResult<Vec<Settled>> {
     let names = truck.names();
     let prepare = || {
-        let directions = directions.iter().map(|name| along(name, known.0, &names)).collect::<Result<Vec<_>, _>>()?;
+        let found = directions.iter().map(|name| along(name, known.0, &names)).collect::<Result<Vec<_>, _>>()?;
+        let directions = once(directions, found)?;
         Ok((lift_of(lift)?, directions, columns.points(known)?))
     };
     let (lift, directions, points) = prepare().map_err(|e| raise(py, &e))?;

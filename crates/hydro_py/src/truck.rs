@@ -14,6 +14,7 @@ use pyo3::types::PyDict;
 use crate::case::{self, PyCase, PyResponses};
 use crate::errors::raise;
 use crate::steady;
+use crate::watch::Signal;
 
 /// A truck's parameters, checked against the tables; its effects are those whose parameters are given.
 #[pyclass(name = "Truck", module = "forklift._core", frozen)]
@@ -115,7 +116,7 @@ impl PyTruck {
         let command = command_rows(&command).map_err(fail)?;
         let temperature = oil_temperature.as_array().to_vec();
         let start = start.map(|start| start.as_array().to_vec());
-        let interrupt = || Python::attach(|py| py.check_signals().is_err());
+        let signal = Signal::default();
         let result = py.detach(|| {
             let inputs =
                 Inputs { time: &command_time, command: &command, oil_temperature_degc: &temperature, load_kg: load };
@@ -123,11 +124,11 @@ impl PyTruck {
             // Signals are looked at now and then: taking the interpreter's lock costs more than a step.
             let now_and_then = || {
                 asked.set(asked.get().wrapping_add(1));
-                asked.get().is_multiple_of(512) && interrupt()
+                asked.get().is_multiple_of(512) && signal.raised()
             };
             simulate(&self.0, lifts, &inputs, &time, solver, start.as_deref(), &now_and_then)
         });
-        let run = result.map_err(|e| raise(py, &e))?;
+        let run = signal.or(py, result)?;
         let n = run.state_names.len();
         let readings = Readings::new(&which, self.0.effects());
         let rows: Vec<f64> = run.states.chunks_exact(n).flat_map(|x| readings.read(x)).collect();

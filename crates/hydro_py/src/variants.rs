@@ -45,7 +45,7 @@ fn simulate_variants<'py>(
     let (time, command_time) = (time.as_array().to_vec(), command_time.as_array().to_vec());
     let command = command_rows(&command).map_err(fail)?;
     let course = Course { truck: truck.core(), lifts, time: &command_time, command: &command, wanted: &time, substeps };
-    let found = watched(py, |interrupt| simulate(course, &variants, interrupt)).map_err(fail)?;
+    let found = watched(py, |interrupt| simulate(course, &variants, interrupt))?;
     found.concat().into_pyarray(py).reshape([count, time.len(), OUTPUTS.len()])
 }
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base import output, present
+from forklift.base.errors import ForkliftError
 from forklift.control import transition
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
 from forklift.control.controller import Controller
@@ -203,7 +204,10 @@ class ControlComparison:
             "later_ticks": self.later_ticks,
             "seed": self.seed,
             "rows": [asdict(row) for row in self.rows],
-            "transitions": [asdict(row) for row in self.transitions],
+            "transitions": [
+                {name: None if value != value else value for name, value in asdict(row).items()}
+                for row in self.transitions
+            ],
         }
 
     def write(self, folder: str | Path) -> Path:
@@ -288,6 +292,14 @@ def _compared(
 ) -> tuple[list[Row], list[Curves]]:
     points = [(t, load) for t in oil_temperatures_degc for load in loads_kg]
     names = [controller.name for controller in controllers]
+    if repeated := next((name for name in names if names.count(name) > 1), None):
+        raise ForkliftError(
+            "argument-invalid",
+            f"two controllers are called {repeated}, so that no table could tell them apart; give one of "
+            "them another name, in the first line of its file",
+            name="controllers",
+            value=repeated,
+        )
     rows, curves = [], []
     for lift in lifts:
         alone = [controller.only(lift) for controller in controllers]

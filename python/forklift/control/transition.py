@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Integers, Lowered, Lowering, lower
@@ -121,19 +122,39 @@ def run_transitions(
 
 
 def span(run: Lowered, place: int, level_mm_s: int) -> tuple[int, int]:
-    """The ticks at which the references begin to change, and at which the main lift stands."""
+    """The ticks at which the references begin to change, and at which the main lift stands.
+
+    -1 of what never comes: a level that is not reached, a lift that does not stand.
+    """
     level = 1e-3 * level_mm_s
     main, free = run.reference_m_s["main"][place], run.reference_m_s["free"][place]
-    reached = int(np.argmax(main >= level - 1.5e-3))
-    first = reached + int(np.argmax((free[reached:] > 0.0) | (main[reached:] < level - 3e-3)))
-    standing = run.speed_m_s["main"][place][first:] < REST_M_S
-    return first, first + int(np.argmax(standing))
+    reached = _first(main >= level - 1.5e-3)
+    changed = _first((free[reached:] > 0.0) | (main[reached:] < level - 3e-3)) if reached >= 0 else -1
+    if changed < 0:
+        return -1, -1
+    first = reached + changed
+    stands = _first(run.speed_m_s["main"][place][first:] < REST_M_S)
+    return first, first + stands if stands >= 0 else -1
+
+
+def _first(true: NDArray[np.bool_]) -> int:
+    """The first place that is true; -1 if none is."""
+    return int(np.argmax(true)) if true.any() else -1
 
 
 def measured(one: Lowering, run: Lowered, place: int, level_mm_s: int) -> Transition:
     """Dip and spike of one of the lowerings."""
     total: Floats = run.speed_m_s["free"][place] + run.speed_m_s["main"][place]
     first, last = span(run, place, level_mm_s)
+    if last < 0:
+        nothing = float("nan")
+        return Transition(
+            one.controller.name,
+            one.oil_temperature_degc,
+            one.load_kg,
+            1e-3 * level_mm_s,
+            *(nothing, nothing, nothing, nothing, nothing),
+        )
     before = float(total[first - round(BEFORE_S / TICK_S) : first].mean())
     settled = last + round(SETTLED_S / TICK_S)
     after = float(total[settled : settled + round(AFTER_S / TICK_S)].mean())

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.control.closed_loop import TICK_S, Integers, Lowering, lower, requests
+from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Integers, Lowering, lower, requests
 from forklift.control.controller import Controller
 from forklift.control.metrics import nrmse_percent, plateaus
 from forklift.control.transition import LEVELS_MM_S, transitions
@@ -121,6 +121,7 @@ class Trial:
         transition: bool = True,
     ) -> None:
         self.truck, self.lift, self.seed, self.transition = truck, lift, seed, transition
+        self.later = delay - DELAY_TICKS[lift]
         self.points = [(t, load) for t in TEMPERATURES_DEGC for load in LOADS_KG]
         self.members = [
             (point, one, point[1] * factor, max(0, delay + later))
@@ -150,7 +151,9 @@ class Trial:
         error = [abs(plateaus(request, speed, TICK_S)[0].error_percent) for speed in speeds]
         speeds, _, request = self._lowered(controllers, TOP, self.unladen)
         top = [max(p.mean_m_s for p in plateaus(request, speed, TICK_S)) for speed in speeds]
-        rows = transitions(controllers, self.truck, seed=self.seed) if self.transition else []
+        rows = []
+        if self.transition:
+            rows = transitions(controllers, self.truck, later_ticks=self.later, seed=self.seed)
         # Speed by speed, of each the controllers in turn.
         jumps = np.reshape(
             [(r.dip_m_s, r.spike_m_s) for r in rows],

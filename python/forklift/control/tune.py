@@ -152,7 +152,7 @@ def tune(
             raise ForkliftError(
                 "argument-invalid", f"{method} is no method; there are {', '.join(METHODS)}", name="methods"
             )
-    given = delays_ticks or DELAY_TICKS
+    given = {**DELAY_TICKS, **(delays_ticks or {})}
     made_of = (
         f"{__version__} {controller.hash} {truck.sha256} {list(methods)} {dict(given)} {seed} {transition}"
         f"{'' if start is None else f' {start.hash}'}"

@@ -205,6 +205,9 @@ def _whiteness(channel: str, own: Sequence[ChannelResidual]) -> Iterator[_Raw]:
 def _correlations(
     channel: str, own: Sequence[ChannelResidual], known: Mapping[str, Columns]
 ) -> Iterator[_Raw]:
+    own = [found for found in own if known[found.file]]  # where nothing changes, nothing can be correlated
+    if not own:
+        return
     series = [found.series(len(next(iter(known[found.file].values())))) for found in own]
     whitening = autoregression(series)
     white = [_whitened(values, whitening) for values in series]

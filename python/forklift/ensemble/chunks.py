@@ -95,7 +95,7 @@ def store(folder: Path, chunk: int, data: bytes) -> None:
 
 
 def present(folder: Path, members: Members) -> list[bool]:
-    """Which chunks have a file that can be read; what a killed run left half done is removed."""
+    """Which chunks have a file, which is whole; what a killed run left half done is removed."""
     place = folder / FOLDER
     place.mkdir(parents=True, exist_ok=True)
     for left in place.glob(".*.tmp"):

@@ -14,6 +14,8 @@ from math import exp, sqrt
 
 import numpy as np
 
+from forklift.base.arrays import Floats
+
 LEVEL = 0.95
 """The usual level of an interval."""
 LEAST_REPLICATES = 10
@@ -139,13 +141,31 @@ def over_scrambles(shares: Sequence[float], level: float = LEVEL) -> Interval:
     """Student's interval of the mean over independent scrambles of a Sobol sequence, cut off at 0 and 1.
 
     Points of one scramble depend on each other, so that only the scrambles count (Owen 1997; L'Ecuyer et al.
-    2023: 16 or more).
+    2023: 16 or more). Where all find nothing, or nothing else, see `_one_end`.
     """
     found = np.asarray(shares, np.float64)
+    if (end := _one_end(found, level, "scrambles")) is not None:
+        return end
     mean, half = _student(found, level)
     return Interval(
         mean, max(mean - half, 0.0), min(mean + half, 1.0), level, f"t over {len(found)} scrambles"
     )
+
+
+def _one_end(found: Floats, level: float, what: str) -> Interval | None:
+    """The interval of a mean p of independent shares that are all 0, or all 1; None of others.
+
+    A share is at most 1, so that it is above 0 with a probability of p at least: n that are all 0 have one of
+    (1 − p)^n at most, which 1 − level rules out above p = 1 − (1 − level)^(1/n). No scatter shows, so that
+    Student's interval would have no width.
+    """
+    n, method = len(found), f"{len(found)} {what}, all alike"
+    far = 1.0 - (1.0 - level) ** (1.0 / n)
+    if not found.any():
+        return Interval(0.0, 0.0, far, level, method)
+    if (found == 1.0).all():
+        return Interval(1.0, 1.0 - far, 1.0, level, method)
+    return None
 
 
 def over_replicates(probabilities: Sequence[float], level: float = LEVEL) -> Interval:
@@ -168,6 +188,8 @@ def over_replicates(probabilities: Sequence[float], level: float = LEVEL) -> Int
     if n < 2:
         raise ValueError("an interval over replicates needs two of them or more")
     mean = float(found.mean())
+    if (end := _one_end(found, level, "runs")) is not None:
+        return end
     if (found <= 0.0).any():
         _, half = _student(found, level)
         return Interval(mean, 0.0, min(mean + half, 1.0), level, f"t over {n} runs, some without a failure")

@@ -26,8 +26,6 @@ from forklift.ensemble.subset import MOST_LEVELS, SHARE, RareFailures, subset_si
 from forklift.ensemble.trajectory import Trajectory, trajectory
 from forklift.plant.forklift.truck import Truck
 
-OUT = -1e3
-"""Margin of a member without numbers, in scales: worse than any other."""
 LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53
 """Uniform numbers lie between them: no distribution is infinite there."""
 LEVEL_MEMBERS = 1000
@@ -82,7 +80,8 @@ class Rare:
     likeliest
         The failure that is likeliest, of those that were seen; None if none was.
     worst
-        The worst case that was found within so many standard deviations.
+        The worst case that was found within so many standard deviations; None if nothing in there has its
+        parameters within their bounds.
     """
 
     specification: Specification
@@ -90,7 +89,7 @@ class Rare:
     controller: Controller | None
     failures: RareFailures
     likeliest: Trajectory | None
-    worst: WorstCase
+    worst: WorstCase | None
 
     @property
     def verdict(self) -> str:
@@ -120,9 +119,10 @@ class Rare:
             "probability": self.failures.interval.to_dict(),
             "runs": list(self.failures.probabilities),
             "levels": list(self.failures.levels),
-            "members_run": self.failures.evaluations + self.worst.evaluations,
+            "members_run": self.failures.evaluations + (self.worst.evaluations if self.worst else 0),
             "likeliest_failure": self.likeliest and self.likeliest.to_dict(),
-            "worst_case": {
+            "worst_case": self.worst
+            and {
                 "within_standard_deviations": self.worst.within,
                 "margin": self.worst.margin,
                 "evaluations": self.worst.evaluations,
@@ -141,31 +141,32 @@ class Rare:
         with output.folder(folder, FILES, RESULT) as new:
             text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n"
             output.write_text(new / RESULT, text)
-            self.worst.trajectory.write(new / WORST)
+            if self.worst:
+                self.worst.trajectory.write(new / WORST)
             if self.likeliest:
                 self.likeliest.write(new / LIKELIEST)
         return Path(folder)
 
     def __str__(self) -> str:
         worst = self.worst
-        columns = {"worst": worst.trajectory.varied}
-        if self.likeliest:
-            columns = {"likeliest failure": self.likeliest.varied} | columns
-        rows = ["".join([" " * 40, *(f"{name:>20}" for name in columns)])]
-        for name in worst.trajectory.varied:
-            unit = printed(quantity(self.specification, name).unit)
-            rows.append(
-                "".join([f"{name:>40}", *(f"{one[name]:>20.6g}" for one in columns.values())]) + f" {unit}"
-            )
-        said = "breaks a requirement" if worst.margin < 0.0 else "keeps every requirement"
-        return "\n".join(
-            [
-                self.verdict,
+        lines = [self.verdict]
+        if any(self.failures.probabilities) and self.likeliest is None:
+            lines.append("Every failure that was seen has a value outside its parameter's bounds.")
+        columns = {"likeliest failure": self.likeliest.varied} if self.likeliest else {}
+        if worst:
+            said = "breaks a requirement" if worst.margin < 0.0 else "keeps every requirement"
+            lines.append(
                 f"The worst case that a search found within {worst.within:g} standard deviations of each "
-                f"quantity {said}: its least margin is {worst.margin:.3g} of its scale.",
-                *map(str.rstrip, rows),
-            ]
-        )
+                f"quantity {said}: its least margin is {worst.margin:.3g} of its scale."
+            )
+            columns["worst"] = worst.trajectory.varied
+        if columns:
+            lines.append("".join([" " * 40, *(f"{name:>20}" for name in columns)]))
+        for name in self.specification.vary if columns else ():
+            unit = printed(quantity(self.specification, name).unit)
+            cells = (f"{one[name]:>20.6g}" for one in columns.values())
+            lines.append(f"{name:>40}{''.join(cells)} {unit}".rstrip())
+        return "\n".join(lines)
 
 
 def rare(
@@ -238,11 +239,14 @@ def rare(
 
 
 def margin_of(members: Members, uniform: Floats, streams: Streams) -> Floats:
-    """(n,) the least scaled margin at uniform numbers (n, varied) and sequences of noise (n,)."""
+    """(n,) the least scaled margin at uniform numbers (n, varied) and sequences of noise (n,).
+
+    −∞ of a member that has none: one with a value outside its parameter's bounds, which counts as a failure.
+    """
     _, numbers = members.core.run(members.values(uniform), streams)
     scales = np.array([require.scale for require in members.specification.require])
     least: Floats = np.min(numbers[:, : len(scales)] / scales, axis=1)
-    return np.nan_to_num(least, nan=OUT, neginf=OUT)
+    return np.where(np.isnan(least), -np.inf, least)
 
 
 def probability(
@@ -257,13 +261,17 @@ def probability(
     return subset_simulation(margin, len(spec.vary), seed=spec.seed, members=size, runs=runs, ended=ended)
 
 
-def worst_case(members: Members, *, generations: int, within: float, stream: int = 0) -> WorstCase:
-    """The values that come nearest to a failure, or fail the most, with one sequence of noise, frozen."""
+def worst_case(members: Members, *, generations: int, within: float, stream: int = 0) -> WorstCase | None:
+    """The values within their bounds that come nearest to a failure, or fail the most.
+
+    With one sequence of noise, frozen. None if no member that was tried has its values within their bounds.
+    """
     from scipy.optimize import differential_evolution
 
     def objective(u: Floats) -> Floats:
         streams = np.full(u.shape[1], stream, np.uint64)
-        return margin_of(members, _uniform(u.T), streams)
+        margins = margin_of(members, _uniform(u.T), streams)
+        return np.where(np.isneginf(margins), np.inf, margins)
 
     found = differential_evolution(
         objective,
@@ -275,6 +283,8 @@ def worst_case(members: Members, *, generations: int, within: float, stream: int
         polish=False,
         tol=0.0,
     )
+    if np.isposinf(found.fun):
+        return None
     values = members.values(_uniform(found.x[None, :]))[0]
     run = trajectory(members, values, stream)
     return WorstCase(within, float(found.fun), int(found.nfev), run)

@@ -274,6 +274,9 @@ def margins(loop: StateSpace) -> Margins:
     crossing = (gain.imag[:-1] * gain.imag[1:] < 0.0) & (gain.real[:-1] < 0.0)
     share = -gain.imag[:-1][crossing] / (gain.imag[1:][crossing] - gain.imag[:-1][crossing])
     at = gain.real[:-1][crossing] + share * (gain.real[1:][crossing] - gain.real[:-1][crossing])
+    # At its ends, a constant and half the sampling rate, the response is real.
+    ends = np.real([_at(loop, 1.0), _at(loop, -1.0)])
+    at = np.concatenate([at, ends[np.isfinite(ends)]])
     factors = -1.0 / at[(at < 0.0) & (at > -1.0)]
     size = np.abs(gain)
     unity = np.flatnonzero((size[:-1] - 1.0) * (size[1:] - 1.0) < 0.0)
@@ -284,6 +287,15 @@ def margins(loop: StateSpace) -> Margins:
         float(delays.min()) if len(delays) else float("inf"),
         disk,
     )
+
+
+def _at(loop: StateSpace, z: float) -> complex:
+    """The gain of the first output over the first input at z = e^jωdt; infinite at a pole."""
+    try:
+        held = np.linalg.solve(z * np.eye(len(loop.a)) - loop.a, loop.b[:, 0])
+    except np.linalg.LinAlgError:
+        return complex(np.inf)
+    return complex(loop.c[0] @ held + loop.d[0, 0])
 
 
 def describing_function(amplitude_a: Floats, half_width_a: float) -> Complex:

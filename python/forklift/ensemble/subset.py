@@ -73,7 +73,8 @@ class RareFailures:
     likeliest
         Of all failures that the last levels hold the one nearest to the middle, in standard normal
         coordinates, where members are densest (the design point of Hasofer & Lind 1974, as far as it was
-        sampled): its coordinates (d,), and its sequence of noise. None if no run came to a failure.
+        sampled): its coordinates (d,), and its sequence of noise. None if no run came to a failure with a
+        margin that is finite.
     """
 
     interval: Interval
@@ -152,8 +153,9 @@ def levels(
 
 def _likeliest(last: Sequence[Level]) -> tuple[Floats, int] | None:
     """Of the failures that these levels hold, the one nearest to the middle."""
-    u = np.concatenate([one.u[one.margin < 0.0] for one in last])
-    stream = np.concatenate([one.stream[one.margin < 0.0] for one in last])
+    failed = [(one.margin < 0.0) & np.isfinite(one.margin) for one in last]
+    u = np.concatenate([one.u[which] for one, which in zip(last, failed, strict=True)])
+    stream = np.concatenate([one.stream[which] for one, which in zip(last, failed, strict=True)])
     if not len(u):
         return None
     nearest = int(np.argmin((u * u).sum(axis=1)))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
+from forklift import __version__
 from forklift.base import output
 from forklift.base.errors import ForkliftError
 from forklift.control.controller import Controller
@@ -324,6 +325,7 @@ def _folder(folder: Path, members: Members) -> Path:
     """A folder that holds this sweep as far as it was run, or nothing."""
     spec, truck = members.specification, members.truck
     document = {
+        "version": __version__,
         "specification": spec.model_dump(mode="json"),
         "specification_sha256": spec.sha256,
         "controller": members.controller and to_data(members.controller),
@@ -338,14 +340,17 @@ def _folder(folder: Path, members: Members) -> Path:
     if mark.is_file():
         try:
             earlier = json.loads(mark.read_text(encoding="utf-8"))
-            same = all(earlier[key] == document[key] for key in ("specification_sha256", "controller"))
+            same = all(
+                earlier[key] == document[key] for key in ("version", "specification_sha256", "controller")
+            )
             same = same and earlier["truck"]["sha256"] == truck.sha256
         except (ValueError, KeyError, TypeError):
             same = False
         if not same:
             raise ForkliftError(
                 "output-exists",
-                f"{folder} holds another sweep, truck or controller; name a folder that does not exist yet",
+                f"{folder} holds another sweep, truck or controller, or one that another version of forklift "
+                "began; name a folder that does not exist yet",
                 file=str(folder),
             )
         return folder

@@ -24,21 +24,23 @@ def of_knowledge(unknowns: Sequence[Unknown], knowledge: Knowledge, values: dict
     """
     vary: dict[str, Any] = {}
     columns: list[int] = []
+    signs: list[float] = []
     for k, unknown in enumerate(unknowns):
         if isinstance(unknown, SensorUnknown):
             continue  # the recordings' clocks, and nothing of the truck's
         deviation = float(np.sqrt(knowledge.covariance[k, k]))
-        for name in unknown.names:
-            value = float(values[name]) if name in values else _entry(values, name)
-            spec = _bounds(name)
+        slopes = unknown.slopes(_theta(unknown, _value(values, unknown.names[0])))
+        for name, slope in zip(unknown.names, map(float, slopes), strict=True):
+            value, spec = _value(values, name), _bounds(name)
             if unknown.scale == "log":
                 vary[name] = {"log_normal": [value, unknown.width * deviation, *spec]}
             else:
-                slope = float(np.abs(unknown.slopes(_theta(unknown, value))[unknown.names.index(name)]))
-                vary[name] = {"normal": [value, slope * deviation, *spec]}
+                vary[name] = {"normal": [value, abs(slope) * deviation, *spec]}
             columns.append(k)
+            signs.append(-1.0 if slope < 0.0 else 1.0)
     correlation: Floats = knowledge.correlation[np.ix_(columns, columns)]
-    correlation = np.clip(0.5 * (correlation + correlation.T), -1.0, 1.0)
+    # Of a scale on which a value falls as θ rises the values are correlated the other way round.
+    correlation = np.clip(0.5 * (correlation + correlation.T), -1.0, 1.0) * np.outer(signs, signs)
     np.fill_diagonal(correlation, 1.0)
     return {"vary": vary, "correlate": [{"names": list(vary), "matrix": correlation.tolist()}]}
 
@@ -56,8 +58,10 @@ def _theta(unknown: Unknown, value: float) -> float:
     return float(brentq(apart, low, high))
 
 
-def _entry(values: dict[str, Any], name: str) -> float:
-    """A table's entry: its name ends with its place."""
+def _value(values: dict[str, Any], name: str) -> float:
+    """A parameter's value; a table's entry has a name that ends with its place."""
+    if name in values:
+        return float(values[name])
     table, _, place = name.rpartition(".")
     return float(values[table][int(place)])
 

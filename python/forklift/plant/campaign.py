@@ -10,7 +10,7 @@ The machine's file is Python, with a `Plant` called ``machine``. The recordings 
     y = { channel = "y", unit = "mm" }
 
     [[recording]]
-    file = "steps.csv"              # CSV, Parquet, MAT, MDF4
+    file = "steps.csv"              # CSV, Parquet, MAT, MDF4; a CAN log with `dbc = "bus.dbc"` at the top
     role = "estimate"               # or "validate", only ever judged on
     group = "cold"                  # optional: what is left out together
     conditions = { load = 800.0 }   # optional: numbers that describe it
@@ -19,7 +19,8 @@ The machine's file is Python, with a `Plant` called ``machine``. The recordings 
 from __future__ import annotations
 
 import runpy
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -32,7 +33,8 @@ from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 from forklift.recordings import formats, units
-from forklift.recordings.formats.signals import Everything, Place, Series
+from forklift.recordings.campaign_file import normal
+from forklift.recordings.formats.signals import Place, Series
 
 FILE = "campaign.toml"
 NAME = "machine"
@@ -67,6 +69,7 @@ class _Document(BaseModel):
 
     model_config = _STRICT
     name: str = ""
+    dbc: str | list[str] = []
     channels: dict[str, _Source | str] = {}
     recording: list[_Entry]
 
@@ -154,7 +157,27 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
                 file=str(path),
                 channel=source.channel,
             )
-    recordings = tuple(_recording(path.parent, entry, plant, sources, known) for entry in document.recording)
+    names = [normal(entry.file) for entry in document.recording]
+    for name in names:
+        if names.count(name) > 1:
+            raise ForkliftError(
+                "recording-repeated",
+                f"{path}: {name!r} is listed twice; what is fitted on cannot be what judges, so remove one",
+                file=str(path),
+                recording=name,
+            )
+    databases = (document.dbc,) if isinstance(document.dbc, str) else tuple(document.dbc)
+    chosen = _Chosen(known, sources)
+    recordings = tuple(
+        _recording(path.parent, entry, plant, chosen, databases) for entry in document.recording
+    )
+    if missing := [name for name in sources if name not in chosen.found]:
+        raise ForkliftError(
+            "source-missing",
+            f"{path}: no recording has {missing[0]!r}, which [channels] maps; correct its name, or remove it",
+            file=str(path),
+            name=missing[0],
+        )
     return PlantCampaign(document.name or path.parent.resolve().name, path.parent, recordings)
 
 
@@ -168,7 +191,7 @@ def inputs(path: str | Path, plant: Plant) -> Recording:
     """
     path = Path(path)
     known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
-    return _recording(path.parent, _Entry(file=path.name), plant, {}, known)
+    return _recording(path.parent, _Entry(file=path.name), plant, _Chosen(known, {}))
 
 
 def _document(path: Path) -> _Document:
@@ -194,18 +217,57 @@ def _document(path: Path) -> _Document:
         ) from error
 
 
+@dataclass
+class _Chosen:
+    """Which of a file's names stand for a channel of the machine, or for its time.
+
+    Attributes
+    ----------
+    known
+        The machine's channels, each with its unit.
+    sources
+        What ``[channels]`` says.
+    found
+        Of those, the names that a file had.
+    """
+
+    known: Mapping[str, str]
+    sources: Mapping[str, _Source]
+    found: set[str] = field(default_factory=set)
+
+    def __call__(self, names: Sequence[str]) -> list[str]:
+        return [name for name in dict.fromkeys(names) if name in TIMES or self.source(name) is not None]
+
+    def source(self, name: str) -> _Source | None:
+        """Where a name leads: as it is mapped, else to the channel that it names, with a unit in brackets."""
+        if name in self.sources:
+            self.found.add(name)
+            return self.sources[name]
+        plain = name.rpartition("[")[0].strip() if units.in_brackets(name) else name
+        return _Source(channel=plain) if plain in self.known else None
+
+
 def _recording(
-    folder: Path, entry: _Entry, plant: Plant, sources: dict[str, _Source], known: dict[str, str]
+    folder: Path, entry: _Entry, plant: Plant, chosen: _Chosen, databases: Sequence[str] = ()
 ) -> Recording:
     """Every channel at its own instants: outputs are missing between theirs, inputs held or joined."""
-    place = Place(entry.file, str(folder / entry.file))
-    signals, _ = formats.read(place, Everything())
+    dbc = tuple(str(folder / name) for name in databases)
+    place = Place(entry.file, str(folder / entry.file), dbc=dbc)
+    signals, _ = formats.read(place, chosen)
     columns: dict[str, tuple[Floats, Floats]] = {}
     for name, series in signals.series.items():
-        source = sources.get(name) or (_Source(channel=name, unit=series.unit) if name in known else None)
-        if source is not None and name not in TIMES:
-            own = series.time if series.time is not None else _time(place, signals.series)
-            columns[source.channel] = own, _in_unit(place, name, series, source, known[source.channel])
+        source = chosen.source(name)
+        if source is None:
+            continue
+        if source.channel in columns:
+            raise place.error(
+                "column-repeated",
+                f"two names stand for {source.channel}, {name!r} the second of them; map or keep one",
+                column=name,
+                channel=source.channel,
+            )
+        own = series.time if series.time is not None else _time(place, signals.series)
+        columns[source.channel] = own, _in_unit(place, name, series, source, chosen.known[source.channel])
     time = np.unique(np.concatenate([own for own, _ in columns.values()])) if columns else np.zeros(0)
     u = {}
     for one in plant.inputs:
@@ -215,7 +277,7 @@ def _recording(
             raise place.error(
                 "column-missing",
                 f"there is no column for the input {one.name} of {plant.name}; the file has "
-                f"{', '.join(signals.series)}. Map one to it below [channels]",
+                f"{', '.join(signals.series) or 'none of its channels'}. Map one to it below [channels]",
                 channel=one.name,
             )
     y = {one.name: _placed(time, *columns[one.name]) for one in plant.outputs if one.name in columns}
@@ -249,12 +311,16 @@ def _time(place: Place, series: dict[str, Series] | Any) -> Floats:
 
 
 def _in_unit(place: Place, name: str, series: Series, source: _Source, to: str) -> Floats:
-    """Values in the machine's unit: by a unit that is stated, else by scale and offset."""
+    """Values in the machine's unit: by the unit stated in the file or for it, else by scale and offset.
+
+    A scale or an offset takes the place of the file's unit, and of none that stands beside it.
+    """
     values = source.scale * series.values + source.offset
-    unit = source.unit
-    if not unit or units.says_nothing(unit) or to == "1":
+    scaled = (source.scale, source.offset) != (1.0, 0.0)
+    unit = source.unit or ("" if scaled else series.unit or units.in_brackets(name))
+    if units.says_nothing(unit):
         return values
-    linear = units.conversion(unit, to)
+    linear = units.conversion(unit, "dimensionless" if to == "1" else to)
     if linear is None:
         raise place.error(
             "unit-unknown",

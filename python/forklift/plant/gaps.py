@@ -10,7 +10,8 @@ import numpy as np
 from forklift.plant.findings import Caution, InvalidStretch
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
-from forklift.recordings.noise import Sensor, white_noise
+from forklift.recordings.clocks import Sampled
+from forklift.recordings.noise import Sensor, noise_of
 
 UNLIKELY = 1e-6
 """Probability below which equal samples in a row are no chance: a signal that stands still."""
@@ -35,13 +36,14 @@ def _of_recording(
     nothing.
     """
     for one in plant.outputs:
-        values = recording.y.get(one.name)
+        measured = recording.y.get(one.name)
         sensor = known[one.name]
-        if values is None or sensor.count:
+        if measured is None or sensor.count:
             continue
-        finite = values[np.isfinite(values)]
-        steps = np.diff(np.unique(finite))
-        if not len(steps) or white_noise([values]) < NOISY * sensor.noise:
+        there = np.isfinite(measured)
+        values, time = measured[there], recording.time_s[there]
+        steps = np.diff(np.unique(values))
+        if not len(steps) or noise_of([Sampled(time, values)]) < NOISY * sensor.noise:
             continue  # no noise to speak of: what rests stands still
         p = float(steps.min()) / (2.0 * sqrt(pi) * sensor.noise)
         if p >= 0.5:
@@ -52,7 +54,6 @@ def _of_recording(
         edges = np.flatnonzero(np.diff(np.r_[False, same & inside, False].astype(int)))
         for first, last in zip(edges[::2], edges[1::2], strict=True):
             if last - first + 1 >= fewest:
-                time = recording.time_s
                 yield InvalidStretch(recording.file, one.name, float(time[first]), float(time[last]), "stuck")
 
 

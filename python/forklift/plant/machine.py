@@ -112,8 +112,10 @@ class NumpyMachine:
         if self.plant.score != "restart":
             return [recording]
         time = recording.time_s - recording.time_s[0]
-        edges = np.searchsorted(time, np.arange(0.0, time[-1] + self.plant.horizon_s, self.plant.horizon_s))
-        pairs = [(int(a), int(b)) for a, b in pairwise(edges) if b - a > 1]
+        begins = np.searchsorted(time, np.arange(0.0, time[-1], self.plant.horizon_s))
+        # One sample is no piece: it ends the one before.
+        edges = [0, *(int(edge) for edge in begins[1:] if edge < len(time) - 1), len(time)]
+        pairs = [(a, b) for a, b in pairwise(edges) if b - a > 1]
         return [recording.between(a, b, f"{recording.file} from {time[a]:g} s") for a, b in pairs]
 
     def case(self, recording: Recording, sensors: Mapping[str, Sensor]) -> Case:

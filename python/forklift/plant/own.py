@@ -187,7 +187,7 @@ class PlantSubject(NumpyMachine):
         self, recordings: Sequence[Recording], judged: Sequence[Residual], sensors: Mapping[str, Sensor]
     ) -> dict[str, dict[str, Floats]]:
         """Each input and its change; each condition, as its deviation from the mean of all."""
-        names = {name for one in recordings for name in one.conditions}
+        names = sorted({name for one in recordings for name in one.conditions})
         told = {
             name: [one.conditions[name] for one in recordings if name in one.conditions] for name in names
         }

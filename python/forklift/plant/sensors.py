@@ -10,7 +10,8 @@ import numpy as np
 from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
-from forklift.recordings.noise import Sensor, encoder_count, white_noise
+from forklift.recordings.clocks import Sampled
+from forklift.recordings.noise import Sensor, encoder_count, noise_of
 
 LEAST_NOISE = 1e-6
 """No sensor is taken to be better than this share of its range."""
@@ -19,8 +20,9 @@ LEAST_NOISE = 1e-6
 def sensors(plant: Plant, recordings: Sequence[Recording]) -> dict[str, Sensor]:
     """Each output's noise and count: as given, or told from its samples.
 
-    From the samples' sixth differences (`forklift.recordings.noise.white_noise`), stretches at an end of
-    the range and gaps left out; never less than a millionth of the output's range.
+    From the sixth differences of its own samples (`forklift.recordings.noise.noise_of`), however many of the
+    recording's instants they are; stretches at an end of the range and gaps left out. Never less than a
+    millionth of the output's range.
 
     Raises
     ------
@@ -40,7 +42,9 @@ def sensors(plant: Plant, recordings: Sequence[Recording]) -> dict[str, Sensor]:
             found[one.name] = Sensor(one.name, one.sigma, one.count)
             continue
         count = one.count or encoder_count(inside)
-        noise = max(white_noise(inside), LEAST_NOISE * float(np.ptp(finite)), 1e-300)
+        clocks = [recording.time_s for recording in recordings if one.name in recording.y]
+        own = [Sampled(t[np.isfinite(c)], c[np.isfinite(c)]) for t, c in zip(clocks, inside, strict=True)]
+        noise = max(noise_of(own), LEAST_NOISE * float(np.ptp(finite)), 1e-300)
         if count and noise < count:
             found[one.name] = Sensor(one.name, count / sqrt(12.0), count)
         else:

@@ -7,10 +7,11 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from forklift.base import arguments
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.machine import completed
-from forklift.plant.parts import STEADY, Plant
+from forklift.plant.parts import STEADY, Plant, State
 from forklift.plant.present import Present
 from forklift.plant.recording import Recording
 from forklift.plant.run import run
@@ -42,6 +43,15 @@ def simulate_plant(
         ``"no-steady-state"``.
     """
     given = dict(values or {})
+    arguments.names(present=present)
+    for one in present:
+        if one not in {effect.id for effect in plant.effects}:
+            raise ForkliftError(
+                "parameter-unknown",
+                f"plant {plant.name} has no effect {one}; it has "
+                f"{', '.join(effect.id for effect in plant.effects) or 'none'}",
+                name=one,
+            )
     effects = tuple(effect for effect in plant.effects if effect.id in present)
     known = {one.name: one.value for one in plant.params}
     known |= {effect.full(one): one.value for effect in effects for one in effect.params}
@@ -56,8 +66,7 @@ def simulate_plant(
         if begin == STEADY:
             continue
         if isinstance(begin, str):
-            guess = 0.5 * (state.lower + state.upper) if state.guess is None else state.guess
-            begin = float(recording.u[begin][0]) if begin in recording.u else float(np.nan_to_num(guess))
+            begin = float(recording.u[begin][0]) if begin in recording.u else _guess(state)
         start[state.name] = np.array([begin])
     for name in given:
         if name not in known:
@@ -66,3 +75,11 @@ def simulate_plant(
     columns = {name: column[:, None] for name, column in recording.u.items()}
     said, _ = run(machine, recording.time_s[:, None], columns, start, p)
     return {name: np.array(column[:, 0]) for name, column in said.items()}
+
+
+def _guess(state: State) -> float:
+    """Where a state starts that no input tells."""
+    if state.guess is not None:
+        return float(state.guess)
+    middle = 0.5 * (state.lower + state.upper)
+    return float(middle if np.isfinite(middle) else np.clip(0.0, state.lower, state.upper))

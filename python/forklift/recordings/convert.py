@@ -104,12 +104,27 @@ def convert(
     """
     from forklift.recordings import campaign_file, reading
 
+    if propose and channels is not None:
+        raise ForkliftError(
+            "option-not-wanted",
+            "a mapping is either proposed or given; leave propose or channels out",
+            name="propose",
+        )
     output.check_folder(out, replaceable(Path(out), overwrite or extend), FILE)
     earlier = Campaign.read(out) if extend else None
     if extend and channels is None and not propose and (Path(out) / MAPPING).exists():
         channels = Path(out) / MAPPING
     if sample_rate_hz is not None:
         campaign_file.check_rate(sample_rate_hz, Place(_OPTIONS, str(out)))
+        if earlier and sample_rate_hz != earlier.sample_rate_hz:
+            raise ForkliftError(
+                "sample-rate-mismatch",
+                f"{out} has {earlier.sample_rate_hz:g} Hz, and what is added to it has the same rate; leave "
+                f"--rate {sample_rate_hz:g} out, or convert into another folder",
+                file=str(out),
+                value=sample_rate_hz,
+                expected=earlier.sample_rate_hz,
+            )
     files = [Path(source)] if isinstance(source, str | Path) else [Path(file) for file in source]
     rate = sample_rate_hz
     if len(files) == 1 and files[0].suffix.lower() not in SUFFIXES:
@@ -121,6 +136,7 @@ def convert(
             "role": role,
             "channels": channels,
             "ignore": tuple(ignore) or None,
+            "dbc": ([dbc] if isinstance(dbc, str | Path) else list(dbc)) or None,
             "table": table,
             "cut": cut or None,
             "propose": propose or None,

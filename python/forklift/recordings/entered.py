@@ -17,7 +17,7 @@ from forklift.recordings.channels import Lifts
 from forklift.recordings.recording import Role
 
 COLUMNS = ("file", "lift", "load_kg", "role")
-_LOAD = re.compile(r"(?<![0-9.])(\d+(?:[.,]\d+)?)\s*(kg|t|lbs?)(?![a-z])", re.IGNORECASE)
+_LOAD = re.compile(r"(?<![0-9.])(\d+(?:[.,]\d+)?)\s*(kg|t|lbs?)(?![a-z0-9])", re.IGNORECASE)
 _KILOGRAMS = {"kg": 1.0, "t": 1000.0, "lb": 0.45359237, "lbs": 0.45359237}  # NIST SP 811 (2008), B.8
 _ROLES: dict[str, Role] = {
     "val": "validate",
@@ -49,14 +49,14 @@ class Entered:
 
 
 def of_name(file: str) -> Entered:
-    """What a file's name says."""
+    """What a file's name says; nothing of a load where it says two."""
     stem = Path(file).stem
-    load = _LOAD.search(stem)
+    loads = {float(n.replace(",", ".")) * _KILOGRAMS[unit.lower()] for n, unit in _LOAD.findall(stem)}
     words = [word.lower() for word in re.split(r"[^A-Za-z]+", stem) if word]
     lifts: list[Lifts] = [word for word in words if word in get_args(Lifts)]  # type: ignore[misc]
     return Entered(
         lifts[0] if len(set(lifts)) == 1 else None,
-        float(load[1].replace(",", ".")) * _KILOGRAMS[load[2].lower()] if load else None,
+        loads.pop() if len(loads) == 1 else None,
         next((_ROLES[word] for word in words if word in _ROLES), None),
     )
 

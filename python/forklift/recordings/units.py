@@ -56,7 +56,8 @@ _SPELT = {
     "t": "metric_ton",
     "to": "metric_ton",
 }
-_ABSOLUTE = {"bara": "bar", "bar(a)": "bar", "psia": "psi", "kpaa": "kPa"}
+_PRESSURES = {"bar": "bar", "mbar": "mbar", "psi": "psi", "pa": "Pa", "kpa": "kPa", "mpa": "MPa"}
+_ABSOLUTE = {f"{low}{mark}": unit for low, unit in _PRESSURES.items() for mark in ("a", "(a)")}
 _TEMPERATURES = {"c": "degC", "f": "degF"}
 _PLAIN = {  # whatever their case: nobody records oil in millipascals
     "ma": "mA", "a": "A", "mpa": "MPa", "kpa": "kPa", "hpa": "hPa", "pa": "Pa", "bar": "bar", "mbar": "mbar",
@@ -110,7 +111,9 @@ def conversion(unit: str, to: str) -> Linear | None:
         return None
     registry = _registry()
     low, high = (float(registry.Quantity(x, found[0]).to(target[0]).magnitude) for x in (0.0, 1.0))
-    return Linear(_rounded(high - low), _rounded(low - found[1]))
+    more = found[1] - target[1]
+    above = float(registry.Quantity(more, "Pa").to(target[0]).magnitude) if more else 0.0
+    return Linear(_rounded(high - low), _rounded(low - above))
 
 
 def in_brackets(name: str) -> str:

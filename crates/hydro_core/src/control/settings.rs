@@ -169,6 +169,9 @@ pub struct Settings {
     pub lifts: [Lift; 2],
 }
 
+/// The base-2 logarithm of the most that knots may stand apart, in steps of the sensor or units of the setting.
+const MOST_SPACING: u32 = 14;
+
 fn refuse<T>(name: &str, value: impl ToString, requirement: &str) -> Result<T, Error> {
     Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
 }
@@ -205,7 +208,9 @@ fn table(
     }
     let largest = values.iter().fold(0.0, |most: f64, &value| most.max(whole(value).abs()));
     let widen = (0..32).find(|&widen| (largest / two_to(widen)).round() <= word.most() as f64).unwrap_or(32);
-    let knots = values.iter().map(|&value| (whole(value) / two_to(widen)).round() as i32).collect();
+    // What a knot stands for has 32 bits, too: the largest may not be rounded up to 2^31.
+    let most = (i64::from(i32::MAX) >> widen) as f64;
+    let knots = values.iter().map(|&value| (whole(value) / two_to(widen)).round().clamp(-most, most) as i32).collect();
     Ok(Table { first, spacing, widen, knots })
 }
 
@@ -213,7 +218,7 @@ fn table(
 fn curve(name: &str, curve: &Curve, shift: u32, scale: Scale, word: Word) -> Result<Table, Error> {
     let first = i32::try_from(i64::from(curve.first) << shift);
     match first {
-        Ok(first) if curve.spacing <= 14 && curve.first.unsigned_abs() <= 1 << 20 => {
+        Ok(first) if curve.spacing <= MOST_SPACING && curve.first.unsigned_abs() <= 1 << 20 => {
             table(name, (first, curve.spacing + shift), &curve.values, scale, word)
         }
         _ => refuse(name, curve.spacing, "knots at most 2^14 apart, from within 2^20 of zero or the largest speed"),
@@ -305,7 +310,7 @@ impl Lift {
         let Some(shaper) = &self.shaper else {
             return Ok(ShaperConfig { delay: Table::constant(0, 0), share: Table::constant(1, FACTOR_SHIFT) });
         };
-        if shaper.delay.len() != shaper.share.len() || shaper.spacing > 14 {
+        if shaper.delay.len() != shaper.share.len() || shaper.spacing > MOST_SPACING {
             return refuse(name, shaper.spacing, "a delay and a share at each knot, knots at most 2^14 apart");
         }
         let scale = two_to(SHAPER_SHIFT) / TICK_S;
@@ -330,6 +335,9 @@ impl Lift {
         let n = swing.frequency.len();
         if [&swing.damping, &swing.gain, &swing.lead].iter().any(|values| values.len() != n) {
             return refuse(name, "of unequal lengths", "a frequency, damping, gain and lead at each knot");
+        }
+        if swing.spacing > MOST_SPACING {
+            return refuse(name, swing.spacing, "knots at most 2^14 apart");
         }
         for k in 0..n {
             let good = (0.2..=10.0).contains(&swing.frequency[k])

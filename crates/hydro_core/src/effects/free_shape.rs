@@ -166,7 +166,7 @@ impl<S: Scalar, const N: usize> Curve<S, N> {
     fn spot<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> S {
         let s = &bus.lifts[self.place];
         let slow = S::constant(SLOW);
-        let fresh = (S::one() - own[2]).max(S::constant((-1.0f64).exp()));
+        let fresh = (S::one() - own[2]).max(S::constant(1.0 / std::f64::consts::E));
         let time = -(S::constant(LONGEST) * fresh.ln());
         let values: [S; VARIABLES.len()] = [
             s.x,

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::lanes::{with_registers, with_single_registers, LaneScalar, LaneWork, Precision, Single, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, POSITION, STATES};
 use crate::outputs::{Readings, OUTPUTS};
+use crate::run::blocks::{alike, scattered};
 use crate::run::closed_loop::{ClosedLoop, Controller, Order, Seat};
 use crate::run::drive::Drive;
 use crate::run::sensing::Misread;
@@ -100,7 +101,25 @@ impl Trial {
         if !(self.tick_s > 0.0 && self.tick_s <= 1.0) {
             return refuse("tick_s", self.tick_s.to_string(), "above 0 and up to 1 s");
         }
+        let Settling { after_s, band_m_s } = self.settling;
+        if !(after_s > 0.0 && after_s <= 3600.0) {
+            return refuse("settle_s", after_s.to_string(), "above 0 and up to 3600 s");
+        }
+        if !(band_m_s > 0.0 && band_m_s.is_finite()) {
+            return refuse("band_m_s", band_m_s.to_string(), "above 0 m/s");
+        }
+        let end_s = (self.ticks - 1) as f64 * self.tick_s;
         for requirement in &self.requirements {
+            if let Some((from_s, to_s)) = requirement.template.stretch() {
+                if !(from_s <= end_s && to_s >= 0.0 && from_s <= to_s) {
+                    let asked = format!("{from_s} to {to_s}");
+                    return refuse(
+                        "from_s, to_s",
+                        asked,
+                        &format!("a stretch of the run, which lasts from 0 to {end_s} s"),
+                    );
+                }
+            }
             if requirement.lift >= self.lifts() {
                 return refuse("lift", requirement.lift.to_string(), "a lift that is simulated");
             }
@@ -144,16 +163,12 @@ impl Trial {
         // Lanes of a block share how their valves are stepped, so each block holds members that are stepped alike:
         // how a member is, is its own.
         let h = self.tick_s / self.substeps as f64;
-        let rates = |member: &Drawn| match self.precision {
-            Precision::Double => self.makeup.valve_rates::<f64>(member),
-            Precision::Single => self.makeup.valve_rates::<Single>(member),
+        let steps = |member: &Drawn| match self.precision {
+            Precision::Double => self.makeup.valve_steps::<f64>(member, h),
+            Precision::Single => self.makeup.valve_steps::<Single>(member, h),
         };
-        let steps = |member: &Option<Drawn>| member.as_ref().map(|m| ValveSteps::of(rates(m), h));
-        let steps: Vec<Option<ValveSteps>> = drawn.iter().map(steps).collect();
-        let mut order: Vec<usize> = (0..drawn.len()).filter(|&k| steps[k].is_some()).collect();
-        order.sort_by_key(|&k| (steps[k], k));
-        let blocks: Vec<&[usize]> =
-            order.chunk_by(|&a, &b| steps[a] == steps[b]).flat_map(|alike| alike.chunks(width.lanes())).collect();
+        let steps: Vec<Option<ValveSteps>> = drawn.iter().map(|member| member.as_ref().map(steps)).collect();
+        let blocks = alike(&steps, width.lanes());
         let found: Vec<Result<Vec<Outcome>, Error>> = blocks
             .par_iter()
             .map(|places| {
@@ -167,11 +182,7 @@ impl Trial {
             .collect();
         let nothing = Outcome { verdict: Verdict::OutOfBounds, numbers: vec![f64::NAN; self.numbers()] };
         let mut outcomes = vec![nothing; drawn.len()];
-        for (places, block) in blocks.iter().zip(found) {
-            for (&place, outcome) in places.iter().zip(block?) {
-                outcomes[place] = outcome;
-            }
-        }
+        scattered(&blocks, found, &mut outcomes)?;
         Ok(outcomes)
     }
 
@@ -302,8 +313,9 @@ impl Block<'_, '_> {
             interrupt: self.interrupt,
         };
         match widest(ticks) {
-            // Every lane has its verdict; what else would be left to run is not finite either.
-            Ok(_) | Err(Stopped::NotFinite { .. }) => {}
+            Ok(_) => {}
+            // In every lane some state is not finite, and no tick is left in which that would be seen.
+            Err(Stopped::NotFinite { .. }) => drive.finite = S::one().lt(S::zero()),
             Err(Stopped::Interrupted { time_s }) => return Err(Error::Interrupted { time_s }),
         }
         if let Some(trace) = &mut self.trace {
@@ -505,6 +517,29 @@ mod tests {
             drive.tick(k, &x, Lanes::constant(40.0));
         }
         drive.outcomes(4)
+    }
+
+    #[test]
+    fn members_that_all_cease_to_be_finite_at_once_have_that_verdict_however_many_they_are() {
+        let lifts = Lifts::One(LiftName::Free);
+        let truck = Truck::from_values(common::thesis_values()).unwrap();
+        let makeup = Makeup::new(truck, lifts, DEFAULTS, vec![(0.0, 0.5)], vec![], vec![], 1).unwrap();
+        let mut drawn = makeup.member(&[], 0, TICKS, 0.02).unwrap();
+        drawn.conditions[Condition::Load as usize] = f64::NAN; // no value within its bounds does this
+        let settling = Settling { after_s: 0.1, band_m_s: 0.05 };
+        let precision = Precision::Double;
+        let trial =
+            Trial { makeup, requirements: vec![], settling, tick_s: 0.02, ticks: TICKS, substeps: 1, precision };
+        for count in [1, 4] {
+            let members = vec![&drawn; count];
+            let make: Make = &|_| Ok(Box::new(crate::ensemble::open_loop::OpenLoop));
+            let block = Block { trial: &trial, members, make, interrupt: &|| false, trace: None };
+            let found = match count {
+                1 => LaneWork::<1>::run::<f64>(block),
+                _ => LaneWork::<4>::run::<Lanes<4>>(block),
+            };
+            assert!(found.unwrap().iter().all(|outcome| outcome.verdict == Verdict::NotFinite), "{count}");
+        }
     }
 
     #[test]

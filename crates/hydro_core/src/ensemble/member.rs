@@ -4,14 +4,13 @@ use super::controllers::within_bounds;
 use super::distribution::Distribution;
 use super::draw;
 use crate::error::Error;
-use crate::mast::LiftName;
-use crate::parts::valve::Valve;
 use crate::random::Random;
+use crate::run::blocks::valve_steps;
 use crate::run::sensing::Sensors;
 use crate::run::Lifts;
 use crate::scalar::Scalar;
 use crate::sensors::{ENCODER_COUNT, PRESSURE_NOISE, TEMPERATURE_NOISE};
-use crate::solver::fixed::ValveRates;
+use crate::solver::fixed::ValveSteps;
 use crate::truck::{Limits, Truck};
 
 /// One thing that varies.
@@ -103,12 +102,22 @@ impl Makeup {
         columns: Vec<(Column, Distribution)>,
         seed: u64,
     ) -> Result<Self, Error> {
-        if profile.is_empty() || profile.windows(2).any(|pair| pair[1].0 <= pair[0].0) {
+        let finite = profile.iter().all(|(from_s, level)| from_s.is_finite() && level.is_finite());
+        if profile.is_empty() || !finite || profile.windows(2).any(|pair| pair[1].0 <= pair[0].0) {
             return Err(Error::Argument {
                 name: "profile".into(),
                 value: format!("{profile:?}"),
                 requirement: "one or more times that rise, each with a speed".into(),
             });
+        }
+        for (value, (_, name, unit, lower, upper, _)) in conditions.iter().zip(CONDITIONS) {
+            if !(lower..=upper).contains(&value) {
+                return Err(Error::Argument {
+                    name: format!("conditions, {name}"),
+                    value: value.to_string(),
+                    requirement: format!("between {lower} and {upper} {unit}"),
+                });
+            }
         }
         let (columns, distributions) = columns.into_iter().unzip();
         let (values, limits) = (truck.values(), truck.limits());
@@ -141,6 +150,11 @@ impl Makeup {
         if !fit || !self.limits.hold(&values) || !within_bounds(&controller) {
             return None;
         }
+        if let Lifts::One(lift) = self.lifts {
+            if self.truck.joined_beyond(lift, &values).is_some() {
+                return None;
+            }
+        }
         let factor = conditions[Condition::Reference as usize];
         let mut request = vec![0; ticks];
         for &(from_s, speed) in &profile {
@@ -150,17 +164,10 @@ impl Makeup {
         Some(Drawn { values, conditions, controller, request, stream })
     }
 
-    /// The valves' rates as numbers of a kind have them, which settle how they are stepped.
-    pub fn valve_rates<S: Scalar>(&self, drawn: &Drawn) -> ValveRates {
-        let with = |rates: ValveRates, lift: LiftName| {
-            let p = self.limits.parameters(lift, &drawn.values);
-            let of = S::constant;
-            rates.with(&Valve::new(of(p.omega), of(p.damping), of(p.f_hs), of(p.valve_sigma_0), of(p.valve_sigma_1)))
-        };
-        match self.lifts {
-            Lifts::One(lift) => with(ValveRates::default(), lift),
-            Lifts::Both => LiftName::BOTH.into_iter().fold(ValveRates::default(), with),
-        }
+    /// How the valves are stepped in a substep of `h` [s], as numbers of a kind have it.
+    pub fn valve_steps<S: Scalar>(&self, drawn: &Drawn, h: f64) -> ValveSteps {
+        let value = |k: usize, _: f64| S::constant(drawn.values[k]);
+        valve_steps(self.lifts, h, |lift| self.truck.lifts([lift], S::zero(), value))
     }
 }
 

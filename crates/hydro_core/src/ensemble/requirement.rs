@@ -53,6 +53,18 @@ pub enum Template {
     Reaches { lower: f64, upper: f64, from_s: f64, to_s: f64 },
 }
 
+impl Template {
+    /// From when to when it is asked [s], where it says so.
+    pub fn stretch(&self) -> Option<(f64, f64)> {
+        match *self {
+            Template::Always { from_s, to_s, .. }
+            | Template::StaysInside { from_s, to_s, .. }
+            | Template::Reaches { from_s, to_s, .. } => Some((from_s, to_s)),
+            _ => None,
+        }
+    }
+}
+
 /// A requirement on one lift.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Requirement {

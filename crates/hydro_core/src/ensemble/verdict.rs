@@ -47,8 +47,8 @@ pub const STEADY_SHARE: f64 = 0.1;
 /// second; not a number where it has no two steady seconds.
 pub fn of_broken(template: &Template, signal: Signal, growth: f64) -> Verdict {
     match template {
-        Template::NeverAfterSettling { .. } if growth > (1.0 + STEADY_SHARE).ln() => Verdict::Divergence,
-        Template::NeverAfterSettling { .. } if growth < (1.0 - STEADY_SHARE).ln() => Verdict::SustainedOscillation,
+        Template::NeverAfterSettling { .. } if growth > libm::log(1.0 + STEADY_SHARE) => Verdict::Divergence,
+        Template::NeverAfterSettling { .. } if growth < libm::log(1.0 - STEADY_SHARE) => Verdict::SustainedOscillation,
         Template::NeverAfterSettling { .. } => Verdict::LimitCycle,
         Template::Always { .. } if signal == Signal::Speed => Verdict::Overspeed,
         _ => Verdict::MissedTarget,

@@ -135,11 +135,6 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> ClosedLoop<'a, S, N, 
         self
     }
 
-    /// How many ticks there were.
-    pub fn ticks(&self) -> usize {
-        self.begun
-    }
-
     /// What the controllers ordered in a tick that is remembered.
     #[inline(always)]
     pub fn order(&self, k: usize) -> &Order<S::Integer> {

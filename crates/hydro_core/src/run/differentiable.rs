@@ -1,7 +1,7 @@
 //! The mast as the adaptive integrator sees it.
 
 use crate::dual::Dual;
-use crate::mast::{Mast, Physics, POSITION, STATES, VELOCITY};
+use crate::mast::{Mast, Physics, Resting, POSITION, STATES, VELOCITY};
 use crate::scalar::Scalar;
 use crate::solver::radau::System;
 
@@ -49,14 +49,15 @@ impl<X: Physics<f64>, Y: Physics<Columns>, const L: usize> System for Differenti
         self.plain.dim()
     }
     fn rates(&self, _t: f64, x: &[f64], dx: &mut [f64]) {
-        self.plain.rates(x, dx);
+        self.plain.rates_resting(x, dx, &self.resting());
         for k in (0..L).filter(|&k| self.held[k] != Held::Free) {
             dx[k * STATES + POSITION] = 0.0;
             dx[k * STATES + VELOCITY] = 0.0;
         }
     }
     fn jacobian(&self, _t: f64, x: &[f64], jacobian: &mut [f64]) {
-        jacobian_by_duals::<STATES>(x, jacobian, |x, dx| self.dual.rates(x, dx));
+        let resting = self.resting();
+        jacobian_by_duals::<STATES>(x, jacobian, |x, dx| self.dual.rates_resting(x, dx, &resting));
         let n = x.len();
         for k in (0..L).filter(|&k| self.held[k] != Held::Free) {
             for row in [POSITION, VELOCITY] {
@@ -108,10 +109,15 @@ impl<X: Physics<f64>, Y: Physics<Columns>, const L: usize> System for Differenti
 }
 
 impl<X: Physics<f64>, Y: Physics<Columns>, const L: usize> Differentiable<X, Y, L> {
-    /// The acceleration lift `k` would have without a stop [m/s²].
+    fn resting<S: Scalar<Mask = bool>>(&self) -> Resting<S, L> {
+        Resting::Held(self.held.map(|held| held != Held::Free))
+    }
+
+    /// The acceleration lift `k` would have without its stop [m/s²], the other as it is held.
     fn acceleration(&self, x: &[f64], k: usize) -> f64 {
         let mut dx = vec![0.0; x.len()];
-        self.plain.rates(x, &mut dx);
+        let others = std::array::from_fn(|other| other != k && self.held[other] != Held::Free);
+        self.plain.rates_resting(x, &mut dx, &Resting::Held(others));
         dx[k * STATES + VELOCITY]
     }
 }

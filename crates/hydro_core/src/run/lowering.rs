@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::blocks::{alike, scattered, valve_steps};
 use super::closed_loop::{ClosedLoop, Order, Seat};
-use super::ticks::{Clock, Ticks, Warmer};
-use super::{commanded_names, Interrupt, Lifts};
+use super::ticks::{substep_s, Clock, Stopped, Ticks, Warmer};
+use super::{Interrupt, Lifts};
 use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
@@ -37,7 +38,7 @@ pub struct Trace {
 /// # Errors
 /// Trucks whose parameters have different names, no ticks, an interrupt.
 pub fn lower(
-    mut members: Vec<Member>,
+    members: Vec<Member>,
     lifts: Lifts,
     clock: Clock,
     substeps: usize,
@@ -59,14 +60,28 @@ pub fn lower(
             requirement: "a time and an oil temperature for each of one or more ticks of one or more substeps".into(),
         });
     }
-    let width = Precision::Double.widest();
-    let mut groups = Vec::new();
-    while !members.is_empty() {
-        groups.push(members.drain(..members.len().min(width.lanes())).collect::<Vec<_>>());
+    for (k, member) in members.iter().enumerate() {
+        if let Some(start) = member.start.iter().find(|start| !start.is_finite()) {
+            return Err(Error::Argument {
+                name: format!("start of truck {k}"),
+                value: start.to_string(),
+                requirement: "finite".into(),
+            });
+        }
     }
+    let h = substep_s(clock.time, substeps);
+    let steps = |member: &Member| Some(valve_steps(lifts, h, |lift| member.truck.lifts([lift], 0.0, |_, value| value)));
+    let steps: Vec<_> = members.iter().map(steps).collect();
+    let width = Precision::Double.widest();
+    let places = alike(&steps, width.lanes());
+    let mut members: Vec<Option<Member>> = members.into_iter().map(Some).collect();
+    let groups: Vec<Vec<Member>> =
+        places.iter().map(|places| places.iter().filter_map(|&k| members[k].take()).collect()).collect();
     let run = |members| with_registers(width, Group { members, lifts, clock, substeps, interrupt });
-    let traces: Vec<Result<Vec<Trace>, Error>> = groups.into_par_iter().map(run).collect();
-    Ok(traces.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    let found: Vec<Result<Vec<Trace>, Error>> = groups.into_par_iter().map(run).collect();
+    let mut traces = vec![Trace::default(); members.len()];
+    scattered(&places, found, &mut traces)?;
+    Ok(traces)
 }
 
 /// At most as many members as lanes; a lane without one idles.
@@ -147,9 +162,14 @@ fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
         carry_on: true,
         interrupt,
     };
-    widest(ticks).map_err(|stopped| stopped.error(&commanded_names(&which, start.len())))?;
+    match widest(ticks) {
+        Ok(_) | Err(Stopped::NotFinite { .. }) => {}
+        Err(Stopped::Interrupted { time_s }) => return Err(Error::Interrupted { time_s }),
+    }
     for (lane, trace) in traces.iter_mut().enumerate() {
+        trace.outputs.resize(clock.time.len() * OUTPUTS.len(), f64::NAN);
         trace.orders = drive.orders(lane);
+        trace.orders.resize(clock.time.len(), Order::default());
     }
     Ok(traces)
 }

@@ -2,6 +2,7 @@
 
 mod adaptive;
 pub mod added;
+pub(crate) mod blocks;
 pub mod closed_loop;
 mod controllers;
 mod differentiable;

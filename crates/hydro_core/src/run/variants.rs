@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::blocks::{alike, scattered, valve_steps};
 use super::drive::Replay;
 use super::ticks::{substep_s, Stopped, Ticks, Warmer};
 use super::{check, commands_of, Inputs, Interrupt, Lifts, Solver};
@@ -9,7 +10,7 @@ use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
 use crate::outputs::{Readings, OUTPUTS};
-use crate::solver::fixed::{ValveRates, ValveSteps};
+use crate::solver::fixed::ValveSteps;
 use crate::solver::vectors::widest;
 use crate::truck::Truck;
 
@@ -58,25 +59,17 @@ pub fn simulate_variants(
                 requirement: "a variant within the bounds of the truck's parameters".into(),
             });
         }
-        steps.push(course.valve_steps(variant)?);
+        steps.push(Some(course.valve_steps(variant)));
     }
-    // Lanes share how their valves are stepped; that of a variant is its own.
-    let mut order: Vec<usize> = (0..variants.len()).collect();
-    order.sort_by_key(|&k| (steps[k], k));
     let width = Precision::Double.widest();
-    let groups: Vec<&[usize]> =
-        order.chunk_by(|&a, &b| steps[a] == steps[b]).flat_map(|one| one.chunks(width.lanes())).collect();
-    let run = |places: &&[usize]| {
+    let groups = alike(&steps, width.lanes());
+    let run = |places: &Vec<usize>| {
         let variants = places.iter().map(|&k| &variants[k]).collect();
         with_registers(width, Group { course, variants, interrupt })
     };
     let found: Vec<Result<Vec<Vec<f64>>, Error>> = groups.par_iter().map(run).collect();
     let mut outputs = vec![Vec::new(); variants.len()];
-    for (places, group) in groups.iter().zip(found) {
-        for (&place, own) in places.iter().zip(group?) {
-            outputs[place] = own;
-        }
-    }
+    scattered(&groups, found, &mut outputs)?;
     Ok(outputs)
 }
 
@@ -85,20 +78,17 @@ impl Course<'_> {
         let oil = vec![variant.oil_temperature_degc; self.time.len()];
         let (time, command, load_kg) = (self.time, self.command, variant.load_kg);
         let inputs = Inputs { time, command, oil_temperature_degc: &oil, load_kg };
-        check(&inputs, self.wanted, Solver::Fixed { substeps: self.substeps })
+        check(&inputs, self.wanted, Solver::Fixed { substeps: self.substeps })?;
+        let Lifts::One(lift) = self.lifts else { return Ok(()) };
+        match self.truck.joined_beyond(lift, &variant.values) {
+            Some(effect) => Err(Error::EffectNeedsBothLifts { effect: effect.name() }),
+            None => Ok(()),
+        }
     }
 
-    fn valve_steps(&self, variant: &Variant) -> Result<ValveSteps, Error> {
-        let rates = match self.lifts {
-            Lifts::Both => self.valve_rates(LiftName::BOTH, variant)?,
-            Lifts::One(lift) => self.valve_rates([lift], variant)?,
-        };
-        Ok(ValveSteps::of(rates, substep_s(self.time, self.substeps)))
-    }
-
-    fn valve_rates<const L: usize>(&self, which: [LiftName; L], variant: &Variant) -> Result<ValveRates, Error> {
-        let (lifts, _) = self.truck.build(which, variant.load_kg, |k, _| variant.values[k])?;
-        Ok(lifts.iter().fold(ValveRates::default(), |rates, lift| rates.with(&lift.valve)))
+    fn valve_steps(&self, variant: &Variant) -> ValveSteps {
+        let h = substep_s(self.time, self.substeps);
+        valve_steps(self.lifts, h, |lift| self.truck.lifts([lift], 0.0, |k, _| variant.values[k]))
     }
 }
 

@@ -24,7 +24,7 @@
 //! on its neighbours. A closure within the physics must not be large: one that is not inlined is
 //! compiled without the vectors of [`super::vectors`].
 
-use crate::mast::{Lift, LiftState, Mast, Physics, STATES};
+use crate::mast::{Lift, LiftState, Mast, Physics, Resting, STATES};
 use crate::parts::stiff_valve::StiffValveStep;
 use crate::parts::valve::{Begun, Valve, ValveState, ValveStep};
 use crate::ports::Ports;
@@ -283,7 +283,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
         let mut x = vec![S::zero(); self.mast.dim()];
         let mut dx = x.clone();
         self.write(&mut x);
-        self.mast.rates(&x, &mut dx);
+        self.mast.rates_resting(&x, &mut dx, &Resting::At(self.lifts.map(|s| s.x)));
         for (k, history) in self.history.iter_mut().enumerate() {
             let rates = LiftState::from_slice(&dx[k * STATES..(k + 1) * STATES]);
             let (stop, x) = (self.mast.lifts[k].stop, self.lifts[k].x);
@@ -352,7 +352,8 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
             let s = &moved[k];
             (force[k], z_rate[k]) = self.mast.lifts[k].force_and_bristle_rate(s.v, s.z, s.p_a, &ports[k]);
         }
-        let acceleration = self.mast.accelerations(force, &ports, joint);
+        let resting = Resting::At(std::array::from_fn(|k| moved[k].x));
+        let acceleration = self.mast.accelerations(force, &ports, joint, &resting);
         if let Some(after) = after {
             let mut ahead = opened;
             for k in 0..L {

@@ -219,7 +219,8 @@ impl Radau {
     /// Integrates until `end`, showing each accepted step to `watch`.
     ///
     /// # Errors
-    /// [`Error::StepTooSmall`], [`Error::TooManySteps`], or what `watch` returns.
+    /// [`Error::StepTooSmall`], [`Error::TooManySteps`], [`Error::NotFinite`] where the rates are not, or what `watch`
+    /// returns.
     pub fn advance<M: System>(
         &mut self,
         system: &mut M,
@@ -234,7 +235,11 @@ impl Radau {
             if pieces <= 8.0 {
                 self.h = if pieces <= 1.0 { remaining } else { remaining / pieces };
             }
-            if self.h < 1e-14 * self.t.abs().max(1e-3) {
+            if let Some(k) = self.f.iter().position(|rate| !rate.is_finite()) {
+                return Err(Error::NotFinite { time_s: self.t, worst_state: system.state_name(k) });
+            }
+            let long_enough = self.h >= 1e-14 * self.t.abs().max(1e-3);
+            if !long_enough {
                 return Err(self.step_too_small(system));
             }
             if self.statistics.steps >= self.step_limit {

@@ -127,7 +127,7 @@ def tune(
     truck: _Truck = "thesis",
     delay: Annotated[int | None, typer.Option(min=0, help="From sensors to valve [ticks].")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the noise, the search and the trucks.")] = 1,
-    name: Annotated[str, typer.Option(help="Its name.")] = "damped",
+    name: Annotated[str | None, typer.Option(help="Its name; the file's unless told.")] = None,
     transition: Annotated[
         bool,
         typer.Option(help="Whether the transition between the lifts counts; without it lifts swing less."),
@@ -166,6 +166,6 @@ def tune(
             kept=kept,
             progress=progress,
         )
-    replace(found, name=name).write(out)
+    replace(found, name=name or out.stem).write(out)
     kept.unlink(missing_ok=True)
     typer.echo(f"wrote {out}")

@@ -86,6 +86,13 @@ def convert(
             return typer.prompt(f"{file}: which lift was commanded (free, main or both)?", err=True)
         return typer.prompt(f"{file}: how many kilograms were on the forks?", type=float, err=True)
 
+    if channel and channels:
+        raise ForkliftError(
+            "option-not-wanted",
+            f"--channel and --channels {channels} both map names; give one of them",
+            name="channel",
+        )
+    thesis = Truck.read(truck)
     with busy("Reading and checking"):
         campaign = verb(
             source if len(source) > 1 else source[0],
@@ -105,7 +112,7 @@ def convert(
             ask=ask if sys.stdin.isatty() and sys.stderr.isatty() else None,
             overwrite=overwrite,
         )
-        found = findings(campaign.recordings, Truck.read(truck))
+        found = findings(campaign.recordings, thesis)
     if as_json:
         print_json(campaign.to_dict() | {"findings": [one.to_dict() for one in found]})
     else:

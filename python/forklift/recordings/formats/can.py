@@ -176,6 +176,8 @@ def _only(name: str, sources: list[_Source], place: Place) -> _Source:
 
 def _decoded(chosen: dict[str, _Source], frames: Frames) -> dict[str, Series]:
     """The chosen signals, each message decoded once."""
+    from cantools.database import DecodeError
+
     wanted: dict[_Frame, list[str]] = defaultdict(list)
     for name, source in chosen.items():
         wanted[source.frame].append(name)
@@ -183,7 +185,10 @@ def _decoded(chosen: dict[str, _Source], frames: Frames) -> dict[str, Series]:
     for frame, names in wanted.items():
         message = chosen[names[0]].message
         for time, data in frames[frame]:
-            values = message.decode(data, decode_choices=False, allow_truncated=True)
+            try:
+                values = message.decode(data, decode_choices=False, allow_truncated=True)
+            except DecodeError:
+                continue  # a multiplexer's value that the DBC does not know: no sample of any signal
             for name in names:
                 value = values.get(chosen[name].signal.name)
                 if value is not None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -53,14 +53,16 @@ def read(place: Place, choose: Choose) -> Signals:
 def _all_numbers(text: str, names: list[str], chosen: list[str], columns: list[int]) -> Signals:
     """Every column that holds a number; what is none, in it, is missing."""
     rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) == len(names)][1:]
-    series = {}
+    series, since = {}, dict[str, datetime]()
     for name, k in zip(chosen, columns, strict=True):
         cells = [row[k].strip() for row in rows]
-        since = next((found for cell in cells if (found := instant(cell))), None)
-        values = np.array([_plain(cell, since) for cell in cells])
+        first = next((found for cell in cells if (found := instant(cell))), None)
+        values = np.array([_plain(cell, first) for cell in cells])
         if np.isfinite(values).any():
-            series[name] = Series(values)
-    return Signals(series)
+            series[name] = values
+            if first:
+                since[name] = first
+    return Signals({name: Series(values + _after(since, name)) for name, values in series.items()})
 
 
 def _plain(cell: str, since: datetime | None) -> float:
@@ -177,7 +179,15 @@ def carefully(
         raise place.error(
             "recording-unreadable", f"the row is not CSV ({error}); mend its quotes", line=reader.line_num
         ) from error
-    return np.array(values, dtype=np.float64).reshape(len(columns), -1), np.array(lines, dtype=np.int64)
+    found = np.array(values, dtype=np.float64).reshape(len(columns), -1)
+    for own, k in zip(found, columns, strict=True):
+        own += _after(since, names[k])
+    return found, np.array(lines, dtype=np.int64)
+
+
+def _after(since: Mapping[str, datetime], name: str) -> float:
+    """By how much a column of instants begins after the first of the file [s]; 0 of any other."""
+    return (since[name] - min(since.values())).total_seconds() if name in since else 0.0
 
 
 def _number(

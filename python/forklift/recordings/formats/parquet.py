@@ -1,6 +1,7 @@
 """Parquet: one column a signal, numbers of any kind; a null is a missing sample.
 
-A column of instants or durations, as pandas writes its ``Datetime``, is in seconds from its first.
+Columns of instants, as pandas writes its ``Datetime``, are in seconds from the first of all of them; so are
+durations.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from forklift.base.arrays import Floats
 from forklift.recordings.formats.signals import Choose, Everything, Place, Series, Signals
 
 
@@ -38,22 +38,22 @@ def read(place: Place, choose: Choose) -> Signals:
                 value=str(schema[name]),
             )
     frame = polars.read_parquet(source, columns=chosen)
-    columns = {
-        name: _seconds(frame[name])
-        if schema[name].is_temporal()
-        else frame[name].cast(polars.Float64).to_numpy()
-        for name in chosen
-    }
+    whole = {name: _nanoseconds(frame[name]) for name in chosen if schema[name].is_temporal()}
+    kinds = {name: schema[name] == polars.Duration for name in whole}
+    begins = {name: column.min() for name, column in whole.items()}
+    columns = {name: frame[name].cast(polars.Float64).to_numpy() for name in chosen if name not in whole}
+    for name, column in whole.items():
+        alike = [begins[one] for one in whole if kinds[one] == kinds[name] and begins[one] is not None]
+        columns[name] = ((column - min(alike, default=0)).cast(polars.Float64) * 1e-9).to_numpy()
+    columns = {name: columns[name] for name in chosen}
     return Signals({name: Series(np.array(values, dtype=np.float64)) for name, values in columns.items()})
 
 
-def _seconds(column: Any) -> Floats:
-    """Instants or durations as seconds from the first [s]."""
+def _nanoseconds(column: Any) -> Any:
+    """Instants or durations as whole nanoseconds."""
     import polars
 
     nanoseconds = column.cast(
         polars.Duration("ns") if column.dtype == polars.Duration else polars.Datetime("ns")
     )
-    whole = nanoseconds.cast(polars.Int64)
-    values: Floats = ((whole - whole.drop_nulls().first()).cast(polars.Float64) * 1e-9).to_numpy()
-    return values
+    return nanoseconds.cast(polars.Int64)

@@ -1,0 +1,165 @@
+"""Recordings of a machine of one's own: clocks, units and names as files have them, and what is refused."""
+
+import json
+
+import numpy as np
+import polars as pl
+import pytest
+
+from forklift import diagnose
+from forklift.base.errors import ForkliftError
+from forklift.plant import campaign
+from forklift.plant.machine import NumpyMachine
+from forklift.plant.own import PlantSubject
+from forklift.plant.parts import Effect, Input, Output, Param, State
+from forklift.plant.recording import Recording
+from forklift.plant.sensors import sensors
+from forklift.plant.simulate import simulate_plant
+from test_machines import decay
+
+MACHINE = """
+from forklift import Plant
+from forklift.plant.parts import Input, Output, Param, State
+machine = Plant(
+    name="relay",
+    states=(State("x", start=0.0),),
+    params=(Param("a", "1/s", 0.5, 0.05, 5.0),),
+    inputs=(Input("u", unit="A"), Input("duty", unit="1", hold="linear")),
+    outputs=(Output("y", unit="bar", sigma=0.1),),
+    ports=(),
+    rhs=lambda t, x, u, w, p, bus: {"x": u["u"] - p["a"] * x["x"]},
+    out=lambda t, x, u, w, p, bus: {"y": x["x"]},
+)
+"""
+
+
+def folder(tmp_path, columns, channels="", entries=("run.csv",)):
+    """A campaign whose files have these columns, and its machine."""
+    (tmp_path / "machine.py").write_text(MACHINE)
+    for entry in dict.fromkeys(entries):
+        pl.DataFrame(columns).write_csv(tmp_path / entry)
+    listed = "".join(f'[[recording]]\nfile = "{entry}"\n' for entry in entries)
+    (tmp_path / "campaign.toml").write_text(f"[channels]\n{channels}\n{listed}")
+    return campaign.read(tmp_path, campaign.machine(tmp_path / "machine.py")).recordings
+
+
+TIME = [0.0, 0.1, 0.2]
+
+
+def test_a_unit_in_brackets_counts_mapped_or_not_and_a_share_is_one_hundredth(tmp_path):
+    columns = {
+        "time_s": TIME,
+        "coil [mA]": [250.0, 500.0, 0.0],
+        "duty [%]": [50.0] * 3,
+        "y [mbar]": [1e3] * 3,
+    }
+    (one,) = folder(tmp_path, columns, '"coil [mA]" = "u"')
+    np.testing.assert_allclose(one.u["u"], [0.25, 0.5, 0.0])
+    np.testing.assert_allclose(one.u["duty"], 0.5)
+    np.testing.assert_allclose(one.y["y"], 1.0)
+
+
+def test_a_scale_takes_the_place_of_the_files_unit_and_a_unit_that_is_told_goes_before_it(tmp_path):
+    columns = {"time_s": TIME, "coil [mA]": [250.0] * 3, "duty": [0.5] * 3, "press [kPa]": [200.0] * 3}
+    channels = (
+        '"coil [mA]" = { channel = "u", scale = 0.002 }\n"press [kPa]" = { channel = "y", unit = "psi" }'
+    )
+    (one,) = folder(tmp_path, columns, channels)
+    np.testing.assert_allclose(one.u["u"], 0.5)
+    np.testing.assert_allclose(one.y["y"], 200.0 * 0.0689475729, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("columns", "channels", "entries", "code"),
+    [
+        ({"time_s": TIME, "u": TIME, "v": TIME, "duty": TIME}, 'v = "u"', ("run.csv",), "column-repeated"),
+        ({"time_s": TIME, "u": TIME, "duty": TIME}, '"Presure" = "y"', ("run.csv",), "source-missing"),
+        ({"time_s": TIME, "u": TIME, "duty": TIME}, "", ("run.csv", "run.csv"), "recording-repeated"),
+        ({"time_s": TIME, "u": ["1", "oops", "2"], "duty": TIME}, "", ("run.csv",), "cell-not-a-number"),
+        ({"time_s": TIME, "u [bar]": TIME, "duty": TIME}, "", ("run.csv",), "unit-unknown"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(tmp_path, columns, channels, entries, code):
+    with pytest.raises(ForkliftError) as caught:
+        folder(tmp_path, columns, channels, entries)
+    assert caught.value.code == code
+
+
+def test_a_row_with_a_cell_too_few_is_refused(tmp_path):
+    folder(tmp_path, {"time_s": TIME, "u": TIME, "duty": TIME})
+    file = tmp_path / "run.csv"
+    file.write_text(file.read_text().replace("0.1,0.1,0.1", "0.1,0.1"))
+    with pytest.raises(ForkliftError) as caught:
+        campaign.read(tmp_path, campaign.machine(tmp_path / "machine.py"))
+    assert caught.value.code == "row-ragged"
+
+
+def test_an_output_that_is_slower_than_the_input_has_its_own_noise():
+    plant = decay(outputs=(Output("y"),))
+    random = np.random.default_rng(5)
+    time = np.arange(4000) * 0.02
+    true = np.exp(-0.1 * time)
+    y = true + random.normal(0.0, 0.05, len(time))
+    every = np.full(len(time), np.nan)
+    every[::5] = y[::5]
+    quick, slow = (
+        sensors(plant, [Recording("r", time, {"u": np.zeros(len(time))}, {"y": column})])["y"].noise
+        for column in (y, every)
+    )
+    assert quick == pytest.approx(0.05, rel=0.1)
+    assert slow == pytest.approx(0.05, rel=0.1)
+
+
+def test_a_diagnosis_bears_recordings_in_which_nothing_changes():
+    """A free decay: no input moves and no condition differs, so that nothing can be correlated."""
+    time = np.linspace(0.0, 8.0, 161)
+    quiet = {"u": np.zeros(len(time))}
+    recordings = []
+    for seed, role in ((1, "estimate"), (2, "validate")):
+        y = simulate_plant(decay(), time, quiet, {"a": 0.8, "x.start": 2.0})["y"]
+        noise = np.random.default_rng(seed).normal(0.0, 0.01, len(time))
+        recordings.append(Recording(f"r{seed}", time, quiet, {"y": y + noise}, role))
+    found = diagnose(decay(outputs=(Output("y", sigma=0.01),)), recordings)
+    assert found.verdict == "no-mismatch"
+    assert "correlation" not in json.dumps(found.to_dict()["deficient"])
+
+
+def test_the_order_of_conditions_does_not_follow_the_sets_order():
+    names = [f"c{k}" for k in range(9)]
+    time = np.linspace(0.0, 1.0, 20)
+    recordings = [
+        Recording(
+            f"r{k}", time, {"u": np.zeros(20)}, {"y": np.zeros(20)}, conditions=dict.fromkeys(names[::-1], k)
+        )
+        for k in range(2)
+    ]
+    columns = PlantSubject(decay()).covariates(recordings, [], {})
+    assert list(columns["r0"]) == names
+
+
+def test_a_restart_leaves_no_sample_out():
+    plant = decay(states=(State("x", start="y"),), score="restart", horizon_s=5.0)
+    for count, end in ((21, 10.0), (22, 10.5), (20, 9.5), (12, 5.5), (11, 5.0)):
+        time = np.linspace(0.0, end, count)
+        one = Recording("r", time, {"u": np.zeros(count)}, {"y": np.zeros(count)})
+        pieces = NumpyMachine(plant).pieces(one)
+        assert sum(len(piece) for piece in pieces) == count
+        assert min(len(piece) for piece in pieces) > 1
+
+
+def test_an_effect_that_is_not_there_is_refused_and_a_state_starts_within_its_bounds():
+    size = Param("size", "1", 0.1, 0.0, 1.0)
+    extra = Effect("leak", "a leak", (size,), ("balance",), lambda x, u, p, bus: {"balance": -p["size"]})
+    plant = decay(effects=(extra,))
+    time, u = np.linspace(0.0, 1.0, 11), {"u": np.zeros(11)}
+    for present in (["leek"], "no leak"):
+        with pytest.raises(ForkliftError):
+            simulate_plant(plant, time, u, present=present)
+    for lower, upper, start in (
+        (0.0, np.inf, 0.0),
+        (-np.inf, -2.0, -2.0),
+        (1.0, 3.0, 2.0),
+        (-np.inf, np.inf, 0.0),
+    ):
+        one = decay(states=(State("x", start="y", lower=lower, upper=upper),), inputs=(Input("u"),))
+        assert simulate_plant(one, time, u)["y"][0] == start
