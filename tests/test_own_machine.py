@@ -91,6 +91,8 @@ def test_python_takes_the_plant_and_its_folder_in_either_order(bench):
         (["simulate", "--machine", "MOTOR"], "name by --command a file with the inputs"),
         (["simulate", "--machine", "MOTOR", "--command", "CSV", "--values", "MOTOR"], "no parameters.json"),
         (["simulate", "--load", "5"], "missing option --temperature"),
+        (["simulate", "--machine", "MOTOR", "--command", "CSV", "--load", "5"], "--load is of a truck"),
+        (["simulate", "--load", "5", "--temperature", "40", "--values", "MOTOR"], "name it by --machine"),
     ],
 )
 def test_what_is_wrong_is_told_in_one_sentence(bench, capsys, call, code, tmp_path, monkeypatch):

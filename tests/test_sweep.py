@@ -260,7 +260,7 @@ def test_points_of_a_scrambled_sequence_fill_their_cells():
         ({"vary": {"load_kg": {}}}, "value-invalid"),
         ({"vary": {"load": {"uniform": [0.0, 1.0]}}}, "argument-invalid"),
         ({"vary": {"load_kg": {"uniform": [1.0, 0.0]}}}, "argument-invalid"),
-        ({"substeps": 0}, "argument-invalid"),
+        ({"substeps": 0}, "value-invalid"),
         ({"duration_s": -1.0}, "argument-invalid"),
     ],
 )
@@ -476,3 +476,14 @@ def test_two_workers_of_a_cluster_one_of_them_killed_give_the_bytes_of_the_local
             time.sleep(0.01)
         assert process.wait(timeout=180.0) == 0
     assert digest(folder) == digest(here.folder)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"seed": -1}, {"substeps": -1}, {"substeps": 0}, {"settle_s": -1.0}, {"band_m_s": 0.0}, {"worst": -1}],
+)
+def test_a_number_that_cannot_be_meant_is_refused(change):
+    with pytest.raises(ForkliftError) as caught:
+        sweep(document(**change))
+    assert caught.value.code == "value-invalid"
+    assert next(iter(change)) in caught.value.message

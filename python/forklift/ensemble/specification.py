@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from forklift.base import toml
 from forklift.base.errors import ForkliftError
@@ -196,15 +196,15 @@ class Specification(BaseModel):
     controller: str | None = None
     lifts: Lifts
     duration_s: float = 10.0
-    substeps: int = 3
+    substeps: int = Field(3, ge=1, le=1000)
     precision: Literal["double", "single"] = "double"
-    seed: int = 1
+    seed: int = Field(1, ge=0, lt=2**63)
     members: int = 1000
     sampling: Sampling = "independent"
     scrambles: int = 16
-    settle_s: float = 3.0
-    band_m_s: float = 0.05
-    worst: int = 10
+    settle_s: float = Field(3.0, gt=0.0)
+    band_m_s: float = Field(0.05, gt=0.0)
+    worst: int = Field(10, ge=0)
     chunk: int = 4096
     conditions: Mapping[str, float] = {}
     profile: tuple[Stretch, ...]

@@ -81,6 +81,27 @@ def simulate(
         if path:
             output.check_file(path)
             output.check_suffix(path, suffixes)
+    trucks = {
+        "--load": load,
+        "--temperature": temperature,
+        "--states": with_states or None,
+        "--solver": solver,
+        "--tolerance": tolerance,
+        "--substeps": substeps,
+    }
+    given = [name for name, value in trucks.items() if value is not None]
+    if machine and given:
+        raise ForkliftError(
+            "option-not-wanted",
+            f"{given[0]} is of a truck, and {machine} is a machine of your own; leave the option out",
+            name=given[0],
+        )
+    if values and not machine:
+        raise ForkliftError(
+            "option-not-wanted",
+            f"--values {values} is of a machine of your own; name it by --machine, or leave the option out",
+            name="--values",
+        )
     if machine:
         _own(machine, command, values, out, plot, as_json=as_json)
         return
