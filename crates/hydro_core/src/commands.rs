@@ -148,7 +148,7 @@ pub fn dither(time: &[f64], current: &[f64], amplitude: f64, frequency_hz: f64) 
     let start = time.first().copied().unwrap_or(0.0);
     let edges = (time.last().copied().unwrap_or(0.0) - start) / half;
     if edges + time.len() as f64 > MOST_SAMPLES as f64 {
-        let requirement = format!("at most {MOST_SAMPLES} edges and samples of a command");
+        let requirement = format!("so low that a command has {MOST_SAMPLES} edges and samples at most");
         return refuse("frequency_hz", frequency_hz, &requirement);
     }
     let mut edge = 0usize;
