@@ -288,7 +288,7 @@ def test_restarts_are_joined_to_whole_recordings():
         recordings.append(Recording(f"r{seed}", time, {"u": u}, noisy, role))
     found = diagnose(plant, recordings)
     assert found.after.fits.select("file", "channel", "samples").rows() == [
-        ("r1", "y", 100), ("r1", "rare", 100), ("r2", "y", 100),  # one sample alone is no run
+        ("r1", "y", 101), ("r1", "rare", 101), ("r2", "y", 101),  # one sample alone ends the piece before
     ]  # fmt: skip
     text = whole(found)
     assert any("Not recorded: rare in r2." in item for item in text.of("li"))
