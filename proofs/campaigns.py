@@ -52,7 +52,7 @@ def row(name):
         bounds["verdict"] = found.verdict == "no-mismatch"
         told += ["–", "–", "–"]
     else:
-        place = f"{found.location.lift}, {found.location.equation}" if found.location else "–"
+        place = f"{found.location.part}, {found.location.equation}" if found.location else "–"
         first = (
             found.to_dict()["causes"][0] if found.causes else {"id": "", "credibility": 0.0, "parameters": []}
         )

@@ -2,7 +2,9 @@
 
 import html
 import json
+import runpy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -16,6 +18,7 @@ from forklift.diagnosis.selection import alarming
 from forklift.fitting.metrics import nrmse
 from forklift.fitting.residuals import AT_NOISE
 
+PROOFS = Path(__file__).parents[1] / "proofs"
 CONCEALED = {
     "thermfric": ("free", "friction", "friction_temperature", "free.friction_temperature.rate", 0.018),
     "leak": ("main", "cylinder-pressure", "leakage", "main.leakage.coefficient", 1.5e-12),
@@ -29,6 +32,16 @@ def test_a_complete_truck_raises_no_alarm():
     assert found.sentence.startswith("No mismatch")
     promised = [one.gain for one in found.screening.singles if one.hypotheses[0].kind == "physics"]
     assert max(promised) < 0.5 * ALARM["physics"]
+
+
+@pytest.mark.parametrize("name", ["null", *CONCEALED])
+def test_the_proof_of_the_simulated_campaigns_says_so_too(name, monkeypatch):
+    proof = runpy.run_path(str(PROOFS / "campaigns.py"))
+    row = proof["row"]
+    monkeypatch.setitem(row.__globals__, "diagnose", lambda *_: diagnosed(name))
+    told, missed = row(name)
+    assert told[0] == name
+    assert set(missed) <= {"time"}  # how long it takes is no test of anything on a busy machine
 
 
 @pytest.mark.parametrize("name", CONCEALED)
