@@ -480,7 +480,7 @@ def test_two_workers_of_a_cluster_one_of_them_killed_give_the_bytes_of_the_local
 
 @pytest.mark.parametrize(
     "change",
-    [{"seed": -1}, {"substeps": -1}, {"substeps": 0}, {"settle_s": -1.0}, {"band_m_s": 0.0}, {"worst": -1}],
+    [{"seed": -1}, {"substeps": -1}, {"substeps": 0}, {"settle_s": -1.0}, {"band_m_s": -0.1}, {"worst": -1}],
 )
 def test_a_number_that_cannot_be_meant_is_refused(change):
     with pytest.raises(ForkliftError) as caught:

@@ -28,7 +28,7 @@ impl LiftValues {
     }
 }
 
-/// Knots of a table's current stand this far apart [A] or further, a quarter of a thousandth of a step of the ECU: a
+/// Knots of a table's current stand this far apart [A] or further, a seven-thousandth of a step of the ECU: a
 /// number of 32 bits tells them apart, and a slope between them is finite.
 pub const LEAST_KNOT_GAP_A: f64 = 1e-6;
 

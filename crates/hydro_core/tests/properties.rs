@@ -193,14 +193,10 @@ impl Submodel for Pressures {
         let flow = || signed(1e-9, 1e-2);
         let cylinder = named(["bulk.E_max", "cylinder.V_0", "cylinder.area"]);
         let volume = named(["volume.E", "volume.V"]);
-        [cylinder, volume, vec![inside(-0.1, 5.0, Scale::Linear), speed(), flow(), flow()]].concat()
+        [cylinder, volume, vec![inside(-0.1, 5.0, Scale::Linear), flow(), flow()]].concat()
     }
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Vec<S> {
-        vec![
-            cylinder::stiffness(x[0], x[1], x[2], x[5]),
-            cylinder::stiffness(x[0], x[1], x[2], x[5]) * (x[7] - x[2] * x[6]),
-            volume::pressure_rate(x[3] / x[4], x[7], x[8]),
-        ]
+        vec![cylinder::stiffness(x[0], x[1], x[2], x[5]), volume::pressure_rate(x[3] / x[4], x[6], x[7])]
     }
 }
 

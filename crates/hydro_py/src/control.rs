@@ -13,6 +13,7 @@ use hydro_core::control::settings::{
 };
 use hydro_core::control::twin::FloatingPoint;
 use hydro_core::control::vectors::{digest, helper_digest, Helper};
+use hydro_core::ensemble::member::{Condition, CONDITIONS};
 use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::{Controller, Reading, Seat};
 use hydro_core::run::lowering::{lower, Member};
@@ -66,9 +67,6 @@ pub type GivenLift = (Vec<f64>, GivenCurve, GivenCurve, Option<GivenSwing>, Opti
 /// A controller's integers.
 #[pyclass(name = "Controller", module = "forklift._core", frozen)]
 pub struct PyController(Config);
-
-/// From sensors to valve: two seconds.
-const MOST_DELAY_TICKS: usize = 100;
 
 fn curve((first, spacing, values): GivenCurve) -> Curve {
     Curve { first, spacing, values }
@@ -263,8 +261,9 @@ fn closed_loop<'py>(
             return Err(raise(py, &argument(name, &value.to_string(), &format!("between {lower} and {upper}"))));
         }
     }
-    if let Some(delay) = delays.iter().find(|delay| **delay > MOST_DELAY_TICKS) {
-        let requirement = format!("at most {MOST_DELAY_TICKS} ticks");
+    let (_, _, _, _, most, _) = CONDITIONS[Condition::Delay as usize];
+    if let Some(delay) = delays.iter().find(|delay| **delay > most as usize) {
+        let requirement = format!("at most {most} ticks");
         return Err(raise(py, &argument("delay", &delay.to_string(), &requirement)));
     }
     let (which, _) = lifts_of(lifts).map_err(|e| raise(py, &e))?;

@@ -15,7 +15,7 @@ use hydro_core::ensemble::{draw, linear, lowerings};
 use hydro_core::error::Error;
 use hydro_core::lanes::Precision;
 use hydro_core::outputs::OUTPUTS;
-use hydro_core::run::closed_loop::{Controller, Order};
+use hydro_core::run::closed_loop::Controller;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -359,11 +359,9 @@ impl PyEnsemble {
             let got = columns.len().to_string();
             return Err(raise(py, &Error::Shape { name: "values".into(), got, expected }));
         }
-        let (outcome, mut trace) =
+        let (outcome, trace) =
             watched(py, |interrupt| self.with_make(|make| self.trial.trace(&columns, stream, make, &|| interrupt())))?;
-        let ticks = self.trial.ticks;
-        trace.outputs.resize(ticks * OUTPUTS.len(), f64::NAN);
-        trace.orders.resize(ticks, Order::default());
+        let ticks = trace.orders.len();
         let answer = PyDict::new(py);
         answer.set_item("verdict", outcome.verdict as u8)?;
         answer.set_item("numbers", outcome.numbers.into_pyarray(py))?;

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from forklift.base import output, present
 from forklift.base.errors import ForkliftError
+from forklift.base.numbers import defined
 from forklift.control import transition
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
 from forklift.control.controller import Controller
@@ -205,8 +206,7 @@ class ControlComparison:
             "seed": self.seed,
             "rows": [asdict(row) for row in self.rows],
             "transitions": [
-                {name: None if value != value else value for name, value in asdict(row).items()}
-                for row in self.transitions
+                {name: defined(value) for name, value in asdict(row).items()} for row in self.transitions
             ],
         }
 
@@ -397,8 +397,8 @@ def table(rows: Sequence[Row]) -> str:
 def summary(request: NDArray[np.int32], run: Lowered, lift: Lift) -> str:
     """One lowering in sentences: NRMSE, plateaus, breaches of the limit."""
     reference, speed = run.reference_m_s[lift][0], run.speed_m_s[lift][0]
-    nrmse, perfect, found = _row(request, reference, speed)
-    lines = [f"NRMSE {nrmse:.1f} %; the reference itself 160 ms late has {perfect:.1f} %"]
+    nrmse, late, found = _row(request, reference, speed)
+    lines = [f"NRMSE {nrmse:.1f} %; the reference itself 160 ms late has {late:.1f} %"]
     lines += [
         f"plateau of {p.wanted_m_s:.2f} m/s: mean {p.mean_m_s:.4f} m/s ({p.error_percent:+.2f} %), "
         f"swing {p.oscillation_m_s:.4f} m/s"

@@ -147,13 +147,12 @@ def measured(one: Lowering, run: Lowered, place: int, level_mm_s: int) -> Transi
     total: Floats = run.speed_m_s["free"][place] + run.speed_m_s["main"][place]
     first, last = span(run, place, level_mm_s)
     if last < 0:
-        nothing = float("nan")
         return Transition(
             one.controller.name,
             one.oil_temperature_degc,
             one.load_kg,
             1e-3 * level_mm_s,
-            *(nothing, nothing, nothing, nothing, nothing),
+            *[float("nan")] * 5,
         )
     before = float(total[first - round(BEFORE_S / TICK_S) : first].mean())
     settled = last + round(SETTLED_S / TICK_S)

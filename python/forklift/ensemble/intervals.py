@@ -141,7 +141,8 @@ def over_scrambles(shares: Sequence[float], level: float = LEVEL) -> Interval:
     """Student's interval of the mean over independent scrambles of a Sobol sequence, cut off at 0 and 1.
 
     Points of one scramble depend on each other, so that only the scrambles count (Owen 1997; L'Ecuyer et al.
-    2023: 16 or more). Where all find nothing, or nothing else, see `_one_end`.
+    2023: 16 or more). Where all shares are 0, or all 1, the
+    far end is 1 − (1 − level)^(1/n) from there, for n scrambles.
     """
     found = np.asarray(shares, np.float64)
     if (end := _one_end(found, level, "scrambles")) is not None:

@@ -25,6 +25,8 @@ from forklift.recordings.channels import commanded
 Floats = NDArray[np.float64]
 Streams = NDArray[np.uint64]
 
+LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53
+"""Uniform numbers lie between them: no distribution is infinite there."""
 MOST_MEMBERS = 2**40
 """Their noise has sequences of its own: three times their number stays far below 2^64."""
 
@@ -168,7 +170,7 @@ class Members:
 
         Sums run in a fixed order and member by member, so that no bit depends on the chunk.
         """
-        from scipy.special import ndtr, ndtri
+        from scipy.special import ndtri
 
         moved = uniform.copy()
         place = {name: k for k, name in enumerate(self.specification.vary)}
@@ -181,7 +183,7 @@ class Members:
                 for weight, z in zip(row, normal, strict=True):
                     if weight:
                         total = total + weight * z
-                moved[:, place[name]] = np.clip(ndtr(total), 2.0**-54, 1.0 - 2.0**-53)
+                moved[:, place[name]] = uniform_of(total)
         return moved
 
     def _sobol(self, first: int, last: int) -> Floats:
@@ -195,7 +197,7 @@ class Members:
         if place:
             points.fast_forward(place)
         # A point may be 0: the middle of its cell is not.
-        inside: Floats = np.clip(points.random(last - first), 2.0**-54, 1.0 - 2.0**-53)
+        inside: Floats = np.clip(points.random(last - first), LOWEST, HIGHEST)
         return inside
 
     def _varied(self, name: str, vary: Vary) -> tuple[str, str, list[float]]:
@@ -229,6 +231,14 @@ class Members:
         raise ForkliftError(
             "value-invalid", f"vary.{name} is relative, but the truck has no such value", name=f"vary.{name}"
         )
+
+
+def uniform_of(normal: Floats) -> Floats:
+    """Uniform numbers of standard normal ones."""
+    from scipy.special import ndtr
+
+    inside: Floats = np.clip(ndtr(normal), LOWEST, HIGHEST)
+    return inside
 
 
 def _count(name: str, vary: Vary) -> int:

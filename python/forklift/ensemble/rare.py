@@ -19,19 +19,17 @@ from forklift.base.errors import ForkliftError
 from forklift.base.typeset import printed
 from forklift.control.controller import Controller
 from forklift.ensemble.intervals import LEAST_REPLICATES
-from forklift.ensemble.members import Members, Streams
+from forklift.ensemble.members import Members, Streams, uniform_of
 from forklift.ensemble.quantities import quantity
 from forklift.ensemble.specification import Specification
 from forklift.ensemble.subset import MOST_LEVELS, SHARE, RareFailures, subset_simulation
 from forklift.ensemble.trajectory import Trajectory, trajectory
 from forklift.plant.forklift.truck import Truck
 
-LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53
-"""Uniform numbers lie between them: no distribution is infinite there."""
 LEVEL_MEMBERS = 1000
-"""Of a level of subset simulation (Au & Beck 2001, section 6)."""
+"""Of a level of subset simulation: as those whose intervals ``python3 dev.py sweep-intervals`` counts."""
 GENERATIONS = 40
-"""Of the search for the worst case."""
+"""Of the search for the worst case; chosen."""
 WITHIN = 3.0
 """How far the search goes, in standard deviations: 99.7 % of what a quantity is drawn as."""
 RESULT, LIKELIEST, WORST = "rare.json", "likeliest.csv", "worst.csv"
@@ -222,18 +220,16 @@ def rare(
         raise ForkliftError(
             "argument-invalid", f"nothing varies in {spec.name!r}; give [vary.NAME] in its file", name="vary"
         )
-    ended = [0]
 
-    def told() -> None:
-        ended[0] += 1
+    def told(run: int) -> None:
         if progress:
-            progress(Progress(ended[0], runs))
+            progress(Progress(run, runs))
 
     failures = probability(found, size=members, runs=runs, ended=told)
     likeliest = None
     if failures.likeliest:
         u, stream = failures.likeliest
-        likeliest = trajectory(found, found.values(_uniform(u[None, :]))[0], stream)
+        likeliest = trajectory(found, found.values(uniform_of(u[None, :]))[0], stream)
     worst = worst_case(found, generations=generations, within=within)
     return Rare(spec, found.truck, found.controller, failures, likeliest, worst)
 
@@ -250,12 +246,12 @@ def margin_of(members: Members, uniform: Floats, streams: Streams) -> Floats:
 
 
 def probability(
-    members: Members, *, size: int, runs: int, ended: Callable[[], None] | None = None
+    members: Members, *, size: int, runs: int, ended: Callable[[int], None] | None = None
 ) -> RareFailures:
     """The probability that a member fails, by subset simulation with levels of `size` members."""
 
     def margin(u: Floats, streams: Streams) -> Floats:
-        return margin_of(members, _uniform(u), streams)
+        return margin_of(members, uniform_of(u), streams)
 
     spec = members.specification
     return subset_simulation(margin, len(spec.vary), seed=spec.seed, members=size, runs=runs, ended=ended)
@@ -270,7 +266,7 @@ def worst_case(members: Members, *, generations: int, within: float, stream: int
 
     def objective(u: Floats) -> Floats:
         streams = np.full(u.shape[1], stream, np.uint64)
-        margins = margin_of(members, _uniform(u.T), streams)
+        margins = margin_of(members, uniform_of(u.T), streams)
         return np.where(np.isneginf(margins), np.inf, margins)
 
     found = differential_evolution(
@@ -285,17 +281,9 @@ def worst_case(members: Members, *, generations: int, within: float, stream: int
     )
     if np.isposinf(found.fun):
         return None
-    values = members.values(_uniform(found.x[None, :]))[0]
+    values = members.values(uniform_of(found.x[None, :]))[0]
     run = trajectory(members, values, stream)
     return WorstCase(within, float(found.fun), int(found.nfev), run)
-
-
-def _uniform(normal: Floats) -> Floats:
-    """Uniform numbers of standard normal ones."""
-    from scipy.special import ndtr
-
-    inside: Floats = np.clip(ndtr(normal), LOWEST, HIGHEST)
-    return inside
 
 
 def _out_of_bounds(name: str, value: float, bounds: str) -> ForkliftError:

@@ -198,12 +198,12 @@ class Specification(BaseModel):
     duration_s: float = 10.0
     substeps: int = Field(3, ge=1, le=1000)
     precision: Literal["double", "single"] = "double"
-    seed: int = Field(1, ge=0, lt=2**63)
+    seed: int = Field(1, ge=0, lt=2**64)
     members: int = 1000
     sampling: Sampling = "independent"
     scrambles: int = 16
-    settle_s: float = Field(3.0, gt=0.0)
-    band_m_s: float = Field(0.05, gt=0.0)
+    settle_s: float = Field(3.0, ge=0.0)
+    band_m_s: float = Field(0.05, ge=0.0)
     worst: int = Field(10, ge=0)
     chunk: int = 4096
     conditions: Mapping[str, float] = {}

@@ -92,7 +92,7 @@ def subset_simulation(
     members: int = 1000,
     runs: int = LEAST_REPLICATES,
     level: float = LEVEL,
-    ended: Callable[[], None] | None = None,
+    ended: Callable[[int], None] | None = None,
 ) -> RareFailures:
     """The probability that a margin is negative, from independent runs of subset simulation.
 
@@ -107,13 +107,13 @@ def subset_simulation(
     runs
         Independent ones; ten or more give an interval that holds.
     ended
-        Called after each.
+        Called after each with how many are over.
     """
     last = []
     for run in range(runs):
         last.append(list(levels(margin, dimensions, seed=seed, run=run, members=members))[-1])
         if ended:
-            ended()
+            ended(run + 1)
     probabilities = tuple(float(one.probability or 0.0) for one in last)
     taken = sum(members + one.number * (members - round(SHARE * members)) for one in last)
     return RareFailures(

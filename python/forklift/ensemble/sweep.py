@@ -14,6 +14,7 @@ import polars as pl
 from forklift import __version__
 from forklift.base import output
 from forklift.base.errors import ForkliftError
+from forklift.base.numbers import defined
 from forklift.control.controller import Controller
 from forklift.ensemble import chunks, specification
 from forklift.ensemble.controllers import of_data, to_data
@@ -22,7 +23,7 @@ from forklift.ensemble.members import Members
 from forklift.ensemble.quantities import units
 from forklift.ensemble.reduce import STABLE, Tally, axis
 from forklift.ensemble.specification import Specification
-from forklift.ensemble.trajectory import Trajectory, plain, trajectory
+from forklift.ensemble.trajectory import Trajectory, trajectory
 from forklift.plant.forklift.truck import Truck
 
 if TYPE_CHECKING:
@@ -175,7 +176,8 @@ class Sweep:
                 "least_scaled_margin": [_finite(row) for row in tally.least.tolist()],
             },
             "worst": [
-                {key: plain(value) for key, value in row.items()} for row in self.worst.iter_rows(named=True)
+                {key: defined(value) for key, value in row.items()}
+                for row in self.worst.iter_rows(named=True)
             ],
         }
 
@@ -366,4 +368,4 @@ def _tupled(value: Any) -> Any:
 
 def _finite(value: Any) -> Any:
     """A number or a row of numbers, None for those that are not finite."""
-    return [plain(x) for x in value] if isinstance(value, list) else plain(value)
+    return [defined(x) for x in value] if isinstance(value, list) else defined(value)

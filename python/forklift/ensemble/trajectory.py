@@ -12,6 +12,7 @@ import polars as pl
 
 from forklift.base import output
 from forklift.base.arrays import Floats
+from forklift.base.numbers import defined
 from forklift.ensemble.members import Members
 from forklift.ensemble.tables import verdicts
 from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
@@ -44,7 +45,7 @@ class Trajectory:
             "index": self.index,
             "verdict": self.verdict,
             "varied": dict(self.varied),
-            "margins": {name: plain(value) for name, value in self.margins.items()},
+            "margins": {name: defined(value) for name, value in self.margins.items()},
         }
 
     def write(self, path: str | Path) -> Path:
@@ -78,8 +79,3 @@ def trajectory(members: Members, values: Floats, stream: int, index: int | None 
         {name: float(x) for name, x in zip(names, run["numbers"], strict=False)},
         table.with_columns(**{k: pl.Series(v) for k, v in extra.items()}),
     )
-
-
-def plain(value: Any) -> Any:
-    """For JSON: None in the place of a number that is not finite."""
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -240,10 +240,12 @@ class _Chosen:
 
     def source(self, name: str) -> _Source | None:
         """Where a name leads: as it is mapped, else to the channel that it names, with a unit in brackets."""
+        if name in TIMES:
+            return None
         if name in self.sources:
             self.found.add(name)
             return self.sources[name]
-        plain = name.rpartition("[")[0].strip() if units.in_brackets(name) else name
+        plain = units.without_brackets(name)
         return _Source(channel=plain) if plain in self.known else None
 
 

@@ -32,7 +32,8 @@ def simulate_plant(
         The machine, its times [s] and inputs, (times,) each.
     values
         Parameters that are not as the plant has them; of an effect as ``"effect.parameter"``, of a state's
-        start as ``"state.start"``: one that an output tells is 0 by default.
+        start as ``"state.start"``: one that an output tells is by default the state's guess, else the middle
+        of its bounds, or of one that has not both the number within them that is nearest to 0.
     present
         Ids of the effects that act.
 

@@ -123,6 +123,11 @@ def in_brackets(name: str) -> str:
     return text if text and (known(text) or is_share(text)) else ""
 
 
+def without_brackets(name: str) -> str:
+    """A column's name without the unit that it ends with, see `in_brackets`."""
+    return re.split(r"\s*[\[(]", name)[0] if in_brackets(name) else name
+
+
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 

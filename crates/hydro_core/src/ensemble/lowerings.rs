@@ -102,11 +102,11 @@ impl Trial {
             return refuse("tick_s", self.tick_s.to_string(), "above 0 and up to 1 s");
         }
         let Settling { after_s, band_m_s } = self.settling;
-        if !(after_s > 0.0 && after_s <= 3600.0) {
-            return refuse("settle_s", after_s.to_string(), "above 0 and up to 3600 s");
+        if !(0.0..=3600.0).contains(&after_s) {
+            return refuse("settle_s", after_s.to_string(), "between 0 and 3600 s");
         }
-        if !(band_m_s > 0.0 && band_m_s.is_finite()) {
-            return refuse("band_m_s", band_m_s.to_string(), "above 0 m/s");
+        if !(band_m_s >= 0.0 && band_m_s.is_finite()) {
+            return refuse("band_m_s", band_m_s.to_string(), "0 m/s or more");
         }
         let end_s = (self.ticks - 1) as f64 * self.tick_s;
         for requirement in &self.requirements {
@@ -320,7 +320,9 @@ impl Block<'_, '_> {
         }
         if let Some(trace) = &mut self.trace {
             trace.outputs = outputs;
+            trace.outputs.resize(trial.ticks * OUTPUTS.len(), f64::NAN);
             trace.orders = drive.inner.orders(0);
+            trace.orders.resize(trial.ticks, Order::default());
         }
         Ok(drive.outcomes(self.members.len()))
     }

@@ -3,7 +3,8 @@
 use crate::scalar::Scalar;
 
 /// E/V(x) [Pa/m³] with V(x) = V0 + A_c·x: dp_A/dt is that times what flows in and is displaced, Q − A_c·v
-/// (Fri & Fahlén 2017, (3.20), (3.21)). The volume is held above a tenth of V0: a cylinder below its bottom by more is outside the law.
+/// (Fri & Fahlén 2017, (3.20), (3.21)). The volume is held above a tenth of V0: a cylinder below its bottom by more is
+/// outside the law.
 #[inline(always)]
 pub fn stiffness<S: Scalar>(bulk_modulus: S, v_0: S, area: S, x: S) -> S {
     bulk_modulus / (v_0 + area * x).max(S::constant(0.1) * v_0)

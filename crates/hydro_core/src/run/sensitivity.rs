@@ -58,7 +58,7 @@ pub struct Case<'a> {
     pub wanted: &'a [f64],
     /// Added to the oil temperature [K].
     pub warmer: f64,
-    /// How much more the oil warms up during the run than recorded [K]: evenly, none at the start, all of it at the end.
+    /// How much more the oil warms up during the run than recorded [K], evenly: all of it is there at the end.
     pub warming: f64,
     /// Cylinder positions at the start, free and main [m].
     pub start: [f64; 2],

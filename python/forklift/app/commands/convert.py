@@ -92,7 +92,7 @@ def convert(
             f"--channel and --channels {channels} both map names; give one of them",
             name="channel",
         )
-    thesis = Truck.read(truck)
+    compared = Truck.read(truck)
     with busy("Reading and checking"):
         campaign = verb(
             source if len(source) > 1 else source[0],
@@ -112,7 +112,7 @@ def convert(
             ask=ask if sys.stdin.isatty() and sys.stderr.isatty() else None,
             overwrite=overwrite,
         )
-        found = findings(campaign.recordings, thesis)
+        found = findings(campaign.recordings, compared)
     if as_json:
         print_json(campaign.to_dict() | {"findings": [one.to_dict() for one in found]})
     else:
