@@ -99,3 +99,22 @@ def test_the_interface_page_has_whatever_the_package_offers_and_every_command_is
     commands = {one.name or one.callback.__name__ for one in app.registered_commands}
     groups = {one.name or one.typer_instance.info.name for one in app.registered_groups}
     assert {name for name in commands | groups if f"forklift {name}" not in readme} == set()
+
+
+def test_every_option_of_every_command_stands_on_a_page():
+    import typer.main
+
+    from forklift.app.main import app
+
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    shown = set(re.findall(r"--[a-z][a-z-]*", " ".join(page.read_text(encoding="utf-8") for page in pages)))
+    groups, options = [typer.main.get_command(app)], set()
+    while groups:
+        for name, command in groups.pop().commands.items():
+            if hasattr(command, "commands"):
+                groups.append(command)
+            options |= {
+                f"{name} {one}" for each in command.params for one in each.opts if one.startswith("--")
+            }
+    assert len(options) > 50
+    assert {option for option in options if option.split()[1] not in shown} == set()
