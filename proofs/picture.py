@@ -2,8 +2,9 @@
 
     python proofs/picture.py proof/score.json [--out docs/_static/proof.svg]
 
-On the left the rates of a run of `forklift prove`, each with its exact 95 % interval (Clopper and Pearson
-1934) and the goal; on the right the same campaigns through simpler ways. All is from ``score.json``.
+On the left the rates of a run of `forklift prove`, or of several as one (`proofs/record.py together`), each
+with its exact 95 % interval (Clopper and Pearson 1934) and the goal; on the right the same campaigns through
+simpler ways. All is from ``score.json``.
 """
 
 from __future__ import annotations
@@ -54,11 +55,11 @@ def picture(score: Mapping[str, Any], path: Path) -> None:
         figure, (rates, ways) = plt.subplots(1, 2, figsize=(9.0, 3.3), width_ratios=(1.15, 1.0))
         _rates(rates, score)
         _ways(ways, score)
-        figure.suptitle(
-            f"forklift prove --seed {score['seed']} --campaigns {score['campaigns']}: sealed campaigns of an "
-            "independent plant",
-            fontsize=9.5,
-        )
+        if score["seed"] is None:
+            run = f"{score['campaigns']} campaigns of seeds {', '.join(map(str, score['seeds']))}"
+        else:
+            run = f"forklift prove --seed {score['seed']} --campaigns {score['campaigns']}"
+        figure.suptitle(f"{run}: sealed campaigns of an independent plant", fontsize=9.5)
         figure.tight_layout()
         figure.savefig(path, format="svg", metadata={"Date": None, "Creator": None})
         plt.close(figure)

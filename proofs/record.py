@@ -3,9 +3,11 @@
     python proofs/record.py keep proof proofs/records/SEED.json.xz
     python proofs/record.py score proofs/records/SEED.json.xz
     python proofs/record.py unpack proofs/records/SEED.json.xz proof
+    python proofs/record.py together proofs/records/*.json.xz [--out together.json]
 
 What `keep` writes holds every result of a folder. `unpack` makes a folder of it that `forklift prove` goes on
-with. Only the sealed boxes are not in it: each result has what was committed to.
+with. Only the sealed boxes are not in it: each result has what was committed to. `together` prints README's
+table, seeds side by side and as one; ``--out`` keeps the score of all as one, for `proofs/picture.py`.
 """
 
 from __future__ import annotations
@@ -14,10 +16,26 @@ import argparse
 import json
 import lzma
 import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from forklift.ensemble.proof.prove import MARK, scored
+from forklift.ensemble.proof.prove import MARK, Proof, scored
+from forklift.ensemble.proof.score import score
 from forklift.report.of_proof import proof_text
+
+GOALS = {
+    "kind of fault": "≥ 95 %",
+    "location, or a tie that holds it": "≥ 95 %",
+    "cause, or a tie that holds it": "≥ 90 %",
+    "unknown called unknown": "≥ 85 %",
+    "a wrong name called complete": "≤ 1 %",
+    "false alarms": "≤ 1 %",
+    "intervals hold the truth": "90–98 %",
+}
+"""Lines of the score, and what is asked of each."""
+CERTAIN = 0.9
+"""Credibility from which on 85 % of names are asked to be right."""
 
 
 def keep(folder: Path, file: Path) -> int:
@@ -34,21 +52,60 @@ def keep(folder: Path, file: Path) -> int:
 
 def unpack(file: Path, folder: Path) -> int:
     """Make a folder of a file; its seed. Results that are there already stay."""
-    whole = json.loads(lzma.decompress(file.read_bytes()))
+    seed, results = read(file)
     (folder / "results").mkdir(parents=True, exist_ok=True)
-    (folder / MARK).write_text(json.dumps({"seed": whole["seed"]}) + "\n", encoding="utf-8")
-    for one in whole["results"]:
+    (folder / MARK).write_text(json.dumps({"seed": seed}) + "\n", encoding="utf-8")
+    for one in results:
         path = folder / "results" / f"{one['number']:05d}.json"
         if not path.exists():
             path.write_text(json.dumps(one, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    return int(whole["seed"])
+    return seed
+
+
+def together(runs: Mapping[int, Sequence[Mapping[str, Any]]]) -> tuple[dict[str, Any], str]:
+    """The score of several seeds' results as one, and a table of each seed and of all."""
+    every = [one for results in runs.values() for one in results]
+    whole = score(every)
+    head = {
+        "seed": None,
+        "label": f"reporting, seeds {', '.join(map(str, runs))}",
+        "seeds": list(runs),
+        "campaigns": len(every),
+        "packages": sorted({one["package"] for one in every}),
+    }
+    scores = [*(score(results) for results in runs.values()), whole]
+    rows = [
+        ["", *(str(seed) for seed in runs), "together", "exact 95 % interval", "goal"],
+        ["---", *(["---:"] * (len(runs) + 3))],
+        ["campaigns", *(str(len(results)) for results in runs.values()), str(head["campaigns"]), "", ""],
+    ]
+    for name, goal in GOALS.items():
+        rates = [one["rates"][name] for one in scores]
+        rows.append([name, *(f"{rate['right']} of {rate['of']}" for rate in rates), _ends(rates[-1]), goal])
+    certain = [next(row for row in one["reliability"] if row["from"] == CERTAIN) for one in scores]
+    own = [f"{row['right']} of {row['of']}" for row in certain]
+    rows.append([f"credibility of {CERTAIN} or more, and that name", *own, _ends(certain[-1]), "≥ 85 %"])
+    place = [f"{row['right'] + row['by_another_law']} of {row['of']}" for row in certain]
+    rows.append(["the same, or its place by another law", *place, "", ""])
+    return head | whole, "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _ends(rate: Mapping[str, Any]) -> str:
+    return f"{100 * rate['lower']:.1f}–{100 * rate['upper']:.1f} %"
+
+
+def read(file: Path) -> tuple[int, list[dict[str, Any]]]:
+    """The seed of a file of `keep`, and its results."""
+    whole = json.loads(lzma.decompress(file.read_bytes()))
+    return int(whole["seed"]), list(whole["results"])
 
 
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("what", choices=("keep", "score", "unpack"))
+    parser.add_argument("what", choices=("keep", "score", "unpack", "together"))
     parser.add_argument("places", nargs="+", type=Path, metavar="PLACE")
+    parser.add_argument("--out", type=Path, help="where the score of all goes")
     given = parser.parse_args()
     if given.what == "keep":
         folder, file = given.places
@@ -56,6 +113,13 @@ def main() -> None:
     elif given.what == "unpack":
         file, folder = given.places
         unpack(file, folder)
+    elif given.what == "together":
+        runs = dict(map(read, given.places))
+        found, table = together(runs)
+        every = [one for results in runs.values() for one in results]
+        print(table, proof_text(Proof(Path(), found, every)), sep="\n\n")
+        if given.out:
+            given.out.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     else:
         for file in given.places:
             with tempfile.TemporaryDirectory() as scratch:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from forklift import Truck, simulate
+from forklift.ensemble.proof.score import score
 from forklift.fitting.starts import End
 from forklift.plant.forklift.commands import Command
 
@@ -193,3 +194,18 @@ def test_a_run_that_is_kept_can_be_gone_on_with(tmp_path):
     assert json.loads((again / "proof.json").read_text())["seed"] == 5
     assert json.loads((again / "results" / "00000.json").read_text()) == {"number": 0, "told": "ä"}
     assert (again / "results" / "00003.json").read_text() == "{}"
+
+
+def test_several_runs_as_one_count_what_each_counts():
+    """Numbers of the table's rows add up, and the score of all is that of a run with all results."""
+    kept = PROOFS / "records" / "30000001.json.xz"
+    seed, results = record.read(kept)
+    found, table = record.together({seed: results[:60], seed + 1: results[60:100]})
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
+    told = [row for row in rows[3:] if " of " in row[1]]
+    assert {row[0] for row in told} > set(record.GOALS)
+    for row in told:
+        parts = [[int(part) for part in cell.split(" of ")] for cell in row[1:4]]
+        assert [sum(pair) for pair in zip(*parts[:2], strict=True)] == parts[2]
+    assert found["rates"] == score(results[:100])["rates"]
+    assert found["campaigns"] == 100
