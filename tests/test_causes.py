@@ -32,6 +32,7 @@ class Tried:
     complete: bool = False
     finished: bool = True
     foretold: dict[str, float] | None = None
+    identifiable: bool = True
     at_bounds: tuple[str, ...] = ()
 
     @property
@@ -301,3 +302,22 @@ def test_what_is_told_with_its_rival_beside_it_is_no_rival_of_it() -> None:
     accepted = refit(late, left=100.0, complete=True)
     (cause,) = causes(selected(accepted, refit(late, slow, left=101.0)))
     assert cause.form == "complete"
+
+
+def test_a_name_that_came_to_nothing_is_no_rival_of_a_curve():
+    """Its linear step promises to foretell recordings better than the curve; but fitted, it is not there."""
+    curve = replace(hypothesis("unknown"), kind="unknown")
+    names = [hypothesis("hose_resistance"), hypothesis("valve_delay")]
+    found = [
+        Tried((one,), left, foretold={"a": score, "b": score}, identifiable=there)
+        for one, left, score, there in (
+            (curve, 0.8, 26.0, True),
+            (names[0], 0.93, 45.0, False),
+            (names[1], 0.93, 10.0, True),
+        )
+    ]
+    final, *others = (cast(Refit, one) for one in found)
+    steps = (Step(NOTHING, tuple(others), None),)
+    (cause,) = causes(Selection(refit(left=0.94), steps, final))
+    assert cause.credibility == 1.0
+    assert [[one.label for one in names] for names, *_ in cause.rivals] == [["valve_delay"]]

@@ -31,20 +31,22 @@ LEAK, CURVE = cause(hypothesis("leakage", "physics")), cause(hypothesis("unknown
 
 
 @pytest.mark.parametrize(
-    ("complete", "worst", "strained", "found", "said"),
+    ("complete", "worst", "strained", "accepted", "found", "said"),
     [
-        (True, 1.0, False, (), "sensor-fault"),
-        (False, 0.9 * DOUBTFUL, False, (), "sensor-fault"),
-        (False, 147.0, False, (), "unknown-effect"),
-        (False, 0.9 * DOUBTFUL, True, (), "unknown-effect"),
-        (False, 147.0, False, (LEAK,), "missing-physics"),
+        (True, 1.0, False, False, (), "sensor-fault"),
+        (False, 0.9 * DOUBTFUL, False, False, (), "sensor-fault"),
+        (False, 147.0, False, False, (), "unknown-effect"),
+        (False, 0.9 * DOUBTFUL, True, False, (), "unknown-effect"),
+        (False, 0.9 * DOUBTFUL, False, True, (), "unknown-effect"),  # several explain it as well
+        (False, 147.0, False, True, (LEAK,), "missing-physics"),
     ],
 )
 def test_what_was_seen_before_any_fit_is_the_verdict_only_where_nothing_is_left_over(
-    complete: bool, worst: float, strained: bool, found: tuple[Cause, ...], said: str
+    complete: bool, worst: float, strained: bool, accepted: bool, found: tuple[Cause, ...], said: str
 ) -> None:
     baseline = SimpleNamespace(complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst))
-    selection = cast(Any, SimpleNamespace(baseline=baseline))
+    final = SimpleNamespace() if accepted else baseline
+    selection = cast(Any, SimpleNamespace(baseline=baseline, final=final))
     assert verdict(selection, found, (STUCK,)) == said
 
 

@@ -222,10 +222,11 @@ def _twin(named: Hypothesis, curve: Hypothesis, selection: Selection) -> Hypothe
 
 
 def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
-    """What has no name has no form of its own: nobody knows its law."""
+    """What has no name has no form of its own: nobody knows its law. A name whose amplitude came to nothing
+    when it was fitted is no rival, whatever a linear step promises of it."""
     final = selection.final
     others = [*selection.steps[0].refits, *selection.unnamed]
-    told = [one for one in others if one.finished and isfinite(one.reduced_chi2)]
+    told = [one for one in others if one.finished and isfinite(one.reduced_chi2) and one.identifiable]
     refits = [final, *(one for one in told if not _labels(final) <= _labels(one))]
     shares = credibility(refits)
     rivals = tuple(

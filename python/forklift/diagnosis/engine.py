@@ -122,11 +122,12 @@ def verdict(
     selection: Selection, found: Sequence[Cause], seen: Sequence[Cause] = (), *, hopeless: bool = False
 ) -> Verdict:
     """In one word: by the first cause; without one, by whether anything is left over, and by what was `seen`
-    before any fit."""
+    before any fit. A little that nothing explains may be chance; what several explain as well is none."""
     baseline = selection.baseline
     if found:
         return VERDICTS[found[0].hypothesis.kind]
-    doubtful = baseline.worst.mean_square <= DOUBTFUL and not baseline.strained
+    unexplained = selection.final is baseline
+    doubtful = unexplained and baseline.worst.mean_square <= DOUBTFUL and not baseline.strained
     if not (hopeless or baseline.complete or doubtful):
         return "unknown-effect"
     return VERDICTS[seen[0].hypothesis.kind] if seen else "no-mismatch"

@@ -67,7 +67,7 @@ def sentence(found: Outcome) -> str:
         return (
             f"No mismatch{', but for a clock that is allowed for' if clocks else ''}: the fitted {noun} "
             f"explains all {judged} recordings {kept} down to the "
-            f"sensors' noise (mean square at most {found.final.worst.mean_square:.2f} in any signal); "
+            f"sensors' noise (mean square at most {found.baseline.worst.mean_square:.2f} in any signal); "
             f"{remainder(found)}."
         )
     if found.verdict == "sensor-fault" and not found.explaining and found.baseline.complete:

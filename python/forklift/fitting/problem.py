@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 from typing import Self, TypeVar
 
 import numpy as np
@@ -161,7 +162,7 @@ class LeastSquares:
             substeps=self.substeps,
             along=names,
             own=own,
-            steps=self._steps(x, conditions) if derivatives else None,
+            steps=lambda: self._steps(x, conditions),
         )
         self.work.add(sum(len(run.outputs) for run in runs), len(names) + len(own), self.substeps)
         if offsets and derivatives:
@@ -230,8 +231,7 @@ class LeastSquares:
     @property
     def starts(self) -> list[int]:
         """Where each recording's φ begins in the unknown vector; last, its length."""
-        lengths = [len(self.unknowns), *(len(sample.free) for sample in self.samples)]
-        return [int(end) for end in np.cumsum(lengths)]
+        return list(accumulate((len(sample.free) for sample in self.samples), initial=len(self.unknowns)))
 
     def bounds(self) -> tuple[Floats, Floats]:
         """Least and greatest of the unknown vector."""
@@ -377,7 +377,7 @@ class LeastSquares:
                 yield use(sample, values, slopes, chain)
 
     def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
-        along = chain.shape[0]
+        along, wide = chain.shape[0], chain.shape[-1]
         own = along + np.searchsorted(self.carried, sample.free)
         residual, jacobian, model, slope = {}, {}, {}, {}
         for seen in sample.observed:
@@ -387,9 +387,11 @@ class LeastSquares:
             raw = slopes[:, seen.column] if every else slopes[seen.rows, seen.column]
             channel = seen.sensor.channel
             residual[channel], model[channel] = rho, said
-            shared = raw[:, :along] * chain if chain.ndim == 1 else raw[:, :along] @ chain
-            slope[channel] = np.hstack([shared, raw[:, own] * sample.width[sample.free]])
-            jacobian[channel] = slope[channel] * weight[:, None]
+            whole = np.empty((len(raw), wide + len(own)))
+            whole[:, wide:] = raw[:, own] * sample.width[sample.free]
+            whole[:, :wide] = raw[:, :along] * chain if chain.ndim == 1 else raw[:, :along] @ chain
+            slope[channel] = whole
+            jacobian[channel] = whole * weight[:, None]
         return Linearised(residual, jacobian, model, slope)
 
     def misfit(self, seen: Observed, said: Floats) -> tuple[Floats, Floats]:

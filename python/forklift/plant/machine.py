@@ -162,11 +162,11 @@ class NumpyMachine:
         substeps: int,
         along: Sequence[str] = (),
         own: Sequence[int] = (),
-        steps: Steps | None = None,
+        steps: Callable[[], Steps] | None = None,
     ) -> list[Run]:
         """Recordings as lanes side by side, and of each a lane for every direction."""
         finer = max(1, substeps // USUAL)
-        moves = steps if along or own else None
+        moves = steps() if steps and (along or own) else None
         return [
             found
             for which in self._together(values, cases)

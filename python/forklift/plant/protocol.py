@@ -7,7 +7,7 @@ through `forklift.plant.machine.NumpyMachine`; the forklift is `forklift.plant.f
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, Protocol
@@ -257,7 +257,7 @@ class Machine(Protocol):
         substeps: int,
         along: Sequence[str] = (),
         own: Sequence[int] = (),
-        steps: Steps | None = None,
+        steps: Callable[[], Steps] | None = None,
     ) -> list[Run]:
         """Every recording, at these values and conditions.
 
@@ -272,7 +272,7 @@ class Machine(Protocol):
         along, own
             Directions of the slopes: parameters by name, then conditions by their place. None: no slopes.
         steps
-            For machines without exact slopes.
+            Tells a machine without exact slopes how far each direction may be stepped.
 
         Raises
         ------

@@ -45,7 +45,9 @@ def dithered(command: Floats, amplitude_a: float, tick_s: float) -> Floats:
 
 def _sway(command: Floats, tick_s: float) -> Floats:
     """To and fro from tick to tick, (times, 1), per amplitude."""
-    return np.where(np.arange(len(command)) % 2, 1.0, -1.0)[:, None] * (USUAL_TICK_S / tick_s)
+    sway = np.full((len(command), 1), -USUAL_TICK_S / tick_s)
+    sway[1::2] *= -1.0
+    return sway
 
 
 def along_dither(command: Floats, amplitude_a: float, tick_s: float) -> Floats:

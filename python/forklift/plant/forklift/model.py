@@ -295,7 +295,7 @@ class Forklift:
         substeps: int,
         along: Sequence[str] = (),
         own: Sequence[int] = (),
-        steps: Steps | None = None,
+        steps: Callable[[], Steps] | None = None,
     ) -> list[Run]:
         """Every recording at once, on all cores; see `forklift.plant.protocol.Machine`.
 

@@ -231,6 +231,8 @@ def _shown(value: Value) -> str:
 
 
 def _number(name: str, value: float | Sequence[float]) -> Value:
+    if type(value) is float and isfinite(value):
+        return value
     try:
         if isinstance(value, str | bytes | bool):
             raise TypeError
