@@ -40,6 +40,7 @@ from forklift.diagnosis.curve_trials import (
     with_curve,
     without_names,
 )
+from forklift.diagnosis.gains import gains, is_gain
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit
@@ -154,7 +155,12 @@ def select(
             return found
     if best is not baseline and not best.hypotheses:
         return Selection(best, (), best, skipped=tuple(race.skipped))
-    if not (best.quiet or any(refit.complete for refit in shapes)):
+    gain = _gain_instead(race, baseline, best, steps, shapes, hypotheses)
+    if gain:
+        faint, best, steps = None, gain.accepted or best, [gain]
+        screening = _screened(race, best, _beside(best, hypotheses), general)
+        best, steps, shapes = _named(race, best, steps, screening, hypotheses, general)
+    elif not (best.quiet or any(refit.complete for refit in shapes)):
         step = _near(race, best, steps, shapes, hypotheses, general)
         if step is not None and step.accepted and step.accepted.hypotheses == best.hypotheses != ():
             best = _settled(steps, step.accepted)
@@ -225,6 +231,24 @@ def _tested(
     if final is not best:
         final = needed(race, final, kept=settled_names(best, baseline))
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
+
+
+def _gain_instead(
+    race: Race,
+    baseline: Refit,
+    best: Refit,
+    steps: Sequence[Step],
+    shapes: Sequence[Refit],
+    hypotheses: Sequence[Hypothesis],
+) -> Step | None:
+    """A round with a sensor's gain alone in the place of all so far, if these explain less than that does."""
+    if not steps:
+        return None
+    first = steps[0]
+    names = [one for one in first.refits if not any(map(is_gain, one.hypotheses))]
+    refits, accepted = gains(race, baseline, best, hypotheses, names, shapes)
+    refits = sorted([*names, *refits], key=rank)
+    return Step(first.screening, tuple(refits), accepted) if accepted else None
 
 
 def _promised(named: Sequence[Refit], steps: Sequence[Step]) -> float:
