@@ -40,6 +40,21 @@ def test_work_is_granted_from_here_on():
     assert work.spent
 
 
+def test_what_is_done_beside_leaves_as_much_as_there_was():
+    work = Work()
+    work.grant(2.0)
+    work.add(SAMPLES, 0, SUBSTEPS)
+    with work.beside():
+        work.add(10 * SAMPLES, 0, SUBSTEPS)
+        assert not work.spent
+    assert (work.done, work.spent) == (11.0, False)
+    work.add(SAMPLES, 0, SUBSTEPS)
+    assert work.spent
+    with work.beside():
+        assert not work.spent
+    assert work.spent
+
+
 @pytest.mark.parametrize(
     ("costs", "left", "given_up"),
     [

@@ -36,23 +36,24 @@ def gains(
     """Gains that were tried alone, and the one that explains everything, if any does.
 
     `names` and `curves` are what was tried beside nothing. Gains of which the recordings say nothing, as of a
-    lift that stands still, are not asked for. Of a machine that is not expected to reach its sensors' noise
-    none explains everything, and none is tried.
+    lift that stands still, are not asked for. The others are few, and take no work from all else. None is
+    tried of a machine that is not expected to reach its sensors' noise: none could explain everything.
     """
     refits: list[Refit] = []
-    if race.refitter.strict or (best.complete and not (best.hypotheses and baseline.slight)):
+    doubted = baseline.slight and best.hypotheses and not any(map(is_gain, best.hypotheses))
+    if race.refitter.strict or (best.complete and not doubted):
         return refits, None
     least = _least(race, baseline, best, curves)
-    at = baseline.told_from
-    screening = screen(at.problem, at.x, [one for one in hypotheses if is_gain(one)], 0, slow=baseline.quiet)
-    for screened in screening.singles:
-        if screened.evidence <= 0.0:
-            continue
-        race.once_more()
-        refits = race.cold(baseline, screened.hypotheses[0], [*names, *curves, *refits])
-        refits = refits[len(names) + len(curves) :]
-        if _explains(refits[-1:], least):
-            break
+    own = [one for one in hypotheses if is_gain(one)]
+    with race.refitter.work.beside():
+        at = baseline.told_from
+        for screened in screen(at.problem, at.x, own, 0, slow=baseline.quiet).singles:
+            if screened.evidence <= 0.0:
+                continue
+            found = race.cold(baseline, screened.hypotheses[0], [*names, *curves, *refits])
+            refits = found[len(names) + len(curves) :]
+            if _explains(refits[-1:], least):
+                break
     return refits, min(_explains(refits, least), key=lambda one: one.squares, default=None)
 
 

@@ -100,16 +100,11 @@ class Race:
 
     def goes_on(self, best: Refit) -> bool:
         """Whether work is left for a round beside the best; where that leaves nothing over, once more."""
-        if best.quiet:
-            self.once_more()
-        return not self.refitter.work.spent
-
-    def once_more(self) -> None:
-        """Where no work is left, what is granted once beyond it."""
         work = self.refitter.work
-        if work.spent and not self.granted:
+        if work.spent and best.quiet and not self.granted:
             self.granted = True
             work.grant(ONCE_MORE)
+        return not work.spent
 
     def begins(self, what: str, hypotheses: tuple[Hypothesis, ...]) -> bool:
         """Whether there is work left for a trial of these; what there is not is kept."""

@@ -3,6 +3,8 @@ threads."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 DIRECTION = 0.3
@@ -36,3 +38,13 @@ class Work:
     def grant(self, more: float) -> None:
         """From here on as much as `more` may be done."""
         self.limit = self.done + more
+
+    @contextmanager
+    def beside(self) -> Iterator[None]:
+        """What is done within leaves as much for all else as there was."""
+        done, limit = self.done, self.limit
+        self.limit = float("inf")
+        try:
+            yield
+        finally:
+            self.limit = limit + self.done - done
