@@ -41,12 +41,13 @@ def gains(
     """
     refits: list[Refit] = []
     doubted = baseline.slight and best.hypotheses and not any(map(is_gain, best.hypotheses))
-    if race.refitter.strict or (best.complete and not doubted):
+    own = [one for one in hypotheses if is_gain(one)]
+    if not own or race.refitter.strict or (best.complete and not doubted):
         return refits, None
     least = _least(race, baseline, best, curves)
-    own = [one for one in hypotheses if is_gain(one)]
     with race.refitter.work.beside():
-        at = baseline.told_from
+        everywhere = baseline.quiet or baseline.held_out_alone
+        at = race.refitter.everywhere(baseline) if everywhere else baseline.told_from
         for screened in screen(at.problem, at.x, own, 0, slow=baseline.quiet).singles:
             if screened.evidence <= 0.0:
                 continue
