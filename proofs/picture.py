@@ -20,16 +20,18 @@ import matplotlib as mpl
 mpl.use("svg")
 from matplotlib import pyplot as plt
 
-RATES: Mapping[str, tuple[str, float]] = {
-    "kind of fault": ("kind of fault", 95.0),
-    "location, or a tie that holds it": ("location, or a tie", 95.0),
-    "cause, or a tie that holds it": ("cause, or a tie", 90.0),
-    "unknown called unknown": ("unknown called unknown", 85.0),
-    "intervals hold the truth": ("95 % intervals hold the truth", 90.0),
-    "a wrong name called complete": ("a wrong name called complete", 1.0),
-    "false alarms": ("false alarms", 1.0),
+from forklift.ensemble.proof.score import GOALS
+
+RATES = {
+    "kind of fault": "kind of fault",
+    "location, or a tie that holds it": "location, or a tie",
+    "cause, or a tie that holds it": "cause, or a tie",
+    "unknown called unknown": "unknown called unknown",
+    "intervals hold the truth": "95 % intervals hold the truth",
+    "a wrong name called complete": "a wrong name called complete",
+    "false alarms": "false alarms",
 }
-"""Lines of the score, their names in the picture, and the goal [%]: at most for the last two."""
+"""Lines of the score, and their names in the picture."""
 WAYS = {
     "largest residual": "largest residual",
     "criterion": "BIC, nothing held out",
@@ -66,15 +68,15 @@ def picture(score: Mapping[str, Any], path: Path) -> None:
 
 
 def _rates(axes: Any, score: Mapping[str, Any]) -> None:
-    told = [(name, *given, score["rates"][name]) for name, given in RATES.items()]
+    told = [(words, *GOALS[name], score["rates"][name]) for name, words in RATES.items()]
     told = [one for one in told if one[3]["of"]]
-    for place, (_, _, goal, rate) in enumerate(reversed(told)):
+    for place, (_, least, most, rate) in enumerate(reversed(told)):
         lower, share, upper = (100.0 * rate[key] for key in ("lower", "share", "upper"))
-        colour = ALARM if goal < 50.0 else OURS
+        goal, colour = (least, OURS) if least else (most, ALARM)
         axes.plot([lower, upper], [place, place], color=colour, linewidth=2.0, solid_capstyle="butt")
         axes.plot([share], [place], "o", color=colour)
         axes.plot([goal, goal], [place - 0.32, place + 0.32], color=GOAL, linewidth=1.0)
-    labels = [f"{words}  {rate['right']} of {rate['of']}" for _, words, _, rate in reversed(told)]
+    labels = [f"{words}  {rate['right']} of {rate['of']}" for words, _, _, rate in reversed(told)]
     axes.set_yticks(range(len(told)), labels)
     axes.set_xlim(-2.0, 102.0)
     axes.set_ylim(-0.6, len(told) - 0.4)

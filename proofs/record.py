@@ -21,19 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from forklift.ensemble.proof.prove import MARK, Proof, scored
-from forklift.ensemble.proof.score import score
+from forklift.ensemble.proof.score import GOALS, score
 from forklift.report.of_proof import proof_text
 
-GOALS = {
-    "kind of fault": "≥ 95 %",
-    "location, or a tie that holds it": "≥ 95 %",
-    "cause, or a tie that holds it": "≥ 90 %",
-    "unknown called unknown": "≥ 85 %",
-    "a wrong name called complete": "≤ 1 %",
-    "false alarms": "≤ 1 %",
-    "intervals hold the truth": "90–98 %",
-}
-"""Lines of the score, and what is asked of each."""
 CERTAIN = 0.9
 """Credibility from which on 85 % of names are asked to be right."""
 
@@ -79,7 +69,9 @@ def together(runs: Mapping[int, Sequence[Mapping[str, Any]]]) -> tuple[dict[str,
         ["---", *(["---:"] * (len(runs) + 3))],
         ["campaigns", *(str(len(results)) for results in runs.values()), str(head["campaigns"]), "", ""],
     ]
-    for name, goal in GOALS.items():
+    for name, (least, most) in GOALS.items():
+        either = f"≥ {least:g} %" if least else f"≤ {most:g} %"
+        goal = f"{least:g}–{most:g} %" if least and most < 100.0 else either
         rates = [one["rates"][name] for one in scores]
         rows.append([name, *(f"{rate['right']} of {rate['of']}" for rate in rates), _ends(rates[-1]), goal])
     certain = [next(row for row in one["reliability"] if row["from"] == CERTAIN) for one in scores]

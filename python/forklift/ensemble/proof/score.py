@@ -20,6 +20,16 @@ BINS = (0.0, 0.5, 0.7, 0.9, 1.0)
 SIZE_BINS = (0.0, 1.0, 2.0, 4.0, 8.0, np.inf)
 """Sizes of what is concealed, in units of the sensors' noise."""
 LEVEL = 0.95
+GOALS: Mapping[str, tuple[float, float]] = {
+    "kind of fault": (95.0, 100.0),
+    "location, or a tie that holds it": (95.0, 100.0),
+    "cause, or a tie that holds it": (90.0, 100.0),
+    "unknown called unknown": (85.0, 100.0),
+    "a wrong name called complete": (0.0, 1.0),
+    "false alarms": (0.0, 1.0),
+    "intervals hold the truth": (90.0, 98.0),
+}
+"""Between what the rates that matter are to lie [%]."""
 
 
 def share(right: int, count: int) -> dict[str, Any]:
