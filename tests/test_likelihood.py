@@ -14,7 +14,15 @@ from scipy.integrate import quad
 from scipy.stats import norm
 from scipy.stats import t as students
 
-from forklift.fitting.likelihood import HUBER, gaussian, interval, interval_cost, student
+from forklift.fitting.likelihood import (
+    HUBER,
+    gaussian,
+    gaussian_residual,
+    interval,
+    interval_cost,
+    interval_residual,
+    student,
+)
 
 getcontext().prec = 60
 getcontext().Emin = MIN_EMIN
@@ -189,3 +197,13 @@ def test_the_prior_lets_go_of_what_is_far_away():
     pull = rho * slope
     assert pull[1] > pull[2] > pull[3]
     assert pull.max() < 2.0
+
+
+@timeless
+@given(st.lists(distances, min_size=1, max_size=20), softnesses)
+def test_the_residual_alone_is_the_same_to_the_bit(off: list[float], softness: float) -> None:
+    model, zero = np.array(off) * max(0.5, softness), np.zeros(len(off))
+    assert np.array_equal(gaussian(zero, model, softness)[0], gaussian_residual(zero, model, softness))
+    assert np.array_equal(
+        interval(zero, model, 1.0, softness)[0], interval_residual(zero, model, 1.0, softness)
+    )

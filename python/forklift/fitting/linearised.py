@@ -18,7 +18,7 @@ class Linearised:
     model: Mapping[str, Floats]
     """What the model says, in the channel's unit."""
     slope: Mapping[str, Floats]
-    """Its derivatives along the same."""
+    """Its derivatives along the same; none in what `products` gives."""
 
 
 @dataclass(frozen=True)

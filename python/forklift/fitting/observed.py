@@ -40,6 +40,14 @@ class Observed:
                 residual[at], slope[at] = likelihood.censored(end, said[at], sigma, sign)
         return residual, slope
 
+    def residual(self, said: Floats, sigma: float) -> Floats:
+        """That of `misfit` alone."""
+        if self.sensor.count:
+            return likelihood.interval_residual(self.values, said, self.sensor.count, sigma)
+        if np.isfinite(self.ends).any():
+            return self.misfit(said, sigma)[0]
+        return likelihood.gaussian_residual(self.values, said, sigma)
+
     def reading(self, said: Floats) -> Floats:
         """What the sensor ought to read, within its ends."""
         return np.clip(said, *self.ends)

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from itertools import accumulate
 from typing import Self, TypeVar
 
@@ -228,7 +229,7 @@ class LeastSquares:
         )
         return problem, np.concatenate([x[kept], x[len(self.unknowns) :] if conditions else []])
 
-    @property
+    @cached_property
     def starts(self) -> list[int]:
         """Where each recording's φ begins in the unknown vector; last, its length."""
         return list(accumulate((len(sample.free) for sample in self.samples), initial=len(self.unknowns)))
@@ -283,7 +284,7 @@ class LeastSquares:
             for k, sample in enumerate(self.samples)
         )
 
-    @property
+    @cached_property
     def carried(self) -> NDArray[np.intp]:
         """Which of what recordings have of their own are unknown in any of them, or in all alike."""
         wide = np.any([sample.width for sample in self.samples], axis=0)
@@ -304,7 +305,7 @@ class LeastSquares:
         ForkliftError
             If the machine at x is impossible or a run fails.
         """
-        return list(self._each(x, self._linearise))
+        return list(self._each(x, partial(self._linearise, slopes_too=True)))
 
     def products(self, x: Floats) -> list[Products]:
         """Every recording linearised at x, with its share of the normal equations.
@@ -325,7 +326,7 @@ class LeastSquares:
             As `linearise`.
         """
         return [
-            {seen.sensor.channel: self.misfit(seen, said[seen.sensor.channel])[0] for seen in sample.observed}
+            {seen.sensor.channel: self.residual(seen, said[seen.sensor.channel]) for seen in sample.observed}
             for sample, said in zip(self.samples, self.said(x), strict=True)
         ]
 
@@ -376,7 +377,10 @@ class LeastSquares:
             for sample, (values, slopes) in zip(self.samples, runs, strict=True):
                 yield use(sample, values, slopes, chain)
 
-    def _linearise(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Linearised:
+    def _linearise(
+        self, sample: Sample, values: Floats, slopes: Floats, chain: Floats, *, slopes_too: bool = False
+    ) -> Linearised:
+        """`slopes_too`: with the model's own, which the normal equations have no use for."""
         along, wide = chain.shape[0], chain.shape[-1]
         own = along + np.searchsorted(self.carried, sample.free)
         residual, jacobian, model, slope = {}, {}, {}, {}
@@ -390,13 +394,19 @@ class LeastSquares:
             whole = np.empty((len(raw), wide + len(own)))
             whole[:, wide:] = raw[:, own] * sample.width[sample.free]
             whole[:, :wide] = raw[:, :along] * chain if chain.ndim == 1 else raw[:, :along] @ chain
-            slope[channel] = whole
-            jacobian[channel] = whole * weight[:, None]
+            if slopes_too:
+                slope[channel] = whole.copy()
+            whole *= weight[:, None]
+            jacobian[channel] = whole
         return Linearised(residual, jacobian, model, slope)
 
     def misfit(self, seen: Observed, said: Floats) -> tuple[Floats, Floats]:
         """Residual of each sample and its derivative along what the model says."""
         return seen.misfit(said, self.sigma[seen.sensor.channel])
+
+    def residual(self, seen: Observed, said: Floats) -> Floats:
+        """Residual of each sample."""
+        return seen.residual(said, self.sigma[seen.sensor.channel])
 
     def _products(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Products:
         at = self._linearise(sample, values, slopes, chain)
