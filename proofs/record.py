@@ -79,6 +79,10 @@ def together(runs: Mapping[int, Sequence[Mapping[str, Any]]]) -> tuple[dict[str,
     rows.append([f"credibility of {CERTAIN} or more, and that name", *own, _ends(certain[-1]), "≥ 85 %"])
     place = [f"{row['right'] + row['by_another_law']} of {row['of']}" for row in certain]
     rows.append(["the same, or its place by another law", *place, "", ""])
+    for form in ("complete", "uncertain"):
+        told = [next(row for row in one["forms"] if row["form"] == form) for one in scores]
+        own = [f"{row['right']} of {row['of']}" for row in told]
+        rows.append([f"form {form}, and that name", *own, _ends(told[-1]), ""])
     return head | whole, "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 

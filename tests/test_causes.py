@@ -10,6 +10,7 @@ import pytest
 from forklift.base.typeset import as_precise, number
 from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import causes
+from forklift.diagnosis.criteria import LIKELY
 from forklift.diagnosis.hypothesis import Hypothesis
 from forklift.diagnosis.numbers import Number
 from forklift.diagnosis.refit import Refit
@@ -60,9 +61,21 @@ def test_another_start_of_the_same_suspect_is_no_rival_and_counts_for_it():
     accepted = refit(one, left=400.0)
     (cause,) = causes(selected(accepted, refit(again, other, left=300.0), refit(again, left=350.0)))
     assert cause.hypothesis is one
-    assert cause.credibility == 1.0
+    assert cause.share == 1.0
     assert [one.label for one in cause.not_separable_from] == ["pump"]
     assert [[one.label for one in names] for names, *_ in cause.rivals] == [["overflow", "pump"]]
+
+
+def test_a_name_whose_form_is_uncertain_leaves_something_for_a_law_that_was_not_tried():
+    one, other = hypothesis("overflow"), hypothesis("pump")
+    nameless = replace(hypothesis("unknown"), kind="unknown")
+    (settled,) = causes(selected(refit(one, left=100.0, complete=True), refit(other, left=400.0)))
+    (open_,) = causes(selected(refit(one, left=300.0), refit(other, left=400.0)))
+    (unnamed,) = causes(selected(refit(nameless, left=300.0)))
+    assert (settled.share, settled.form, settled.credibility) == (1.0, "complete", 1.0)
+    assert (open_.share, open_.form) == (1.0, "uncertain")
+    assert LIKELY < open_.credibility < 0.9
+    assert (unnamed.form, unnamed.credibility) == ("uncertain", unnamed.share)  # it claims no name
 
 
 def test_what_explains_everything_has_no_rival_that_contains_it():
@@ -128,7 +141,7 @@ def test_a_rival_that_ended_in_no_number_is_none():
     """As of a machine that swings up by itself."""
     accepted, other = refit(hypothesis("overflow"), left=400.0), refit(hypothesis("pump"), left=float("inf"))
     (cause,) = causes(selected(accepted, other))
-    assert cause.credibility == 1.0
+    assert cause.share == 1.0
     assert cause.rivals == ()
 
 
@@ -319,5 +332,5 @@ def test_a_name_that_came_to_nothing_is_no_rival_of_a_curve():
     final, *others = (cast(Refit, one) for one in found)
     steps = (Step(NOTHING, tuple(others), None),)
     (cause,) = causes(Selection(refit(left=0.94), steps, final))
-    assert cause.credibility == 1.0
+    assert cause.share == 1.0
     assert [[one.label for one in names] for names, *_ in cause.rivals] == [["valve_delay"]]

@@ -547,6 +547,10 @@ def test_the_score_counts_what_is_asked():
     assert bins[0.5, 0.7] == (0, 1)
     assert [one["by_another_law"] for one in reliability(results)][-1] == 1  # the stranger's place, uncertain
     assert {"concealed": "leakage", "told": "valve_lag", "count": 1} in found["confusion"]
+    assert [(one["form"], one["right"], one["of"], one["by_another_law"]) for one in found["forms"]] == [
+        ("complete", 1, 3, 0),
+        ("uncertain", 0, 1, 1),
+    ]
 
 
 @pytest.mark.parametrize("status", [130, 143, -15])

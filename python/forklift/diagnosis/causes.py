@@ -12,6 +12,7 @@ from forklift.diagnosis.criteria import (
     AS_GOOD,
     AS_NEAR,
     LIKELY,
+    NAMED_RIGHTLY,
 )
 from forklift.diagnosis.numbers import Number, of_hypothesis
 from forklift.diagnosis.refit import Refit
@@ -36,18 +37,18 @@ class Cause:
     """One accepted explanation."""
 
     hypothesis: Hypothesis
-    credibility: float
+    share: float
     """Share of resampled sets of recordings in which this, or what cannot be told from it, explains best."""
     form: Form
     not_separable_from: tuple[Hypothesis, ...]
     rivals: tuple[tuple[tuple[Hypothesis, ...], float, float], ...]
-    """What else was tried: hypotheses, credibility, and the mean square they leave over."""
+    """What else was tried: hypotheses, their share, and the mean square they leave over."""
     curve: Hypothesis | None = None
     """A free shape that mends its law, as part of the final model."""
     twin: Hypothesis | None = None
     """Of what acts on the whole machine: the same shape on another part of it."""
     by_all: bool = False
-    """Whether the credibility is of how all recordings foretell each other, as none shows it alone. With
+    """Whether the share is of how all recordings foretell each other, as none shows it alone. With
     any law nothing is left over then, as without it: the form of an effect is uncertain."""
     alone: float | None = None
     """Mean square that it leaves over by the catalogue's law alone, where a curve mends it."""
@@ -63,6 +64,13 @@ class Cause:
     nearly: tuple[tuple[Hypothesis, ...], float] | None = None
     """The rival that removes nearly all that it removes, with that share: a law a little unlike the
     catalogue's would make it as good."""
+
+    @property
+    def credibility(self) -> float:
+        """How likely it is that its name is right: `share`; where its form is uncertain, less what is left
+        for a law that was not tried. What has no name claims none."""
+        named = self.hypothesis.kind != "unknown"
+        return self.share * NAMED_RIGHTLY if named and self.form == "uncertain" else self.share
 
     @property
     def curves(self) -> tuple[Hypothesis, ...]:

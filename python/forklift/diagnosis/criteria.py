@@ -194,6 +194,10 @@ catalogue's: so much laws of another shape than the catalogue's lose under its n
 --seed 22000001 --campaigns 185`)."""
 LIKELY = 0.5
 """Credibility below which a cause is no verdict: it is more likely to be another."""
+NAMED_RIGHTLY = 0.7
+"""In which share of the causes that are named with their form uncertain the name is right: 26 of 37 in
+`forklift prove --seed 740001 --campaigns 80` (`forms` in ``score.json``). Of the others most are physics that
+the catalogue lacks, at the place that is named. With their form complete 21 of 21 were right."""
 
 # When nothing is told.
 DOUBTFUL = 2.0

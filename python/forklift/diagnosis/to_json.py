@@ -138,6 +138,7 @@ def _cause(found: Outcome, cause: Cause) -> dict[str, Any]:
         "where": cause.hypothesis.where,
         "equation": cause.hypothesis.equation,
         "credibility": cause.credibility,
+        "share": cause.share,
         "form": cause.form,
         "parameters": [one.to_dict() for one in of_hypothesis(found.final, cause.hypothesis)],
         "beyond": [{"name": one.number.name, "least": one.least, "most": one.most} for one in cause.beyond],

@@ -177,8 +177,15 @@ def _against(score: Mapping[str, Any]) -> Any:
 
 
 def _reliability(score: Mapping[str, Any]) -> Any:
-    rows = [[f"{one['from']:g} to {one['to']:g}", rate(one)] for one in score["reliability"] if one["of"]]
-    return _table("Credibility of a named cause, and how often it was right", ["Told", "Right"], rows)
+    rows = [
+        *([f"{one['from']:g} to {one['to']:g}", one] for one in score["reliability"]),
+        *([f"form {one['form']}", one] for one in score.get("forms", ())),
+    ]
+    return _table(
+        "Credibility and form of a named cause, and how often it was right",
+        ["Told", "Right", "Physics of the same place, by a law that the catalogue lacks"],
+        [[told, rate(one), str(one["by_another_law"])] for told, one in rows if one["of"]],
+    )
 
 
 def _reliability_figure(score: Mapping[str, Any]) -> list[Figure]:

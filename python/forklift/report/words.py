@@ -14,7 +14,7 @@ from forklift.base.typeset import prose as prose
 from forklift.base.typeset import size as size
 from forklift.base.typeset import spans as spans
 from forklift.base.typeset import stretches as stretches
-from forklift.diagnosis.criteria import LAW
+from forklift.diagnosis.criteria import LAW, NAMED_RIGHTLY
 
 if TYPE_CHECKING:
     from forklift.diagnosis.screening import Screened
@@ -72,8 +72,9 @@ CAUSES: dict[str, str] = {
     "recordings predict each one, as the natural logarithm of the probability density of what was measured. "
     "An improvement by 5 means that the recordings are 150 times as probable.",
     "Credibility": "In which share of random redraws of the recordings held out a cause leaves less over "
-    "than everything else that was tried. It compares what was tried, and does not say that nothing else "
-    "exists.",
+    "than everything else that was tried. Where a cause has a name and its form is uncertain, less what is "
+    f"left for a law that was not tried: {NAMED_RIGHTLY:g} of that share, as often as such names were right "
+    "on campaigns of known truth.",
     "Interval": "Where the true value lies with a probability of 95 %, if the model is right. It is widened "
     "by what is left over, and where that is correlated.",
     "Predicted gain": "How far −ln of the probability of all recordings together would fall with a "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import beta
@@ -58,6 +58,7 @@ def score(results: Sequence[Result]) -> dict[str, Any]:
         "by_cause": by_cause(results),
         "confusion": confusion(results),
         "reliability": reliability(results),
+        "forms": forms(results),
         "detection": detection(results),
         "removed": removed(results),
         "seconds": seconds(results),
@@ -129,27 +130,51 @@ def confusion(results: Sequence[Result]) -> list[dict[str, Any]]:
 def reliability(results: Sequence[Result]) -> list[dict[str, Any]]:
     """Of the named causes told with a credibility in each bin: how many were right; and of the others, how
     many named a stranger's place, with their form uncertain (`by_another_law`)."""
-    told: list[tuple[float, bool, bool]] = []
+    told = _named(results)
+    rows = []
+    for low, high in pairwise(BINS):
+        inside = [one for one in told if low <= one.credibility < high or (one.credibility == high == 1.0)]
+        rows.append({"from": low, "to": high, **_rightly(inside)})
+    return rows
+
+
+def forms(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """The same of the named causes of each form: `forklift.diagnosis.criteria.NAMED_RIGHTLY` is that of
+    uncertain ones."""
+    told = _named(results)
+    return [
+        {"form": form, **_rightly([one for one in told if one.form == form])}
+        for form in ("complete", "uncertain")
+    ]
+
+
+class _Named(NamedTuple):
+    """A cause that was told by name."""
+
+    credibility: float
+    form: str
+    right: bool
+    by_another_law: bool
+
+
+def _named(results: Sequence[Result]) -> list[_Named]:
+    """Those with a credibility, without what may be told beside all else."""
+    told: list[_Named] = []
     for one in results:
         wanted = {name for cause in one["answer"]["causes"] for name in cause["names"]}
         for cause in one["told"]["causes"]:
-            if (
-                cause["kind"] == "unknown"
-                or cause["id"] in UNNAMED
-                or cause["id"] in one["answer"]["tolerated"]
-            ):
+            beside = cause["id"] in UNNAMED or cause["id"] in one["answer"]["tolerated"]
+            if cause["kind"] == "unknown" or beside or cause["credibility"] is None:
                 continue
-            if cause["credibility"] is not None:
-                right = cause["id"] in wanted
-                relative = cause["form"] != "complete" and bool(one["judged"]["unknown"])
-                told.append((float(cause["credibility"]), right, relative and not right))
-    rows = []
-    for low, high in pairwise(BINS):
-        inside = [rest for value, *rest in told if low <= value < high or (value == high == 1.0)]
-        count = sum(named for named, _ in inside)
-        related = sum(other for _, other in inside)
-        rows.append({"from": low, "to": high, **share(count, len(inside)), "by_another_law": related})
-    return rows
+            right = cause["id"] in wanted
+            related = cause["form"] != "complete" and bool(one["judged"]["unknown"]) and not right
+            told.append(_Named(float(cause["credibility"]), cause["form"], right, related))
+    return told
+
+
+def _rightly(told: Sequence[_Named]) -> dict[str, Any]:
+    right = sum(one.right for one in told)
+    return {**share(right, len(told)), "by_another_law": sum(one.by_another_law for one in told)}
 
 
 def detection(results: Sequence[Result]) -> list[dict[str, Any]]:
