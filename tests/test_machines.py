@@ -12,6 +12,7 @@ import pytest
 
 from bent_line import BEND, LINE
 from forklift.base.errors import ForkliftError
+from forklift.diagnosis.criteria import NAMED_RIGHTLY
 from forklift.diagnosis.diagnose import diagnose
 from forklift.fitting import likelihood
 from forklift.fitting.posing import pose
@@ -95,7 +96,11 @@ def test_a_drag_of_another_power_is_told_by_a_curve_over_the_speed():
     assert cause.curve.over == "speed"
     assert found.final.complete
     assert "by another law" in found.sentence
-    assert "beside it explains all recordings better" in diagnosis_page(found)
+    page = diagnosis_page(found)
+    assert "beside it explains all recordings better" in page
+    assert f"{100.0 * NAMED_RIGHTLY:.0f} % were named rightly" in page
+    (row,) = found.to_dict()["causes"]
+    assert row["credibility"] == pytest.approx(NAMED_RIGHTLY * row["share"])
 
 
 def test_derivatives_are_those_of_the_solution():

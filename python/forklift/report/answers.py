@@ -298,8 +298,9 @@ def _named_so(row: Mapping[str, Any]) -> list[str]:
     if row["kind"] == "unknown" or row["form"] == "complete":
         return []
     return [
-        f"Of causes told so on campaigns of known truth, {100.0 * NAMED_RIGHTLY:.0f} % were named rightly, "
-        "which the credibility counts; most others were laws that the catalogue lacks, at the same place."
+        f"Of causes told so on campaigns of known truth, {100.0 * NAMED_RIGHTLY:.0f} % were named rightly: "
+        "no credibility says more than that. Most others were laws that the catalogue lacks, at the same "
+        "place."
     ]
 
 
