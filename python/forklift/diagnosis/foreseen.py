@@ -119,7 +119,7 @@ class _Known:
             [
                 rounded(
                     seen.sensor,
-                    answers[seen.rows, seen.column] * self.weights[seen.sensor.channel][:, None],
+                    seen.of(answers) * self.weights[seen.sensor.channel][:, None],
                 )
                 for seen in sample.observed
             ]

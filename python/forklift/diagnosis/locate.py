@@ -163,10 +163,7 @@ def _of_sensor(
 def _of_port(sample: Sample, answers: Floats, noise: Mapping[str, float]) -> Floats:
     """The same of answers to hats at a port."""
     return np.vstack(
-        [
-            rounded(seen.sensor, answers[seen.rows, seen.column] / noise[seen.sensor.channel])
-            for seen in sample.observed
-        ]
+        [rounded(seen.sensor, seen.of(answers) / noise[seen.sensor.channel]) for seen in sample.observed]
     )
 
 

@@ -29,6 +29,11 @@ class Observed:
     instants: NDArray[np.intp] | None = None
     """Rows at which a channel on a clock of its own was sampled, missing samples among them; None: all."""
 
+    def of(self, outputs: Floats) -> Floats:
+        """Of what a machine gives, (times, outputs, ...), this channel where it was sampled."""
+        column: Floats = outputs[:, self.column]
+        return column if len(self.rows) == len(column) else column[self.rows]
+
     def misfit(self, said: Floats, sigma: float) -> tuple[Floats, Floats]:
         """Residual of each sample and its derivative along what the model says, at weight `sigma`."""
         if self.sensor.count:

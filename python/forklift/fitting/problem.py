@@ -340,7 +340,7 @@ class LeastSquares:
         """
         runs = self.run(x)
         return [
-            {seen.sensor.channel: values[seen.rows, seen.column] for seen in sample.observed}
+            {seen.sensor.channel: seen.of(values) for seen in sample.observed}
             for sample, (values, _) in zip(self.samples, runs, strict=True)
         ]
 
@@ -382,18 +382,16 @@ class LeastSquares:
     ) -> Linearised:
         """`slopes_too`: with the model's own, which the normal equations have no use for."""
         along, wide = chain.shape[0], chain.shape[-1]
-        own = along + np.searchsorted(self.carried, sample.free)
+        own = _run_of(along + np.searchsorted(self.carried, sample.free))
         residual, jacobian, model, slope = {}, {}, {}, {}
         for seen in sample.observed:
-            said = values[seen.rows, seen.column]
+            said, raw = seen.of(values), seen.of(slopes)
             rho, weight = self.misfit(seen, said)
-            every = len(seen.rows) == len(slopes)
-            raw = slopes[:, seen.column] if every else slopes[seen.rows, seen.column]
             channel = seen.sensor.channel
             residual[channel], model[channel] = rho, said
-            whole = np.empty((len(raw), wide + len(own)))
-            whole[:, wide:] = raw[:, own] * sample.width[sample.free]
-            whole[:, :wide] = raw[:, :along] * chain if chain.ndim == 1 else raw[:, :along] @ chain
+            whole = np.empty((len(raw), wide + len(sample.free)))
+            np.multiply(raw[:, own], sample.width[sample.free], out=whole[:, wide:])
+            (np.multiply if chain.ndim == 1 else np.matmul)(raw[:, :along], chain, out=whole[:, :wide])
             if slopes_too:
                 slope[channel] = whole.copy()
             whole *= weight[:, None]
@@ -428,6 +426,13 @@ class LeastSquares:
         rows = np.vstack([np.column_stack([at.jacobian[name], at.residual[name]]) for name in at.residual])
         triangle: Floats = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][:columns]
         return triangle
+
+
+def _run_of(places: NDArray[np.intp]) -> NDArray[np.intp] | slice:
+    """The same places; as a slice if they follow one another, which copies nothing."""
+    if len(places) and places[-1] - places[0] == len(places) - 1:
+        return slice(int(places[0]), int(places[-1]) + 1)
+    return places
 
 
 def _chain(slopes: Sequence[Floats]) -> Floats:

@@ -23,6 +23,6 @@ def beyond(refit: Refit, one: UnknownInput) -> float:
         answers = found.at(one.port) @ one.values[k]
         for seen in sample.observed:
             noise = seen.sensor.noise
-            moved += float(np.sum((answers[seen.rows, seen.column] / noise) ** 2))
+            moved += float(np.sum((seen.of(answers) / noise) ** 2))
             off += float(np.sum((seen.left(model[seen.sensor.channel]) / noise) ** 2))
     return float(np.sqrt(moved / off)) if off else 0.0

@@ -132,14 +132,22 @@ Asked = tuple[dict[str, float], tuple[Prepared, ...], Floats, int]
 
 
 class Latest:
-    """The last run without slopes: where a search takes a step, it asks for the same again, with slopes, and
-    so does whoever asks for the slopes along effects that are absent."""
+    """The last truck, and its run without slopes: where a search takes a step, it asks for the same again,
+    with slopes, and so does whoever asks for the slopes along effects that are absent."""
 
     def __init__(self) -> None:
         self._last: tuple[Asked, list[Run]] | None = None
+        self._core: tuple[dict[str, float], _core.Truck] | None = None
 
     def __reduce__(self) -> tuple[type[Latest], tuple[()]]:
         return Latest, ()  # another process begins anew
+
+    def core(self, values: Mapping[str, float], make: Callable[[], Truck]) -> _core.Truck:
+        """Of what `make` gives, or gave if the last values were the same."""
+        last = self._core
+        if last is None or last[0] != values:
+            last = self._core = dict(values), make().core
+        return last[1]
 
     def run(
         self,
@@ -329,7 +337,7 @@ class Forklift:
         own: Sequence[int],
     ) -> list[Run]:
         """The truck itself, on the commands' clock."""
-        core, dither_a = self.at(values).core, values.get(DITHER, 0.0)
+        core, dither_a = self.latest.core(values, lambda: self.at(values)), values.get(DITHER, 0.0)
         wanted = [*along, *(OWN[place] for place in own)]
         run = partial(_differentiated, core, cases, conditions, dither_a=dither_a)
         coarser = min(substeps, max(SLOPES_AT, substeps // 2))
