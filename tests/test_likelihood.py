@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from decimal import MIN_EMIN, Decimal, getcontext
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,15 +15,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 from scipy.stats import t as students
 
-from forklift.fitting.likelihood import (
-    HUBER,
-    gaussian,
-    gaussian_residual,
-    interval,
-    interval_cost,
-    interval_residual,
-    student,
-)
+from forklift.fitting.likelihood import HUBER, gaussian, interval, interval_cost, student
+from forklift.fitting.observed import Observed
 
 getcontext().prec = 60
 getcontext().Emin = MIN_EMIN
@@ -200,10 +194,16 @@ def test_the_prior_lets_go_of_what_is_far_away():
 
 
 @timeless
-@given(st.lists(distances, min_size=1, max_size=20), softnesses)
-def test_the_residual_alone_is_the_same_to_the_bit(off: list[float], softness: float) -> None:
-    model, zero = np.array(off) * max(0.5, softness), np.zeros(len(off))
-    assert np.array_equal(gaussian(zero, model, softness)[0], gaussian_residual(zero, model, softness))
-    assert np.array_equal(
-        interval(zero, model, 1.0, softness)[0], interval_residual(zero, model, 1.0, softness)
-    )
+@given(
+    st.lists(distances, min_size=1, max_size=20),
+    softnesses,
+    st.sampled_from([0.0, 1.0]),
+    st.sampled_from([(-math.inf, math.inf), (-math.inf, 0.0), (0.0, 1.0)]),
+)
+def test_the_residual_alone_is_that_beside_the_slope(
+    off: list[float], softness: float, count: float, ends: tuple[float, float]
+) -> None:
+    """Of an encoder, of a sensor that reads all there is, and of one that reads between two ends."""
+    model, read = np.array(off) * max(0.5, softness), np.zeros(len(off))
+    seen = Observed(SimpleNamespace(count=count), 0, np.arange(len(off)), read, ends)
+    assert np.array_equal(seen.residual(model, softness), seen.misfit(model, softness)[0])

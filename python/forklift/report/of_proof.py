@@ -179,7 +179,7 @@ def _against(score: Mapping[str, Any]) -> Any:
 def _reliability(score: Mapping[str, Any]) -> Any:
     rows = [
         *([f"{one['from']:g} to {one['to']:g}", one] for one in score["reliability"]),
-        *([f"form {one['form']}", one] for one in score.get("forms", ())),
+        *([f"form {one['form']}", one] for one in score["forms"]),
     ]
     return _table(
         "Credibility and form of a named cause, and how often it was right",
