@@ -1,0 +1,34 @@
+"""Memory that is freed stays with the process.
+
+Runs with slopes take and give back megabytes each. Left to itself glibc returns them to the system, which has
+to clear every page before it hands it out again.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+
+TRIM_THRESHOLD, TOP_PAD, MMAP_THRESHOLD = -1, -2, -3
+"""What glibc's mallopt(3) calls M_TRIM_THRESHOLD, M_TOP_PAD and M_MMAP_THRESHOLD."""
+LARGEST = 32 << 20
+"""Bytes of a block beyond which it is given back at once: the greatest that mallopt takes."""
+KEPT = 1 << 30
+"""Bytes that may lie idle at the heap's end."""
+AT_ONCE = 64 << 20
+"""Bytes by which the heap grows."""
+
+
+def keep_freed() -> bool:
+    """Ask the C library for that; whether it does so.
+
+    Nothing happens where it is not glibc. The command line calls this; a program that imports `forklift` has
+    its memory to itself.
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is None:
+        return False
+    settings = ((MMAP_THRESHOLD, LARGEST), (TRIM_THRESHOLD, KEPT), (TOP_PAD, AT_ONCE))
+    return all(mallopt(which, size) == 1 for which, size in settings)
