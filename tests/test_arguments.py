@@ -11,6 +11,12 @@ import pytest
 import forklift
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Command, ForkliftError, Truck, commands
+from forklift.control import presets
+from forklift.control.closed_loop import Lowering, requests
+from forklift.control.compare import compare_controllers, control_comparison
+from forklift.control.controller import Controller
+from forklift.control.own_truck import for_truck
+from forklift.control.tune import tune, tune_swing
 
 
 @cache
@@ -21,6 +27,11 @@ def campaign() -> Campaign:
 @cache
 def truck() -> Truck:
     return Truck.read("thesis")
+
+
+@cache
+def controller() -> Controller:
+    return Controller.read("thesis")
 
 
 @cache
@@ -38,6 +49,14 @@ CALLS: dict[str, tuple[str, Callable[[], Any]]] = {
     "a list as a machine to fit": ("machine", lambda: forklift.fit(["thesis"], campaign())),
     "a number to diagnose": ("machine", lambda: forklift.diagnose(campaign(), 3)),
     "a number to steady_state": ("truck", lambda: forklift.steady_state(campaign(), 3)),
+    "a number to for_truck": ("truck", lambda: for_truck(controller(), 3)),
+    "a number to thesis": ("truck", lambda: presets.thesis(3)),
+    "a number to today": ("truck", lambda: presets.today(3)),
+    "a number to compare_controllers": ("truck", lambda: compare_controllers([controller()], 3)),
+    "a number to control_comparison": ("truck", lambda: control_comparison([controller()], 3)),
+    "a number to tune": ("truck", lambda: tune(controller(), 3)),
+    "a number to tune_swing": ("truck", lambda: tune_swing(controller(), 3, "free")),
+    "a name to Lowering": ("truck", lambda: Lowering("thesis", controller(), 0.0, 20.0, requests("free", 1))),
     "a number to simulate": ("truck", lambda: simulated(truck=3)),
     "a number to predict": ("truck", lambda: forklift.predict(3, campaign().recordings[0])),
     "a number to speed_to_current": ("truck", lambda: forklift.speed_to_current(3, "free")),
@@ -85,3 +104,8 @@ def test_an_argument_of_another_kind_is_named(case):
     assert found.value.name == name
     assert name.removesuffix("_kg").removesuffix("_s").split("_")[0] in found.value.message
     assert "\n" not in found.value.message
+
+
+def test_a_name_stands_for_a_truck_in_the_control_room_too():
+    assert for_truck(controller(), "thesis") == for_truck(controller(), truck())
+    assert presets.today("thesis") == presets.today(truck())

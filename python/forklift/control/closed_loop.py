@@ -14,6 +14,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from forklift import _core
+from forklift.base import arguments
 from forklift.base.errors import ForkliftError
 from forklift.control.controller import Controller
 from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
@@ -70,6 +71,9 @@ class Lowering:
     temperature_noise_k: float = 0.1
     encoder_zero_m: tuple[float, float] = (0.0, 0.0)
     stream: int = 0
+
+    def __post_init__(self) -> None:
+        arguments.of_kind(Truck, truck=self.truck)
 
 
 @dataclass(frozen=True, eq=False)

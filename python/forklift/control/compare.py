@@ -31,7 +31,7 @@ from forklift.control.metrics import (
     nrmse_percent,
     plateaus,
 )
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lift
 
 LOADS_KG = (0.0, 800.0, 1500.0)
@@ -96,7 +96,7 @@ class Row:
 
 def compare_controllers(
     controllers: Sequence[Controller],
-    truck: Truck,
+    truck: Truck | str | Path,
     *,
     lifts: Sequence[Lift] = LIFTS,
     loads_kg: Sequence[float] = LOADS_KG,
@@ -112,7 +112,7 @@ def compare_controllers(
     Parameters
     ----------
     truck
-        Which they lower.
+        Which they lower; a name or a path will do.
     lifts, loads_kg, oil_temperatures_degc
         Where: every combination is a row for each controller.
     later_ticks
@@ -128,7 +128,7 @@ def compare_controllers(
         As `lower`.
     """
     rows, _ = _compared(
-        controllers, truck, lifts, loads_kg, oil_temperatures_degc, later_ticks, seed, floating
+        controllers, truck_of(truck), lifts, loads_kg, oil_temperatures_degc, later_ticks, seed, floating
     )
     return rows
 
@@ -226,14 +226,14 @@ class ControlComparison:
 
 
 def control_comparison(
-    controllers: Sequence[Controller], truck: Truck, *, later_ticks: int = 0, seed: int = 0
+    controllers: Sequence[Controller], truck: Truck | str | Path, *, later_ticks: int = 0, seed: int = 0
 ) -> ControlComparison:
     """The whole comparison: Tables 5.6 and 5.7, the transition, and their curves.
 
     Parameters
     ----------
     truck
-        Which they lower.
+        Which they lower; a name or a path will do.
     later_ticks
         By how much the delay is longer than `DELAY_TICKS`.
     seed
@@ -244,6 +244,7 @@ def control_comparison(
     ForkliftError
         As `lower`.
     """
+    truck = truck_of(truck)
     rows, curves = _compared(
         controllers, truck, LIFTS, LOADS_KG, TEMPERATURES_DEGC, later_ticks, seed, floating=False
     )

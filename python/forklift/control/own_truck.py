@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 from forklift.control.controller import Controller, LiftSettings, Number, speed_table
 from forklift.plant.forklift.speed_table import speed_to_current, temperature_scaling
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import Lift
 
 TABLE_DEGC = 40.0
@@ -15,7 +16,7 @@ TABLE_DEGC = 40.0
 
 
 def for_truck(
-    controller: Controller, truck: Truck, *, oil_temperature_degc: float = TABLE_DEGC
+    controller: Controller, truck: Truck | str | Path, *, oil_temperature_degc: float = TABLE_DEGC
 ) -> Controller:
     """The controller with a truck's own speed tables, and its scaling with temperature where it has one.
 
@@ -29,7 +30,7 @@ def for_truck(
     controller
         Whose other settings are kept.
     truck
-        A fitted one, as a rule.
+        A fitted one, as a rule, or its file's path.
     oil_temperature_degc
         At which the tables hold.
 
@@ -37,8 +38,9 @@ def for_truck(
     ------
     ForkliftError
         ``"no-steady-state"`` for a truck of which no table can be made; ``"argument-invalid"`` for a
-        temperature out of range; those of `Controller`.
+        temperature out of range; those of `Controller` and of `Truck.read`.
     """
+    truck = truck_of(truck)
     free = _settings(controller.free, truck, "free", oil_temperature_degc)
     main = _settings(controller.main, truck, "main", oil_temperature_degc)
     name = re.sub(r"[^A-Za-z0-9 _.-]", "_", f"{controller.name} for {truck.name}")

@@ -7,12 +7,13 @@ Source: Fri & Fahlén (2017), Table 5.3, sections 4.3 to 4.6, 5.6.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from forklift.control.controller import Controller, Curve, LiftSettings, Number, speed_table
 from forklift.plant.forklift.speed_table import TEMPERATURES_DEGC, TemperatureScaling, speed_to_current
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lift
 
 TABLE_5_3: Mapping[Lift, Mapping[str, float]] = {
@@ -155,20 +156,20 @@ def scaling_error(truck: Truck, lift: Lift, table_degc: float) -> float:
     return float(np.sqrt(np.mean(left**2)))
 
 
-def thesis(truck: Truck) -> Controller:
+def thesis(truck: Truck | str | Path) -> Controller:
     """The thesis's controller: Table 5.3, a table of its own, a free lift that starts earlier (5.6.3).
 
     Parameters
     ----------
     truck
-        Whose steady lowering at `THESIS_TABLE_DEGC` its tables invert.
+        Whose steady lowering at `THESIS_TABLE_DEGC` its tables invert; a name or a path will do.
 
     Raises
     ------
     ForkliftError
         ``"no-steady-state"`` for a truck of which no table can be made.
     """
-    parts = _early_ratios()
+    truck, parts = truck_of(truck), _early_ratios()
     lifts = {
         lift: _lift(
             lift,
@@ -182,20 +183,20 @@ def thesis(truck: Truck) -> Controller:
     return Controller("thesis", _shared(), lifts["free"], lifts["main"])
 
 
-def today(truck: Truck) -> Controller:
+def today(truck: Truck | str | Path) -> Controller:
     """The controller in use: tables tuned warm, no temperature, no feedback; both lifts change over together.
 
     Parameters
     ----------
     truck
-        Whose steady lowering at `TODAY_TABLE_DEGC` its tables invert.
+        Whose steady lowering at `TODAY_TABLE_DEGC` its tables invert; a name or a path will do.
 
     Raises
     ------
     ForkliftError
         ``"no-steady-state"`` for a truck of which no table can be made.
     """
-    parts = _common_ratios()
+    truck, parts = truck_of(truck), _common_ratios()
     lifts = {
         lift: _lift(
             lift,

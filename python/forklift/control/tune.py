@@ -23,7 +23,7 @@ from forklift.control.metrics import WINDOW_S, plateaus
 from forklift.control.presets import today
 from forklift.control.search import Journal, Sought, minimised
 from forklift.control.trial import SIGNALS, SUBSTEPS, TEMPERATURES_DEGC, TRUCKS, Trial
-from forklift.plant.forklift.truck import Truck
+from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lift
 
 METHODS = ("adaptation", "shaped", "swing", "predictor")
@@ -105,7 +105,7 @@ GAIN, LEAD, DELAY = (0.5, 0.0, 8.0), (15.0, -360.0, 360.0), (0.02, 0.0, 0.4)
 
 def tune(
     controller: Controller,
-    truck: Truck,
+    truck: Truck | str | Path,
     *,
     methods: Sequence[str] = METHODS,
     delays_ticks: dict[Lift, int] | None = None,
@@ -122,7 +122,7 @@ def tune(
     controller
         What it is measured against, and whose settings stay where none of `methods` acts.
     truck
-        Whose make the trucks of the trial are scattered about.
+        Whose make the trucks of the trial are scattered about; a name or a path will do.
     methods
         Some of `METHODS`.
     delays_ticks
@@ -147,6 +147,7 @@ def tune(
         ``"argument-invalid"`` for an unknown method; ``"not-writable"`` for `kept`; as
         `forklift.control.closed_loop.lower`.
     """
+    truck = truck_of(truck)
     for method in methods:
         if method not in METHODS:
             raise ForkliftError(
@@ -292,7 +293,7 @@ def _at_our_knots(swing: Swing) -> Swing:
 
 def tune_swing(
     controller: Controller,
-    truck: Truck,
+    truck: Truck | str | Path,
     lift: Lift,
     *,
     delay_ticks: int | None = None,
@@ -307,6 +308,8 @@ def tune_swing(
 
     Parameters
     ----------
+    truck
+        Whose lift swings; a name or a path will do.
     lift
         Which.
     delay_ticks
@@ -319,6 +322,7 @@ def tune_swing(
     ForkliftError
         As `forklift.control.closed_loop.lower`.
     """
+    truck = truck_of(truck)
     if delay_ticks is None:
         delay_ticks = DELAY_TICKS[lift]
     controller = controller.with_swing(lift, None)
