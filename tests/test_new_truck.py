@@ -24,6 +24,8 @@ def test_what_is_told_is_taken_with_unit_and_source():
             "free.mass.moving": "700 lb # weighed",
             "free.cylinder.stroke_upper": "1.05",
             "free.compensator.p_set": "7 bar",
+            "free.oil.density": "0.87 kg/l",
+            "main.volume.V": "20 cm3",
         },
         THESIS,
     )
@@ -31,6 +33,8 @@ def test_what_is_told_is_taken_with_unit_and_source():
     assert made.values["main.cylinder.area"] == pytest.approx(2 * pi * 0.0254**2)
     assert made.values["free.mass.moving"] == pytest.approx(317.51466)
     assert made.values["free.compensator.p_set"] == 7e5
+    assert made.values["free.oil.density"] == pytest.approx(870.0)
+    assert made.values["main.volume.V"] == pytest.approx(2e-5)
     assert made.sources["free.mass.moving"] == "weighed (700 lb)"
     assert "drawing 12" in made.sources["free.cylinder.area"]
     assert made.values["main.mass.moving"] == THESIS.values["main.mass.moving"]
@@ -56,6 +60,8 @@ def test_table_points_are_taken():
         ({"free.valve.points": "0.3, 0.6"}, "parameter-not-a-number"),
         ({"free.valve.points": "0.6:0, 0.3:1e-6"}, "table-not-rising"),
         ({"free.bore": "6 kg"}, "parameter-unit"),
+        ({"free.cylinders": "2"}, "parameter-malformed"),
+        ({"free.bore": "60 mm", "free.cylinder.area": "23.8 cm^2"}, "parameter-malformed"),
     ],
 )
 def test_what_cannot_be_is_refused(told, code):

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forklift import Campaign
+from forklift.plant.forklift.tables import parameters
 from forklift.recordings import units
 from small_campaign import MAPPED, foreign, make_mapped, raised, signals
 
@@ -32,6 +33,14 @@ CONVERSIONS = [
     ("mm", "m", 980.0, 0.98),
     ("ms", "s", 20.0, 0.02),
     ("µs", "s", 20.0, 2e-5),
+    ("cm^2", "m2", 23.8, 2.38e-3),
+    ("cm2", "m2", 23.8, 2.38e-3),
+    ("l/min", "m3/s", 60.0, 1e-3),
+    ("mm²/s", "m2/s", 46.0, 4.6e-5),
+    ("mm2 s-1", "m2/s", 46.0, 4.6e-5),
+    ("kg/dm3", "kg/m3", 0.87, 870.0),
+    ("l", "m3", 2.0, 2e-3),
+    ("mmH2O", "Pa", 1.0, 9.80665),
 ]
 
 
@@ -40,6 +49,13 @@ def test_units_are_converted_as_the_standards_have_them(unit, to, raw, value):
     found = units.conversion(unit, to)
     assert found is not None
     assert raw * found.scale + found.offset == pytest.approx(value, rel=1e-9, abs=1e-9)
+
+
+def test_every_unit_of_a_truck_s_parameters_converts():
+    stated = {one["unit"] for one in parameters().values()} - {"1", "variable's"}
+    for unit in stated:
+        found = units.conversion(f"({unit})*cm/m", unit)
+        assert found is not None and found.scale == pytest.approx(0.01), unit
 
 
 @given(st.text(max_size=12))

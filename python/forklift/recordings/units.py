@@ -146,8 +146,17 @@ def _parsed(unit: str, to: str) -> tuple[Any, float] | None:
         name = _SPELT[low]
     elif low in _PLAIN:
         name = _PLAIN[low]
+    found = _named(name) or _named(_EXPONENT.sub(r"**\1", name))
+    return None if found is None else (found, extra)
+
+
+_EXPONENT = re.compile(r"(?<=[A-Za-zµμ])(-?\d)")
+"""Of a unit as loggers and data sheets write it: m2, kg/m3, s-1."""
+
+
+def _named(name: str) -> Any | None:
     try:
-        return _registry().Unit(name), extra
+        return _registry().Unit(name)
     except Exception:  # pint raises errors of many kinds, tokenize's own among them
         return None
 

@@ -119,20 +119,29 @@ def _value(key: str, text: str, unit: str) -> tuple[float, str]:
 
 
 def _area(lift: str, left: dict[str, str]) -> list[tuple[str, float, str]]:
-    bore, count = left.pop(f"{lift}.bore", None), left.pop(f"{lift}.cylinders", "1")
-    if bore is None:
+    bore, count = left.pop(f"{lift}.bore", None), left.pop(f"{lift}.cylinders", None)
+    area = f"{lift}.cylinder.area"
+    if bore is None and count is None:
         return []
+    if bore is None:
+        raise _malformed(f"{lift}.cylinders", f"without {lift}.bore, which it multiplies; tell the bore too")
+    if area in left:
+        raise _malformed(f"{lift}.bore", f"beside {area}, which it stands for; tell one of the two")
     (diameter, source), (cylinders, _) = (
         _value(f"{lift}.bore", bore, "m"),
-        _value(f"{lift}.cylinders", count, "1"),
+        _value(f"{lift}.cylinders", "1" if count is None else count, "1"),
     )
     return [
         (
-            f"{lift}.cylinder.area",
+            area,
             cylinders * pi * diameter**2 / 4.0,
             f"{source}: {cylinders:g} bore of {bore}",
         )
     ]
+
+
+def _malformed(name: str, how: str) -> ForkliftError:
+    return ForkliftError("parameter-malformed", f"{name} is told {how}", name=name)
 
 
 def _points(lift: str, left: dict[str, str]) -> list[tuple[str, tuple[float, ...], str]]:
