@@ -205,6 +205,12 @@ def test_every_wrong_call_is_one_sentence_and_status_2(capfd, demo, tmp_path):
             "convert", demo / "campaign" / RECORDINGS[0].file, "--table", tmp_path / "no.csv",
             "--out", tmp_path / "c",
         ),
+        "a lowering under a controller to an unknown format": (
+            "control", "simulate", "thesis", "--load", 0, "--temperature", 20, "--out", tmp_path / "a.txt",
+        ),
+        "controllers side by side where something else stands": (
+            "control", "compare", "thesis", "--out", demo / "campaign",
+        ),
     }  # fmt: skip
     for what, arguments in wrong.items():
         if what != "nothing":

@@ -2,6 +2,8 @@
 
 import json
 import re
+from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -43,6 +45,21 @@ def test_the_page_the_json_and_the_text_have_the_same_numbers(told: ControlCompa
     assert text == f"{told}\n"
     for controller in told.controllers:
         assert controller.hash in page
+
+
+def test_it_says_what_compares_them_once_more(told: ControlComparison) -> None:
+    assert told.command == "forklift control compare thesis today damped --truck thesis --out compared"
+    later = replace(told, later_ticks=2)
+    assert later.command is not None
+    assert "--later 2" in later.command
+    assert later.command in unescape(present.page(later))
+    assert replace(told, truck=told.truck.with_values({"free.gravity.g": 9.81}, source="x")).command is None
+    assert replace(told, controllers=(replace(told.controllers[0], name="mine"),)).command is None
+
+
+def test_a_run_that_broke_off_is_no_number_in_the_json(told: ControlComparison) -> None:
+    broken = replace(told, rows=(replace(told.rows[0], oscillation_m_s=float("nan")), *told.rows[1:]))
+    assert broken.to_dict()["rows"][0]["oscillation_m_s"] is None
 
 
 def test_the_page_needs_no_other_file_and_fits_into_a_mail(written: Path) -> None:

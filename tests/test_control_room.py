@@ -58,6 +58,8 @@ def test_a_controller_written_is_read_back_equal(tmp_path, truck: Truck) -> None
             one = Controller.read(name).with_word(word)
             assert Controller.read(one.write(tmp_path / "one.toml")) == one
             assert Controller.read(tmp_path / "one.toml").hash == one.hash
+    odd = replace(one, name="\N{FACTORY} and \x7f")
+    assert Controller.read(odd.write(tmp_path / "odd.toml")).name == odd.name
 
 
 @pytest.mark.parametrize("lift", LIFTS)

@@ -164,6 +164,12 @@ def test_the_command_in_the_json_repeats_the_fit(null_fit):
     )
 
 
+def test_other_commands_are_told_without_what_only_a_fit_takes(null_fit):
+    wide = replace(null_fit.machine, load_width_kg=5.0)
+    assert null_fit.origin.command(wide, "diagnose") == null_fit.origin.command(null_fit.machine, "diagnose")
+    assert "--load-width" in null_fit.origin.command(wide, "fit")
+
+
 def test_tables_are_laid_out_as_the_thesis_lays_them_out(null_fit):
     said = "\n".join(map(plain, fit_tables(null_fit)))
     assert "Estimated parameters of the free lift, as Table 5.1" in said

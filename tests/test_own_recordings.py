@@ -75,6 +75,8 @@ def test_a_scale_takes_the_place_of_the_files_unit_and_a_unit_that_is_told_goes_
         ({"time_s": TIME, "u": TIME, "v": TIME, "duty": TIME}, 'v = "u"', ("run.csv",), "column-repeated"),
         ({"time_s": TIME, "u": TIME, "duty": TIME}, '"Presure" = "y"', ("run.csv",), "source-missing"),
         ({"time_s": TIME, "u": TIME, "duty": TIME}, "", ("run.csv", "run.csv"), "recording-repeated"),
+        ({"time_s": TIME, "u": TIME, "duty": TIME}, "", ("run.csv", "RUN.csv"), "recording-repeated"),
+        ({"time_s": TIME, "u": TIME, "duty": TIME}, "", ("../run.csv",), "path-escapes"),
         ({"time_s": TIME, "u": ["1", "oops", "2"], "duty": TIME}, "", ("run.csv",), "cell-not-a-number"),
         ({"time_s": TIME, "u [bar]": TIME, "duty": TIME}, "", ("run.csv",), "unit-unknown"),
     ],
@@ -83,6 +85,14 @@ def test_what_cannot_be_meant_is_refused(tmp_path, columns, channels, entries, c
     with pytest.raises(ForkliftError) as caught:
         folder(tmp_path, columns, channels, entries)
     assert caught.value.code == code
+
+
+def test_a_campaign_that_is_not_utf_8_is_refused(tmp_path):
+    folder(tmp_path, {"time_s": TIME, "u": TIME, "duty": TIME})
+    (tmp_path / "campaign.toml").write_bytes("# Messung von Öl".encode("latin-1"))
+    with pytest.raises(ForkliftError) as caught:
+        campaign.read(tmp_path, campaign.machine(tmp_path / "machine.py"))
+    assert caught.value.code == "campaign-syntax"
 
 
 def test_a_row_with_a_cell_too_few_is_refused(tmp_path):

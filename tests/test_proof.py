@@ -351,6 +351,16 @@ def test_open_campaigns_are_scored_by_the_same_rules(tmp_path, monkeypatch):
     found = opened.score_open(folder, tmp_path / "scored")
     assert found.score["label"] == "open"
     assert found.results[0]["judged"]["all"]
+    assert opened.score_open(folder, tmp_path / "scored").score == found.score
+    (folder / "answers.json").write_text(json.dumps({"campaigns": []}))
+    with pytest.raises(ForkliftError) as other:  # results of those answers say nothing of these
+        opened.score_open(folder, tmp_path / "scored")
+    assert other.value.code == "output-exists"
+    answers["campaigns"][0]["folder"] = "01"
+    (folder / "answers.json").write_text(json.dumps(answers))
+    with pytest.raises(ForkliftError) as missing:
+        opened.score_open(folder, tmp_path / "missing")
+    assert missing.value.code == "answers-unreadable"
     (folder / "answers.json").write_text('{"campaigns": [{"folder": "00"}]}')
     with pytest.raises(ForkliftError, match="is not as"):
         opened.score_open(folder, tmp_path / "again")

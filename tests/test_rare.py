@@ -107,6 +107,7 @@ def test_where_nothing_fails_it_says_that_this_is_no_proof():
         ({}, {"generations": 0}, "generations"),
         ({}, {"within": 0.0}, "within"),
         ({}, {"within": float("nan")}, "within"),
+        ({}, {"within": float("inf")}, "within"),
         ({"vary": {}}, {}, "varies"),
     ],
 )

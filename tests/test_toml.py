@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from forklift import Campaign, Truck, convert, sweep
+from forklift import Campaign, ForkliftError, Truck, convert, sweep
 from forklift.base import toml
 from forklift.control.controller import Controller
 from forklift.plant.campaign import read
@@ -31,6 +31,30 @@ READERS = {
     "machine": lambda path: read(path.parent, decay()),
     "mapping": lambda path: convert([path], out=path.parent / "out", channels=path, lift="free", load_kg=0.0),
 }
+
+
+@pytest.mark.parametrize(
+    "text", ["plain", 'of "quotes"', "\\", "\x7f\x00\x1f", "Öl µ²", "\N{FACTORY}", "a\nb"]
+)
+def test_a_text_that_is_written_is_read_back(text):
+    assert toml.loads(f"one = {toml.written(text)}\nmany = {toml.written([text, text])}") == {
+        "one": text,
+        "many": [text, text],
+    }
+
+
+@pytest.mark.parametrize(
+    "document",
+    ["ignore = 5", 'ignore = "time"', "ignore = [1]", "dbc = 5", "dbc = [1]", "channels = 1", "a = 1"],
+)
+def test_a_mapping_of_another_kind_is_refused(tmp_path, document):
+    path = tmp_path / "mapping.toml"
+    path.write_text(document, encoding="utf-8")
+    log = tmp_path / "log.csv"
+    log.write_text("time_s\n0.0\n", encoding="utf-8")
+    with pytest.raises(ForkliftError) as caught:
+        convert([log], out=tmp_path / "out", channels=path, lift="free", load_kg=0.0)
+    assert caught.value.code == "mapping-unreadable"
 
 
 @pytest.mark.parametrize("reader", READERS)

@@ -55,7 +55,8 @@ def test_every_unit_of_a_truck_s_parameters_converts():
     stated = {one["unit"] for one in parameters().values()} - {"1", "variable's"}
     for unit in stated:
         found = units.conversion(f"({unit})*cm/m", unit)
-        assert found is not None and found.scale == pytest.approx(0.01), unit
+        assert found is not None, unit
+        assert found.scale == pytest.approx(0.01), unit
 
 
 @given(st.text(max_size=12))

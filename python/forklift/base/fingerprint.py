@@ -6,7 +6,8 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from types import CodeType, FunctionType
+from functools import partial
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,8 @@ import numpy as np
 def fingerprint(*given: object) -> str:
     """SHA-256 of values, arrays, containers, dataclasses and functions.
 
-    What knows its own ``sha256`` is taken by it; a function by its code, defaults and what it refers to.
-    Anything else by its type alone.
+    What knows its own ``sha256`` is taken by it; a function by its code, defaults and what it refers to;
+    a module or a class by its name. Anything else by its type and, if it has one, its name.
     """
     return hashlib.sha256(json.dumps([_plain(one, ()) for one in given]).encode()).hexdigest()
 
@@ -41,6 +42,12 @@ def _plain(one: Any, above: tuple[int, ...]) -> Any:
         return sorted(map(repr, one))
     if isinstance(one, FunctionType):
         return _of_function(one, inside)
+    if isinstance(one, partial):
+        return [_plain(part, inside) for part in (one.func, one.args, one.keywords)]
+    if isinstance(one, ModuleType):
+        return one.__name__
+    if isinstance(one, type):
+        return f"{one.__module__}.{one.__qualname__}"
     if isinstance(one, CodeType):
         return _of_code(one, inside)
     name = f"{type(one).__module__}.{type(one).__qualname__}"
@@ -49,18 +56,14 @@ def _plain(one: Any, above: tuple[int, ...]) -> Any:
         return [name, own]
     if is_dataclass(one):
         return [name, *(_plain(getattr(one, each.name), inside) for each in fields(one))]
-    return name
+    return f"{name} {getattr(one, '__name__', '')}"
 
 
 def _of_function(one: FunctionType, above: tuple[int, ...]) -> Any:
     held = [cell.cell_contents for cell in one.__closure__ or ()]
     used = {name: one.__globals__[name] for name in _names(one.__code__) if name in one.__globals__}
-    plain = {
-        name: value
-        for name, value in used.items()
-        if isinstance(value, bool | int | float | str | tuple | list | Mapping | np.ndarray | FunctionType)
-    }
-    return [_plain(part, above) for part in (one.__code__, one.__defaults__, held, plain)]
+    parts = (one.__code__, one.__defaults__, one.__kwdefaults__, held, used)
+    return [_plain(part, above) for part in parts]
 
 
 def _names(code: CodeType) -> set[str]:

@@ -18,3 +18,12 @@ def amount(value: float, unit: str) -> str:
 def defined(value: Any) -> Any:
     """`value`, or None for a number that is not finite: JSON has none."""
     return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def all_defined(told: Any) -> Any:
+    """What is to be JSON, with None for every number in it that is not finite."""
+    if isinstance(told, dict):
+        return {key: all_defined(value) for key, value in told.items()}
+    if isinstance(told, list | tuple):
+        return [all_defined(value) for value in told]
+    return defined(told)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
+from collections.abc import Sequence
 from typing import Any
 
 TOMLDecodeError = tomllib.TOMLDecodeError
@@ -43,6 +45,11 @@ def loads(text: str) -> dict[str, Any]:
         raise TOMLDecodeError("It holds a number that is too long (at end of document)") from None
     _check_depth(document)
     return document
+
+
+def written(value: str | Sequence[str]) -> str:
+    """A text, or a list of texts, as a TOML file has it: JSON, but for what TOML wants escaped too."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
 def _check_depth(document: dict[str, Any]) -> None:

@@ -7,6 +7,7 @@ Source: Fri & Fahlén (2017), section 5.6; Tables 5.6 and 5.7; Figures 5.10 to 5
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,10 +18,10 @@ from numpy.typing import NDArray
 
 from forklift.base import output, present
 from forklift.base.errors import ForkliftError
-from forklift.base.numbers import defined
+from forklift.base.numbers import all_defined
 from forklift.control import transition
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
-from forklift.control.controller import Controller
+from forklift.control.controller import Controller, shipped
 from forklift.control.metrics import (
     LIMIT_M_S,
     Breach,
@@ -197,6 +198,17 @@ class ControlComparison:
     def __str__(self) -> str:
         return f"{table(self.rows)}\n\n{transition.transition_table(self.transitions)}"
 
+    @property
+    def command(self) -> str | None:
+        """What compares them once more; None where the truck or a controller has no file that is known."""
+        if self.truck.origin == "Python" or not {one.name for one in self.controllers} <= set(shipped()):
+            return None
+        truck = self.truck.name if self.truck.origin == "shipped" else self.truck.origin
+        names = [one.name for one in self.controllers]
+        later = ["--later", str(self.later_ticks)] if self.later_ticks else []
+        words = ["forklift", "control", "compare", *names, "--truck", truck, *later, "--out", "compared"]
+        return shlex.join(words)
+
     def to_dict(self) -> dict[str, Any]:
         """Every number of the tables, and what they were made from."""
         return {
@@ -204,10 +216,8 @@ class ControlComparison:
             "controllers": {one.name: one.hash for one in self.controllers},
             "later_ticks": self.later_ticks,
             "seed": self.seed,
-            "rows": [asdict(row) for row in self.rows],
-            "transitions": [
-                {name: defined(value) for name, value in asdict(row).items()} for row in self.transitions
-            ],
+            "rows": [all_defined(asdict(row)) for row in self.rows],
+            "transitions": [all_defined(asdict(row)) for row in self.transitions],
         }
 
     def write(self, folder: str | Path) -> Path:
@@ -218,7 +228,11 @@ class ControlComparison:
         ForkliftError
             ``"not-writable"``, or ``"output-exists"`` for a folder that holds anything else.
         """
-        texts = (present.page(self), json.dumps(self.to_dict(), indent=1) + "\n", f"{self}\n")
+        texts = (
+            present.page(self),
+            json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n",
+            f"{self}\n",
+        )
         with output.folder(folder, FILES, FILES[0]) as new:
             for name, text in zip(FILES, texts, strict=True):
                 (new / name).write_text(text, encoding="utf-8")

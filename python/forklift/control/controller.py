@@ -5,7 +5,6 @@ Source: Fri & Fahlén (2017), chapter 4; Table 5.3; Figures A.16 to A.19.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -300,15 +299,12 @@ def _given(name: str, lift: LiftSettings) -> GivenLift:
 
 
 def _toml(controller: Controller) -> str:
-    lines = [f"name = {json.dumps(controller.name)}", f"word = {controller.word}", ""]
-
-    def quoted(text: str) -> str:
-        return json.dumps(text, ensure_ascii=False)
+    lines = [f"name = {toml.written(controller.name)}", f"word = {controller.word}", ""]
 
     def numbers(head: str, rows: Mapping[str, Number], known: Mapping[str, Mapping[str, Any]]) -> None:
         lines.append(f"[{head}]")
         lines.extend(
-            f"{name} = {{ value = {float(rows[name].value)!r}, source = {quoted(rows[name].source)} }}"
+            f"{name} = {{ value = {float(rows[name].value)!r}, source = {toml.written(rows[name].source)} }}"
             f"  # {known[name]['unit']}"
             for name in known
         )
@@ -317,7 +313,7 @@ def _toml(controller: Controller) -> str:
     def fields(head: str, model: BaseModel) -> None:
         lines.append(f"[{head}]")
         for name, value in model.model_dump().items():
-            shown = quoted(value) if isinstance(value, str) else _numbers(value)
+            shown = toml.written(value) if isinstance(value, str) else _numbers(value)
             lines.append(f"{name} = {shown}")
         lines.append("")
 

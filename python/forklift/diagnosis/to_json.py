@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from forklift.base.numbers import defined
+from forklift.base.numbers import all_defined
 from forklift.diagnosis import sentences
 from forklift.diagnosis.ledger import considered
 from forklift.diagnosis.numbers import numbers, of_hypothesis
@@ -116,16 +116,8 @@ def to_dict(found: Outcome) -> dict[str, Any]:
         ],
         "runtime_s": None,  # in times.json: the same call gives the same bytes here
     }  # fmt: skip
-    finite: dict[str, Any] = _finite(told)
+    finite: dict[str, Any] = all_defined(told)
     return finite
-
-
-def _finite(told: Any) -> Any:
-    if isinstance(told, dict):
-        return {key: _finite(value) for key, value in told.items()}
-    if isinstance(told, list | tuple):
-        return [_finite(value) for value in told]
-    return defined(told)
 
 
 def _cause(found: Outcome, cause: Cause) -> dict[str, Any]:

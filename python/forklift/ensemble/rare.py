@@ -214,8 +214,8 @@ def rare(
         raise _out_of_bounds("runs", runs, "2 or more")
     if generations < 1:
         raise _out_of_bounds("generations", generations, "1 or more")
-    if not within > 0.0:
-        raise _out_of_bounds("within", within, "more than 0")
+    if not 0.0 < within < np.inf:
+        raise _out_of_bounds("within", within, "more than 0, and a number")
     if not spec.vary:
         raise ForkliftError(
             "argument-invalid", f"nothing varies in {spec.name!r}; give [vary.NAME] in its file", name="vary"

@@ -33,7 +33,7 @@ from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 from forklift.recordings import formats, units
-from forklift.recordings.campaign_file import normal
+from forklift.recordings.campaign_file import check_files
 from forklift.recordings.formats.signals import Place, Series
 
 FILE = "campaign.toml"
@@ -136,13 +136,13 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
     Raises
     ------
     ForkliftError
-        ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``; ``"column-missing"`` for an
-        input that a file lacks; ``"unit-unknown"``; those of `forklift.recordings.formats.read` and of
-        `Recording`.
+        ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``, ``"path-escapes"``,
+        ``"value-invalid"``, ``"recording-repeated"``; ``"column-missing"`` for an input that a file lacks;
+        ``"unit-unknown"``; those of `forklift.recordings.formats.read` and of `Recording`.
     """
     folder = Path(folder)
     path = folder if folder.name == FILE else folder / FILE
-    document = _document(path)
+    document, text = _document(path)
     known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
     sources = {
         name: _Source(channel=found) if isinstance(found, str) else found
@@ -157,16 +157,8 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
                 file=str(path),
                 channel=source.channel,
             )
-    names = [normal(entry.file) for entry in document.recording]
-    for name in names:
-        if names.count(name) > 1:
-            raise ForkliftError(
-                "recording-repeated",
-                f"{path}: {name!r} is listed twice; what is fitted on cannot be what judges, so remove one",
-                file=str(path),
-                recording=name,
-            )
     databases = (document.dbc,) if isinstance(document.dbc, str) else tuple(document.dbc)
+    check_files([entry.file for entry in document.recording], databases, Place(path.name, str(path)), text)
     chosen = _Chosen(known, sources)
     recordings = tuple(
         _recording(path.parent, entry, plant, chosen, databases) for entry in document.recording
@@ -194,9 +186,10 @@ def inputs(path: str | Path, plant: Plant) -> Recording:
     return _recording(path.parent, _Entry(file=path.name), plant, _Chosen(known, {}))
 
 
-def _document(path: Path) -> _Document:
+def _document(path: Path) -> tuple[_Document, str]:
+    """What the file says, and its text."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        data = path.read_bytes()
     except OSError as error:
         raise ForkliftError(
             "campaign-missing",
@@ -204,7 +197,8 @@ def _document(path: Path) -> _Document:
             file=str(path),
         ) from error
     try:
-        return _Document.model_validate(toml.loads(text))
+        text = data.decode("utf-8-sig")
+        return _Document.model_validate(toml.loads(text)), text
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(map(str, first["loc"]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -159,15 +158,15 @@ def _with_channels(document: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def dump(name: str, sample_rate_hz: float, recordings: Iterable[Recording]) -> str:
     """A campaign file of recordings in SI units."""
-    lines = [f"name = {_string(name)}", f"sample_rate_hz = {float(sample_rate_hz)!r}"]
+    lines = [f"name = {toml.written(name)}", f"sample_rate_hz = {float(sample_rate_hz)!r}"]
     for found in recordings:
         lines += [
             "",
             "[[recording]]",
-            f"file = {_string(found.file)}",
-            f"lift = {_string(found.lift)}",
+            f"file = {toml.written(found.file)}",
+            f"lift = {toml.written(found.lift)}",
             f"load_kg = {float(found.load_kg)!r}",
-            f"role = {_string(found.role)}",
+            f"role = {toml.written(found.role)}",
         ]
     return "\n".join(lines) + "\n"
 
@@ -175,10 +174,6 @@ def dump(name: str, sample_rate_hz: float, recordings: Iterable[Recording]) -> s
 def normal(file: str) -> str:
     """A recording's name without needless dots and slashes."""
     return str(PurePosixPath(file))
-
-
-def _string(value: str) -> str:
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
 def _structural(
@@ -315,14 +310,20 @@ def _check_channels(found: CampaignFile, place: Place, text: str) -> None:
             )
 
 
-def _check_entries(found: CampaignFile, place: Place, text: str) -> None:
-    for file in found.databases:
-        _check_path(file, place, line_of(text, ("dbc",)))
+def check_files(files: Sequence[str], databases: Sequence[str], place: Place, text: str) -> None:
+    """Every one a path below the campaign's folder, and no two recordings' alike but for case or suffix.
+
+    Raises
+    ------
+    ForkliftError
+        ``"path-escapes"``, ``"value-invalid"``, ``"recording-repeated"``; with the line in `text`.
+    """
+    for database in databases:
+        _check_path(database, place, line_of(text, ("dbc",)))
     first: dict[str, str] = {}
-    for k, entry in enumerate(found.recording):
-        _check_path(entry.file, place, line_of(text, ("recording", k, "file")))
-        format_of(entry.file)
-        file = normal(entry.file)
+    for k, given in enumerate(files):
+        _check_path(given, place, line_of(text, ("recording", k, "file")))
+        file = normal(given)
         stem = str(PurePosixPath(file).with_suffix("")).casefold()
         if stem in first:
             same = (
@@ -338,6 +339,13 @@ def _check_entries(found: CampaignFile, place: Place, text: str) -> None:
                 recording=file,
             )
         first[stem] = file
+
+
+def _check_entries(found: CampaignFile, place: Place, text: str) -> None:
+    check_files([entry.file for entry in found.recording], found.databases, place, text)
+    for k, entry in enumerate(found.recording):
+        format_of(entry.file)
+        file = normal(entry.file)
         if not 0.0 <= entry.load_kg <= HEAVIEST_KG:
             raise place.error(
                 "load-out-of-bounds",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -264,19 +263,25 @@ def _mapping(
             f"{path} cannot be read as TOML ({error}); make one with forklift info FILE --write {path.name}",
             file=str(path),
         ) from error
-    unknown = [key for key in found if key not in ("channels", "ignore", "dbc")]
-    if unknown or not isinstance(found.get("channels", {}), dict):
+    wrong = [key for key in found if key not in ("channels", "ignore", "dbc")]
+    stated = found.get("dbc", [])
+    stated, passed = [stated] if isinstance(stated, str) else stated, found.get("ignore", [])
+    if not isinstance(found.get("channels", {}), dict):
+        wrong.append("channels that are no table")
+    wrong += [
+        f"{key} that is no list of texts"
+        for key, told in (("ignore", passed), ("dbc", stated))
+        if not isinstance(told, list) or not all(isinstance(one, str) for one in told)
+    ]
+    if wrong:
         raise ForkliftError(
             "mapping-unreadable",
-            f"{path} holds {unknown[0] if unknown else 'channels that are no table'}; it may hold "
-            "[channels], ignore and dbc",
+            f"{path} holds {wrong[0]}; it may hold [channels], ignore and dbc",
             file=str(path),
         )
-    stated = found.get("dbc", [])
-    stated = [stated] if isinstance(stated, str) else stated
     return {
         "channels": found.get("channels", {}),
-        "ignore": [*found.get("ignore", []), *ignore],
+        "ignore": [*passed, *ignore],
         "dbc": bases or [str(path.parent / file) for file in stated],
     }
 
@@ -284,24 +289,21 @@ def _mapping(
 def _written(mapping: Mapping[str, Any]) -> str:
     """The mapping as a TOML file, for the next time."""
 
-    def text(value: object) -> str:
-        return json.dumps(value, ensure_ascii=False)
-
     lines = ["# How these recordings' logs were mapped; forklift convert --extend maps further ones alike."]
     for key in ("ignore", "dbc"):
         if mapping[key]:
             values = [os.path.abspath(one) for one in mapping[key]] if key == "dbc" else mapping[key]
-            lines.append(f"{key} = {text(values)}")
+            lines.append(f"{key} = {toml.written(values)}")
     lines += ["", "[channels]"]
     for name, source in mapping["channels"].items():
         if isinstance(source, str):
-            lines.append(f"{text(name)} = {text(source)}")
+            lines.append(f"{toml.written(name)} = {toml.written(source)}")
         else:
             inside = ", ".join(
-                f"{key} = {text(value) if isinstance(value, str) else repr(float(value))}"
+                f"{key} = {toml.written(value) if isinstance(value, str) else repr(float(value))}"
                 for key, value in source.items()
             )
-            lines.append(f"{text(name)} = {{ {inside} }}")
+            lines.append(f"{toml.written(name)} = {{ {inside} }}")
     return "\n".join(lines) + "\n"
 
 

@@ -72,8 +72,9 @@ def of_table(path: str | Path) -> Mapping[str, Entered]:
     path = Path(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file, skipinitialspace=True))
-            names = list(rows[0]) if rows else []
+            reader = csv.DictReader(file, skipinitialspace=True)
+            rows = [(reader.line_num, row) for row in reader]
+            names = reader.fieldnames or []
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ForkliftError(
             "file-unreadable",
@@ -84,7 +85,7 @@ def of_table(path: str | Path) -> Mapping[str, Entered]:
         if name not in names:
             raise _invalid(path, f"it has no column {name}; its columns are {', '.join(COLUMNS)}", name=name)
     found = {}
-    for line, row in enumerate(rows, start=2):
+    for line, row in rows:
         found[Path(row["file"] or "").name] = Entered(
             _one_of(path, line, "lift", row, get_args(Lifts)),
             _number(path, line, row["load_kg"]),

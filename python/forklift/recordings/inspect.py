@@ -6,7 +6,6 @@ decides. Nothing is read as a channel without being named in ``[channels]``.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -16,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from forklift.base import toml
 from forklift.base.arrays import Floats
 from forklift.recordings import formats, units
 from forklift.recordings.channels import COMMANDS, TIME, Channel, Conversion, looks_like, table
@@ -87,12 +87,8 @@ class Log:
             found, key=lambda one: list(table()).index(one.proposal.channel if one.proposal else "")
         ):
             assert one.proposal is not None
-            unit = (
-                f", unit = {json.dumps(one.proposal.unit, ensure_ascii=False)}"
-                if not one.unit and one.proposal.unit
-                else ""
-            )
-            name = json.dumps(one.name, ensure_ascii=False)
+            unit = f", unit = {toml.written(one.proposal.unit)}" if not one.unit and one.proposal.unit else ""
+            name = toml.written(one.name)
             lines.append(f'{name} = {{ channel = "{one.proposal.channel}"{unit} }}  # {one.proposal.why}')
         missing = [
             name for name in COMMANDS if name not in {one.proposal.channel for one in found if one.proposal}

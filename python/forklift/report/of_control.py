@@ -347,9 +347,7 @@ def _provenance(told: ControlComparison) -> Section:
         ["Seed of the sensors' noise", str(told.seed)],
         ["Delay beside the usual [ticks]", str(told.later_ticks)],
     ]
-    names = " ".join(one.name for one in told.controllers)
-    blocks: list[Any] = [
-        Table("Made from", ["What", "Value, hash or SHA-256"], rows, [False, False]),
-        Code("Once more", f"forklift control compare {names} --out compared"),
-    ]
+    blocks: list[Any] = [Table("Made from", ["What", "Value, hash or SHA-256"], rows, [False, False])]
+    if told.command:
+        blocks.append(Code("Once more", told.command))
     return Section("provenance", "Provenance", "", blocks)

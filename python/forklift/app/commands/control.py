@@ -44,6 +44,9 @@ def simulate(
     from forklift.control.controller import Controller
     from forklift.plant.forklift.truck import Truck
 
+    if out is not None:
+        output.check_suffix(out, (".csv",))
+        output.check_file(out)
     chosen = Controller.read(controller).only(lift.value)
     request = requests(lift.value, signal)
     ticks = DELAY_TICKS[lift.value] if delay is None else delay
@@ -51,7 +54,6 @@ def simulate(
     run = lower([lowering], lifts=lift.value)
     typer.echo(summary(request, run, lift.value))
     if out is not None:
-        output.check_suffix(out, (".csv",))
         output.write_file(out, lambda temporary: trace(run).write_csv(temporary))
         typer.echo(f"wrote {out}")
 
@@ -67,10 +69,12 @@ def compare(
 ) -> None:
     """Set controllers side by side as Tables 5.6 and 5.7: both lifts, three loads, three temperatures, two
     signals; and the transition between the lifts."""
-    from forklift.control.compare import control_comparison
+    from forklift.control.compare import FILES, control_comparison
     from forklift.control.controller import Controller
     from forklift.plant.forklift.truck import Truck
 
+    if out is not None:
+        output.check_folder(out, FILES, FILES[0])
     found = [Controller.read(name) for name in controllers]
     told = control_comparison(found, Truck.read(truck), later_ticks=later)
     typer.echo(str(told))

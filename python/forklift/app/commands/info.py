@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -44,14 +43,14 @@ def info(
         campaign = Campaign.read(what)
         print_json(campaign.to_dict()) if as_json else print_tables(tables.campaign_table(campaign))
     elif Path(what).suffix.lower() in SUFFIXES:
-        from forklift.base import output
+        from forklift.base import output, toml
         from forklift.recordings.inspect import inspect
 
         if write:
             output.check_file(write)
             output.check_suffix(write, (".toml",))
         log = inspect(what, dbc=dbc or ())
-        head = f"dbc = {json.dumps([os.path.abspath(one) for one in dbc])}\n\n" if dbc else ""
+        head = f"dbc = {toml.written([os.path.abspath(one) for one in dbc])}\n\n" if dbc else ""
         if write:
             output.write_text(write, head + log.mapping())
         if as_json:

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from forklift.base import output
+from forklift.base import output, toml
 from forklift.base.errors import ForkliftError
 from forklift.ensemble.proof import baselines, kinds
 from forklift.ensemble.proof.judge import intervals, judged, removed
-from forklift.ensemble.proof.prove import LIMIT_S, Proof, diagnosed, line, package_hash, predictions, scored
+from forklift.ensemble.proof.prove import (
+    LIMIT_S,
+    Proof,
+    begun,
+    diagnosed,
+    line,
+    package_hash,
+    predictions,
+    scored,
+)
 
 ANSWERS = "answers.json"
 
@@ -40,12 +49,13 @@ def score_open(
     Raises
     ------
     ForkliftError
-        ``"answers-unreadable"``, ``"not-writable"``.
+        ``"answers-unreadable"``, also of a campaign that is named and cannot be read; ``"not-writable"``;
+        ``"output-exists"`` if `out` holds another proof, or anything else.
     """
     folder, out = Path(folder), Path(out)
     path = Path(answers) if answers else folder / ANSWERS
     told = read(path)
-    (out / "results").mkdir(parents=True, exist_ok=True)
+    begun(out, {"answers": hashlib.sha256(path.read_bytes()).hexdigest()}, "results", "diagnoses")
     wanted = set(only.split(",")) if only else None
     numbers = []
     for number, given in enumerate(told):
@@ -57,7 +67,7 @@ def score_open(
             continue
         answer = whole(number, given, folder)
         campaign, found = folder / given["folder"], out / "diagnoses" / given["folder"]
-        found.parent.mkdir(exist_ok=True)
+        found.parent.mkdir(parents=True, exist_ok=True)
         said = diagnosed(campaign.resolve(), found.resolve(), answer["entered_degc"], 1, limit_s)
         truth = predictions(folder / given["truth"]) if given.get("truth") else {}
         before, after = (
@@ -104,7 +114,19 @@ def _unreadable(path: Path, why: str) -> ForkliftError:
 
 def whole(number: int, given: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """An answer with everything that the score asks for."""
-    listed = tomllib.loads((folder / given["folder"] / "campaign.toml").read_text(encoding="utf-8"))
+    path = folder / given["folder"] / "campaign.toml"
+    try:
+        listed = toml.loads(path.read_text(encoding="utf-8"))
+        recordings = [
+            {"file": one["file"], "role": one["role"], "lift": one["lift"], "entered_kg": one["load_kg"]}
+            for one in listed["recording"]
+        ]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ForkliftError(
+            "answers-unreadable",
+            f"{path}, which the answers name, is no campaign ({error!r}); correct the answer file",
+            file=str(path),
+        ) from None
     causes = [_completed(cause) for cause in given["causes"]]
     found = {one["kind"] for one in causes}
     return {
@@ -115,10 +137,7 @@ def whole(number: int, given: Mapping[str, Any], folder: Path) -> dict[str, Any]
         "causes": causes,
         "tolerated": list(given.get("tolerated", ())),
         "entered_degc": given.get("entered_degc"),
-        "recordings": [
-            {"file": one["file"], "role": one["role"], "lift": one["lift"], "entered_kg": one["load_kg"]}
-            for one in listed["recording"]
-        ],
+        "recordings": recordings,
     }
 
 

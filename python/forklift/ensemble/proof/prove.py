@@ -124,7 +124,7 @@ def prove(
     check_tools()
     out = Path(out)
     numbers = list(chosen(seed, campaigns, only))
-    _head(out, seed)
+    begun(out, {"seed": seed}, "results", "sealed")
     paths = {number: out / "results" / f"{number:05d}.json" for number in numbers}
     left = [number for number in numbers if not paths[number].exists()]
     began, done = time.monotonic(), 0
@@ -357,15 +357,15 @@ def _check(seed: int, campaigns: int, jobs: int) -> None:
             )
 
 
-def _head(out: Path, seed: int) -> None:
-    """`out` is a proof of this seed, or becomes one."""
+def begun(out: Path, of: Mapping[str, object], *folders: str) -> None:
+    """`out`, with these folders in it, is the result of a call of the same, or becomes one."""
     mark = out / MARK
     if mark.exists():
-        other = json.loads(mark.read_text(encoding="utf-8"))["seed"]
-        if other != seed:
+        other = json.loads(mark.read_text(encoding="utf-8"))
+        if other != of:
             raise ForkliftError(
                 "output-exists",
-                f"{out} holds a proof of seed {other}, not of {seed}; name another folder",
+                f"{out} holds a proof of {_named(other)}, not of {_named(of)}; name another folder",
                 file=str(out),
             )
     elif out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -375,14 +375,18 @@ def _head(out: Path, seed: int) -> None:
             file=str(out),
         )
     try:
-        for name in ("results", "sealed"):
+        for name in folders:
             (out / name).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ForkliftError(
             "not-writable", f"{out} cannot be written ({error.strerror}); name another folder", file=str(out)
         ) from None
     if not mark.exists():
-        output.write_text(mark, json.dumps({"seed": seed}) + "\n")
+        output.write_text(mark, json.dumps(of) + "\n")
+
+
+def _named(of: Mapping[str, object]) -> str:
+    return " and ".join(f"{key} {value}" for key, value in of.items())
 
 
 def _bytes(path: Path, content: bytes) -> None:

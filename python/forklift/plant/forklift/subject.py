@@ -328,12 +328,12 @@ class ForkliftSubject(Forklift):
         return Campaign(f"{name}, corrected", kept[0].sample_rate_hz, tuple(kept))
 
     def command(self, verb: str, folder: Path, options: Sequence[str] = ()) -> str | None:
-        """With the truck's file, or its name if it is shipped."""
+        """With the truck's file, or its name if it is shipped. Only a fit takes a width of the loads."""
         if self.truck.origin == "Python":
             return None
         name = self.truck.name if self.truck.origin == "shipped" else self.truck.origin
         given = self.oil_temperature_degc
-        option = ["--load-width", repr(self.load_width_kg)] if self.load_width_kg else []
+        option = ["--load-width", repr(self.load_width_kg)] if self.load_width_kg and verb == "fit" else []
         option += [] if given is None else ["--temperature", repr(given)]
         words = ["forklift", verb, str(folder), "--truck", name, *options, *option, "--out", "result"]
         return shlex.join(words)

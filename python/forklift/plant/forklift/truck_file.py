@@ -8,7 +8,6 @@ Files that have a number there, as they once had, are read by the order that the
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
@@ -83,7 +82,7 @@ def read(path: Path) -> TruckFile:
 
 def write(path: Path, name: str, values: Mapping[str, Value], sources: Mapping[str, str]) -> None:
     """Write the file that `read` reads back to the same bits, in the order of `values`."""
-    lines = [f"name = {_quoted(name)}"]
+    lines = [f"name = {toml.written(name)}"]
     section = ""
     for full, value in values.items():
         head, _, key = full.rpartition(".")
@@ -94,9 +93,9 @@ def write(path: Path, name: str, values: Mapping[str, Value], sources: Mapping[s
         if isinstance(value, tuple):
             number = f"[{', '.join(map(repr, value))}]"
         else:
-            number = _quoted(names[int(value + 0.5)]) if names else repr(value)
-        unit = _quoted(parameters()[full]["unit"])
-        lines.append(f"{key} = {{ value = {number}, unit = {unit}, source = {_quoted(sources[full])} }}")
+            number = toml.written(names[int(value + 0.5)]) if names else repr(value)
+        unit = toml.written(parameters()[full]["unit"])
+        lines.append(f"{key} = {{ value = {number}, unit = {unit}, source = {toml.written(sources[full])} }}")
     path.write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
 
 
@@ -223,10 +222,6 @@ def _text(path: Path) -> str:
     raise ForkliftError(
         "file-unreadable", f"{path} cannot be read ({why}); give a truck's TOML file", file=str(path)
     )
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _short(value: object) -> str:
