@@ -113,7 +113,7 @@ def main() -> None:
         runs = dict(map(read, given.places))
         found, table = together(runs)
         every = [one for results in runs.values() for one in results]
-        print(table, proof_text(Proof(Path(), found, every)), sep="\n\n")
+        print(table, proof_text(Proof(found, every)), sep="\n\n")
         if given.out:
             given.out.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     else:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from forklift import _core
 from forklift.base import arguments
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.control.controller import Controller
 from forklift.plant.forklift.geometry import FORKS_PER_SENSOR
@@ -22,7 +23,6 @@ from forklift.plant.forklift.tables import outputs
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS, Lift
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 
 TICK_S = _core.CONTROL_TICK_S

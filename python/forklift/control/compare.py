@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base import output, present
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import all_defined
 from forklift.control import transition
@@ -25,7 +26,6 @@ from forklift.control.controller import Controller, shipped
 from forklift.control.metrics import (
     LIMIT_M_S,
     Breach,
-    Floats,
     Plateau,
     breaches,
     delayed,

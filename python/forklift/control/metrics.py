@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from forklift.base.arrays import Floats
 
 TOTAL_DELAY_S = 0.16
 """From current to speed, section 4.5.2."""

@@ -16,7 +16,7 @@ from forklift.diagnosis.criteria import (
 )
 from forklift.diagnosis.numbers import Number, of_hypothesis
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.rules import credibility, lost
+from forklift.diagnosis.rules import credibility, labels, lost
 from forklift.diagnosis.selection import Selection
 from forklift.plant.protocol import Hypothesis
 
@@ -87,13 +87,13 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
         if step.accepted is None:
             continue
         accepted, known = step.accepted, {cause.hypothesis.label for cause in found}
-        own = _labels(accepted)
+        own = labels(accepted)
         refits = _rivals(step.refits, accepted)
         shares = dict(zip(refits, credibility(refits), strict=True))
         rivals = tuple(
             (_new(refit, known), shares[refit], refit.reduced_chi2)
             for refit in refits
-            if _labels(refit) != own
+            if labels(refit) != own
         )
         all_lost = dict(zip(refits, (sum(one.values()) for one in lost(refits)), strict=True))
         alike = tuple(
@@ -112,7 +112,7 @@ def causes(selection: Selection) -> tuple[Cause, ...]:
             shares[refit]
             for refit in refits
             if refit is not accepted
-            and (own <= _labels(refit) or {one.label for one in _new(refit, known)} <= tied)
+            and (own <= labels(refit) or {one.label for one in _new(refit, known)} <= tied)
         )
         for hypothesis in _new(accepted, known):
             if hypothesis in final.hypotheses and hypothesis.kind != "unknown":
@@ -151,11 +151,11 @@ def _nearly(
     """The rival without it that removes most, if that is `ANOTHER_SHAPE` of what was removed with it. What
     has a freedom in every recording follows anything, and has no law that could be another."""
     gained = before.reduced_chi2 - accepted.reduced_chi2
-    known = _labels(before)
+    known = labels(before)
     near = [
         (names, (before.reduced_chi2 - refit.reduced_chi2) / gained)
         for refit in _rivals(refits, accepted)
-        if gained > 0.0 and (names := _new(refit, known)) and own.label not in _labels(refit)
+        if gained > 0.0 and (names := _new(refit, known)) and own.label not in labels(refit)
         if all(one.amplitude is not None and one.kind != "unknown" for one in names)
     ]
     best = max(near, key=lambda one: one[1], default=None)
@@ -235,7 +235,7 @@ def _unnamed(hypothesis: Hypothesis, selection: Selection) -> Cause:
     final = selection.final
     others = [*selection.steps[0].refits, *selection.unnamed]
     told = [one for one in others if one.finished and isfinite(one.reduced_chi2) and one.identifiable]
-    refits = [final, *(one for one in told if not _labels(final) <= _labels(one))]
+    refits = [final, *(one for one in told if not labels(final) <= labels(one))]
     shares = credibility(refits)
     rivals = tuple(
         (_new(refit, set()), share, refit.reduced_chi2) for refit, share in zip(refits, shares, strict=True)
@@ -249,15 +249,10 @@ def _rivals(refits: Sequence[Refit], accepted: Refit) -> list[Refit]:
     explanation and more is no rival of it."""
 
     def rival(refit: Refit) -> bool:
-        more = accepted.complete and _labels(accepted) < _labels(refit)
+        more = accepted.complete and labels(accepted) < labels(refit)
         return refit.finished and isfinite(refit.reduced_chi2) and not more
 
     return [refit for refit in refits if refit is accepted or rival(refit)]
-
-
-def _labels(refit: Refit) -> set[str]:
-    """One hypothesis may have been tried from several places: they are one by their label."""
-    return {hypothesis.label for hypothesis in refit.hypotheses}
 
 
 def _new(refit: Refit, known: set[str]) -> tuple[Hypothesis, ...]:

@@ -334,6 +334,7 @@ def plain(refit: Refit) -> tuple[bool, bool, int, float]:
 
 
 def labels(refit: Refit) -> set[str]:
+    """One hypothesis may have been tried from several places: they are one by their label."""
     return {hypothesis.label for hypothesis in refit.hypotheses}
 
 

@@ -27,12 +27,10 @@ from forklift.ensemble.stability import (
     sampled,
 )
 from forklift.ensemble.tables import tick_s
-from forklift.plant.forklift.speed_table import speed_to_current
+from forklift.plant.forklift.speed_table import KELVIN, REFERENCE_DEGC, speed_to_current
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import Lift
 
-KELVIN = 273.0
-"""The thesis's 0 degC."""
 SWING_BELOW_HZ = 10.0
 """Above, a mode is a controller's own: a predictor's, between the multiples of its delay's frequency. An
 unladen free lift swings at 5.5 Hz."""
@@ -182,7 +180,7 @@ def _slope(lift: LiftSettings, point: OperatingPoint) -> float:
     current."""
     numbers = {name: lift.numbers[name].value for name in ("a", "b", "c", "d")}
     scale = numbers["a"] * (point.oil_temperature_degc + KELVIN) + numbers["b"]
-    shift = numbers["c"] * (point.oil_temperature_degc - 20.0) + numbers["d"]
+    shift = numbers["c"] * (point.oil_temperature_degc - REFERENCE_DEGC) + numbers["d"]
     speeds = lift.table.first + float(1 << lift.table.spacing) * np.arange(len(lift.table.values))
     at = float(np.interp(1e3 * point.command_a - shift, lift.table.values, speeds))
     knot = int(np.clip(np.searchsorted(speeds, at, side="right") - 1, 0, len(speeds) - 2))

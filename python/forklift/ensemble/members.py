@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift import _core
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.control.controller import Controller
 from forklift.ensemble import specification
@@ -22,7 +23,6 @@ from forklift.ensemble.tables import conditions
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import commanded
 
-Floats = NDArray[np.float64]
 Streams = NDArray[np.uint64]
 
 LOWEST, HIGHEST = 2.0**-54, 1.0 - 2.0**-53

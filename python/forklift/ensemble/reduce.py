@@ -12,10 +12,10 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.ensemble.specification import Specification
 from forklift.ensemble.tables import verdicts
 
-Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 BINS = 12

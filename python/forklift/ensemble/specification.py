@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from forklift.base import toml
 from forklift.base.errors import ForkliftError
 from forklift.ensemble.tables import conditions, signals
-from forklift.recordings.channels import Lift, Lifts
+from forklift.recordings.channels import Lift, Lifts, commanded
 
 Sampling = Literal["independent", "sobol", "grid"]
 
@@ -318,7 +318,7 @@ def check(document: Mapping[str, Any], where: str = "sweep") -> Specification:
             f"{where}: give one or more [[require]], each with a name of its own",
             name="require",
         )
-    lifts = ("free", "main") if found.lifts == "both" else (found.lifts,)
+    lifts = commanded(found.lifts)
     for require in found.require:
         problem = _wrong(require, lifts)
         if problem:

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.ensemble.intervals import LEAST_REPLICATES, LEVEL, Interval, over_replicates
 
-Floats = NDArray[np.float64]
 Streams = NDArray[np.uint64]
 Margin = Callable[[Floats, Streams], Floats]
 """Margins (n,) of members at standard normal coordinates (n, d) and sequences of noise (n,); negative is a

@@ -1,4 +1,4 @@
-"""What `forklift.fit` is made of: unknowns, sensors, likelihood, problem, search, judgement; one idea a file.
+"""What `forklift.fit` is made of: sensors' likelihood, problem, search, residuals; one idea a file.
 
-Data flows `unknowns`, `sensors` → `likelihood` → `problem` → `search` → `knowledge`, `judgement`.
+Data flows `sample`, `likelihood` → `problem` → `search` → `intervals`, `residuals`.
 """

@@ -39,7 +39,7 @@ def constrained(
                 "argument-invalid", f"{what} is no mapping of names to pairs of numbers; give one", name=what
             )
         for name, pair in given.items():
-            one = _known(what, name, found, unknowns)
+            one = _known(what, name, found)
             first, second = _pair(what, name, pair)
             found[one.name] = (
                 _with_prior(one, first, second) if what == "priors" else _bounded(one, first, second)
@@ -47,7 +47,7 @@ def constrained(
     return [found[one.name] for one in unknowns]
 
 
-def _known(what: str, name: str, found: Mapping[str, Unknown], unknowns: Sequence[Unknown]) -> Unknown:
+def _known(what: str, name: str, found: Mapping[str, Unknown]) -> Unknown:
     """The unknown of this name alone."""
     one = found.get(name)
     if one is None:

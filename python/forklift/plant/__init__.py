@@ -3,7 +3,7 @@
 ::
 
     plant = Plant(name="tank", states=..., params=..., inputs=..., outputs=..., ports=..., effects=..., ...)
-    print(forklift.diagnose_plant(plant, recordings))
+    print(forklift.diagnose(plant, recordings))
 """
 
 from forklift.plant.parts import Effect, Input, Output, Param, Plant, Port, State

@@ -17,7 +17,6 @@ from forklift.recordings.channels import (
     conversions,
     looks_like,
 )
-from forklift.recordings.clocks import Sampled as Sampled
 from forklift.recordings.formats.signals import Place
 
 CLOCK_TOLERANCE = 0.01

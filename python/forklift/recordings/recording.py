@@ -49,7 +49,8 @@ class Recording(Plotted):
     sha256
         Of the file as it was read; of the CSV file `to_csv` gives, if there was none.
     format
-        Of that file: ``"csv"``, ``"parquet"``, ``"mat"``, ``"mdf4"``; ``"memory"`` if there was none.
+        Of that file: ``"csv"``, ``"parquet"``, ``"mat"``, ``"mdf4"``, ``"can"``; ``"memory"`` if there was
+        none.
     rows
         Name to the rows at which a channel on a clock of its own was sampled, in increasing order; a channel
         that is not named was sampled at every row. Between its rows a measurement is NaN and a commanded

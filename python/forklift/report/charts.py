@@ -15,12 +15,9 @@ from forklift.report.traces import numbers
 from forklift.report.words import Quantity, number, printed, spans
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from forklift.base.arrays import Floats
     from forklift.fitting.intervals import Knowledge
     from forklift.report.curves import Against
-
-    Floats = NDArray[np.float64]
 
 MOST_DOTS = 1000
 """Of a cloud."""

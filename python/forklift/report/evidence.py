@@ -14,10 +14,10 @@ from forklift.report.blocks import Block, Explorer, Figure, Points, Section, Ske
 from forklift.report.entered import entered
 from forklift.report.fits import every_fit, operating_points
 from forklift.report.instead import said
-from forklift.report.tables import mean_square, percent, share
+from forklift.report.tables import percent, share
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
 from forklift.report.unseen import beyond
-from forklift.report.words import REST, Quantity, left_over, noise_power
+from forklift.report.words import REST, Quantity, left_over, mean_square, noise_power
 
 if TYPE_CHECKING:
     from forklift.diagnosis.result import Diagnosis

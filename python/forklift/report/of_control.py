@@ -273,7 +273,7 @@ def _panel(told: ControlComparison, one: Curves) -> Panel:
 
 def _transition(told: ControlComparison) -> Section:
     panels = [
-        _passage(told, one)
+        _passage(one)
         for one in sorted(
             told.passages,
             key=lambda one: (one.load_kg != 800.0, one.load_kg, one.oil_temperature_degc, one.level_m_s),
@@ -319,7 +319,7 @@ def _transition_row(row: Transition) -> list[str]:
     ]
 
 
-def _passage(told: ControlComparison, one: Passage) -> Panel:
+def _passage(one: Passage) -> Panel:
     x = numbers(one.time_s)
     free, main = one.speed_m_s["free"], one.speed_m_s["main"]
     data = [

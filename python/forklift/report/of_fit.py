@@ -14,9 +14,9 @@ from forklift.report import charts, heat, page, parameters
 from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, Section, Table
 from forklift.report.fits import every_fit, operating_points, short
 from forklift.report.provenance import provenance
-from forklift.report.tables import mean_square, percent
+from forklift.report.tables import percent
 from forklift.report.traces import BAND, HOW_TO_READ, place, replays
-from forklift.report.words import GLOSSARY, NOISE, PARAMETERS, capital, number
+from forklift.report.words import GLOSSARY, NOISE, PARAMETERS, capital, mean_square, number
 
 if TYPE_CHECKING:
     from forklift.fitting.fit import Fit

@@ -10,6 +10,7 @@ import numpy as np
 from forklift.base.typeset import amount, capital, number, printed
 from forklift.ensemble.quantities import distribution, quantity
 from forklift.ensemble.tables import signals, tick_s, verdicts
+from forklift.recordings.channels import commanded
 from forklift.report import page
 from forklift.report.blocks import Code, Fact, Figure, Page, Panel, Section, Table, Text
 from forklift.report.traces import MOST_POINTS, decimate, numbers
@@ -314,7 +315,7 @@ def _worst(sweep: Sweep, trajectories: list[Trajectory]) -> Section | None:
         Table("The least margins", head, rows, [True, False, False, *(True for _ in [*vary, 0])])
     ]
     if trajectories:
-        lifts = ("free", "main") if sweep.specification.lifts == "both" else (sweep.specification.lifts,)
+        lifts = commanded(sweep.specification.lifts)
         panels = [_trajectory(one, lift) for one in trajectories for lift in lifts]
         note = (
             "The forks' true lowering speed and the true pressure, not what the sensors read. Dotted: the "

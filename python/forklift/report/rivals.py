@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from forklift.report import charts, words
 from forklift.report.blocks import Bars, Table
-from forklift.report.tables import mean_square
+from forklift.report.words import mean_square
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause

@@ -16,6 +16,7 @@ from rich.table import Table
 
 from forklift.base.sheet import Listing
 from forklift.base.typeset import capital
+from forklift.report.words import mean_square
 
 if TYPE_CHECKING:
     from forklift.fitting.compare import Comparison
@@ -151,10 +152,6 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
     ]
 
 
-IDENTIFIABLE = {"yes": "yes", "together": "together", "no": "no"}
-"""By the column ``told`` of `Fit.parameters`: alone, with others only, or from the prior alone."""
-
-
 def fit_tables(fit: Fit) -> list[Table]:
     """The tables of a fit: parameters of each part, each headline, and what is left of every signal."""
     tables = [parameters_table(fit, part) for part in parts_of(fit)]
@@ -182,7 +179,7 @@ def parameters_titled(fit: Fit, part: str | None) -> str:
 def known(row: Mapping[str, Any]) -> str:
     """How a parameter is known."""
     biased = ", biased" if row["widening"] > 1.0 and row["told"] != "no" else ""
-    return f"{IDENTIFIABLE[row['told']]}{biased}"
+    return f"{row['told']}{biased}"
 
 
 def parameters_table(fit: Fit, part: str | None) -> Table:
@@ -257,11 +254,6 @@ def _table(title: str, names: Sequence[str], rows: Iterable[Sequence[str]]) -> T
     for row in rows:
         table.add_row(*map(escape, row))
     return table
-
-
-def mean_square(value: float) -> str:
-    """A mean square in units of noise, as a table shows it: hundreds without decimals."""
-    return f"{value:.2f}" if value < 100.0 else f"{value:.0f}"
 
 
 def percent(value: float | None) -> str:

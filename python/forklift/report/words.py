@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from forklift.base.typeset import amount as amount
 from forklift.base.typeset import capital as capital
 from forklift.base.typeset import drawn as drawn
 from forklift.base.typeset import number as number
 from forklift.base.typeset import printed as printed
-from forklift.base.typeset import prose as prose
 from forklift.base.typeset import size as size
 from forklift.base.typeset import spans as spans
 from forklift.base.typeset import stretches as stretches
@@ -100,16 +98,16 @@ def noise_power(error: float, sensor: Sensor | None) -> float | None:
 def left_over(judged: Sequence[ChannelResidual]) -> str:
     """What a signal leaves over by one model after another; what implausible conditions cost said apart."""
     squares = [one.mean_square - one.strain / one.samples for one in judged]
-    said = (
-        f"left over {' → '.join(map(_square, squares))} times, with parameters moved within their uncertainty"
-    )
+    said = " → ".join(map(mean_square, squares))
+    said = f"left over {said} times, with parameters moved within their uncertainty"
     if any(one.strain for one in judged):
-        costs = [_square(one.strain / one.samples) for one in judged]
+        costs = [mean_square(one.strain / one.samples) for one in judged]
         said += f", and {' → '.join(costs)} for conditions further from those entered than is plausible"
     return said
 
 
-def _square(value: float) -> str:
+def mean_square(value: float) -> str:
+    """A mean square in units of noise, as a table shows it: hundreds without decimals."""
     return f"{value:.2f}" if value < 100.0 else f"{value:.0f}"
 
 

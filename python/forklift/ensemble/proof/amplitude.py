@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forklift import _core
 from forklift.ensemble.proof import kinds
@@ -21,7 +20,6 @@ from forklift.ensemble.proof.truth import effects, others, run, sensors, strange
 from forklift.ensemble.proof.truth.model import Law
 from forklift.ensemble.proof.truth.truck import LIFTS, Lift
 
-Floats = NDArray[np.float64]
 Trucks = tuple[Lift, Lift]
 
 ROUGH = 1e-5
@@ -77,7 +75,7 @@ CENTRES = {"free": (0.45, 0.8), "main": (1.4, 1.8), "both": (0.5, 0.75)}
 """Places that a lift comes by [m]."""
 
 
-def probes(given: Draw, conditions: Sequence[run.Condition]) -> list[int]:
+def probes(given: Draw) -> list[int]:
     """A few recordings that differ most in load and temperature, the commanded lifts all among them."""
     plans, chosen = given.plans, [0]
     where = np.array([[one.load_kg / 500.0, one.temperature_degc / 15.0] for one in plans])
@@ -133,7 +131,7 @@ def found_for(
 ) -> tuple[Law, float, float]:
     """The law whose size is `wanted`, its amplitude, and the size it has; capped at what is plausible, and at
     what makes no truck chatter or run away in any recording, with the laws `beside` it."""
-    chosen = probes(given, conditions)
+    chosen = probes(given)
     plain = [beginning(conditions[n], probe_ticks(name, conditions[n])) for n in chosen]
     moved = [given.plans[n].lift for n in chosen]
     top = most(name)

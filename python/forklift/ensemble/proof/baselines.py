@@ -20,14 +20,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from forklift.base.arrays import Floats
 from forklift.ensemble.proof.kinds import EQUATIONS
 from forklift.ensemble.proof.truth.sensors import COUNT_M, PRESSURE_NOISE_PA
 from forklift.ensemble.proof.truth.truck import LIFTS
 
-Floats = NDArray[np.float64]
 METHODS = ("largest residual", "criterion", "sparse", "regimes")
 
 ABOVE = 1.2

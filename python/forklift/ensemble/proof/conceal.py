@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.ensemble.proof import kinds
 from forklift.ensemble.proof.amplitude import found_for
 from forklift.ensemble.proof.draw import Draw, Plan
@@ -20,8 +20,6 @@ from forklift.ensemble.proof.random import Purpose, stream
 from forklift.ensemble.proof.truth import drive, run, sensors
 from forklift.ensemble.proof.truth.model import Law
 from forklift.ensemble.proof.truth.truck import LIFTS, scattered
-
-Floats = NDArray[np.float64]
 
 TOLERANCE = 3e-6
 """Of the recorded runs; between it and 1e-6 they part by less than a hundredth of the sensors' noise."""
@@ -54,7 +52,7 @@ def conceal(given: Draw, folder: Path, *, judge_hidden: bool = True) -> Made:
     tick_s = run.TICK_S * given.nuisances.tick
     trucks = scattered(stream(given.seed, given.number, Purpose.TRUCK), scatter=_scatter(given))
     random = stream(given.seed, given.number, Purpose.SIZE)
-    recorded, conditions = _conditions(given, tick_s)
+    recorded, conditions = _conditions(given)
     laws: list[Law] = []
     causes: list[dict[str, Any]] = []
     seen = sensors.Sensors(
@@ -144,7 +142,7 @@ def _where(given: Draw, name: str, random: np.random.Generator) -> str:
     return given.lift if given.lift in LIFTS else chosen
 
 
-def _conditions(given: Draw, tick_s: float) -> tuple[list[Floats], list[run.Condition]]:
+def _conditions(given: Draw) -> tuple[list[Floats], list[run.Condition]]:
     """Commands as recorded, (2, n) [A], and conditions with the dither on top."""
     random = stream(given.seed, given.number, Purpose.COMMANDS)
     recorded, conditions = [], []

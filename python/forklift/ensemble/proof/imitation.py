@@ -23,8 +23,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forklift.base.arrays import Floats
 from forklift.ensemble.proof.amplitude import beginning, probe_ticks, probes
 from forklift.ensemble.proof.draw import Draw
 from forklift.ensemble.proof.ends import lifts_of
@@ -32,7 +32,6 @@ from forklift.ensemble.proof.truth import run, sensors
 from forklift.ensemble.proof.truth.model import Law
 from forklift.ensemble.proof.truth.truck import ESTIMATED, LIFTS, Lift
 
-Floats = NDArray[np.float64]
 Trucks = tuple[Lift, Lift]
 
 HIDDEN = 20.0
@@ -132,7 +131,7 @@ def _shown(
         for without, with_it in pairs
     ]
     squares = [float(one @ one) for one in changes]
-    shown, most = probes(given, true), int(np.argmax(squares))
+    shown, most = probes(given), int(np.argmax(squares))
     if squares[most] > sum(squares[n] for n in shown):
         shown.append(most)
     return shown, sum(squares)

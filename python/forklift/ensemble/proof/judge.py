@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from forklift.base.arrays import Floats
+
 Answer = Mapping[str, Any]
 Told = Mapping[str, Any]
 Place = tuple[str | None, str | None]

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forklift.base import output
+from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.ensemble.proof import baselines, kinds
 from forklift.ensemble.proof.apart import conceal_apart
@@ -32,8 +32,6 @@ from forklift.ensemble.proof.random import DEVELOPMENT
 from forklift.ensemble.proof.score import score
 from forklift.ensemble.proof.seal import Seal, Sealed
 from forklift.ensemble.proof.tools import check_tools
-
-Floats = NDArray[np.float64]
 
 STOPPED = (130, 143, -signal.SIGINT, -signal.SIGTERM)
 """Status of a diagnosis that Ctrl-C reached too, or that someone ended."""
@@ -70,7 +68,6 @@ class Proof:
         One for each campaign, in order.
     """
 
-    out: Path
     score: dict[str, Any]
     results: list[dict[str, Any]]
 
@@ -312,7 +309,7 @@ def scored(out: Path, seed: int | None, numbers: list[int] | None = None, only: 
     }
     found = head | found
     output.write_text(out / SCORE, json.dumps(found, indent=1, ensure_ascii=False) + "\n")
-    return Proof(out, found, results)
+    return Proof(found, results)
 
 
 def line(result: Mapping[str, Any]) -> str:
@@ -400,7 +397,7 @@ def _keep(
     answer: Mapping[str, Any],
     truth: Mapping[str, Mapping[str, Floats]],
 ) -> None:
-    """Everything of a campaign, for a look at what went wrong; in the layout that `scored_open` reads."""
+    """Everything of a campaign, for a look at what went wrong."""
     shutil.rmtree(place, ignore_errors=True)
     shutil.copytree(folder, place / "campaign")
     if found.exists():

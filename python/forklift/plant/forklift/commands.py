@@ -25,7 +25,7 @@ from forklift import _core
 from forklift.base import arguments, output
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.recordings.channels import LIFTS, Lifts, commanded
+from forklift.recordings.channels import LIFTS, REQUIRED, Lifts, commanded
 from forklift.recordings.formats import csv
 from forklift.recordings.formats.signals import Place
 
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
 Steps = NDArray[np.int64]
 
-COLUMNS = ("time_s", "current_free_a", "current_main_a")
 
 SAMPLE_RATE_HZ = 50.0
 """Section 3.5."""
@@ -225,7 +224,7 @@ class Command:
     current_main_a: Floats
 
     def __post_init__(self) -> None:
-        for name in COLUMNS:
+        for name in REQUIRED:
             column = np.array(_floats(getattr(self, name)))
             column.flags.writeable = False
             object.__setattr__(self, name, column)
@@ -287,7 +286,7 @@ class Command:
             raise place.error(
                 "command-malformed", f"there are {len(time)} samples; a command needs two at least"
             )
-        return cls(*(columns[name] for name in COLUMNS))
+        return cls(*(columns[name] for name in REQUIRED))
 
     def write(self, path: str | Path) -> Path:
         """Write the CSV file that `Command.read` reads back equal; whole or not at all."""
@@ -305,7 +304,7 @@ class Command:
         """The three columns as a `polars.DataFrame`."""
         import polars as pl
 
-        return pl.DataFrame({name: getattr(self, name) for name in COLUMNS})
+        return pl.DataFrame({name: getattr(self, name) for name in REQUIRED})
 
     @property
     def currents(self) -> Floats:
@@ -314,11 +313,11 @@ class Command:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Command) and all(
-            np.array_equal(getattr(self, name), getattr(other, name)) for name in COLUMNS
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in REQUIRED
         )
 
     def __hash__(self) -> int:
-        return hash(tuple(getattr(self, name).tobytes() for name in COLUMNS))
+        return hash(tuple(getattr(self, name).tobytes() for name in REQUIRED))
 
     def __repr__(self) -> str:
         return (
@@ -327,7 +326,7 @@ class Command:
         )
 
     def _problem(self) -> tuple[str, dict[str, Any]] | None:
-        for name in COLUMNS:
+        for name in REQUIRED:
             column = getattr(self, name)
             if column.shape != self.time_s.shape or column.ndim != 1 or len(column) < 2:
                 what = (
@@ -352,10 +351,10 @@ def _columns(path: Path) -> tuple[dict[str, Floats], NDArray[np.int64] | None]:
     place = Place(str(path), str(path))
 
     def all_of_them(names: Sequence[str]) -> list[str]:
-        if sorted(names) != sorted(COLUMNS):
+        if sorted(names) != sorted(REQUIRED):
             raise place.error(
                 "command-malformed",
-                f"the columns are {', '.join(names)}; a command has {', '.join(COLUMNS)} and no other",
+                f"the columns are {', '.join(names)}; a command has {', '.join(REQUIRED)} and no other",
                 line=1,
                 found=list(names),
             )

@@ -16,13 +16,13 @@ from forklift.base import arguments, output
 from forklift.base.arrays import Floats
 from forklift.base.cell import Cell, Celled
 from forklift.base.errors import ForkliftError
-from forklift.base.numbers import amount
+from forklift.base.numbers import amount, defined
 from forklift.base.plotted import Line, Plotted
 from forklift.base.sheet import Curve, Curves, Listing, Sheet, Sheeted
-from forklift.plant.forklift.commands import COLUMNS, Command
+from forklift.plant.forklift.commands import Command
 from forklift.plant.forklift.tables import outputs, states
 from forklift.plant.forklift.truck import Truck, truck_of
-from forklift.recordings.channels import LIFTS, Lifts, channels, table
+from forklift.recordings.channels import COMMANDS, LIFTS, Lifts, channels, table
 from forklift.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -125,9 +125,7 @@ class Simulation(Sheeted, Celled, Plotted):
             ``"format-unknown"`` for another suffix, ``"not-writable"``.
         """
         output.check_suffix(path, FORMATS)
-        table = self.to_polars(with_states=with_states)
-        put = table.write_csv if Path(path).suffix.lower() == ".csv" else table.write_parquet
-        return output.write_file(path, lambda temporary: put(temporary))
+        return output.write_table(path, self.to_polars(with_states=with_states))
 
     def to_dict(self) -> dict[str, Any]:
         """Conditions, statistics and for each output its last, least and greatest value, for JSON."""
@@ -145,9 +143,9 @@ class Simulation(Sheeted, Celled, Plotted):
             "outputs": {
                 name: {
                     "unit": spec["unit"],
-                    "last": _json(self[name][-1]),
-                    "least": _json(self[name].min()),
-                    "greatest": _json(self[name].max()),
+                    "last": defined(float(self[name][-1])),
+                    "least": defined(float(self[name].min())),
+                    "greatest": defined(float(self[name].max())),
                 }
                 for name, spec in outputs().items()
             },
@@ -243,7 +241,7 @@ class Simulation(Sheeted, Celled, Plotted):
         """Currents and oil temperature at the simulation's times."""
         held = np.searchsorted(self.command.time_s, self.time_s, side="right") - 1
         return {
-            **{name: getattr(self.command, name)[held] for name in COLUMNS[1:]},
+            **{name: getattr(self.command, name)[held] for name in COMMANDS},
             "oil_temperature_degc": self.oil_temperature_degc[held],
         }
 
@@ -521,7 +519,3 @@ def _column(name: str, values: Any) -> Floats:
             f"argument {name} is {values!r}; it must be a number or an array of numbers",
             name=name,
         ) from None
-
-
-def _json(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -160,9 +160,7 @@ class Truck(Listed, Celled):
         for name, value in self.values.items():
             lift, _, rest = name.partition(".")
             own, column = (rest, lift) if lift in LIFTS else (name, "both")
-            rows.setdefault(own, {})[column] = " ".join(
-                f"{one:.6g}" for one in (value if isinstance(value, tuple) else (value,))
-            )
+            rows.setdefault(own, {})[column] = _shown(value)
             units[own] = parameters()[name]["unit"]
         said = f"Truck “{self.name}” ({self.origin}, SHA-256 {self.sha256[:12]})"
         more = f" with {', '.join(self.effects)}" if self.effects else ", the thesis's model"

@@ -7,9 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Lift = dict[str, Any]
 """A lift's values by the letters of the thesis: floats, and the arrays ``current`` and ``area``."""
 
