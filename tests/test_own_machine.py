@@ -92,6 +92,19 @@ def test_python_takes_the_plant_and_its_folder_in_either_order(bench):
         (["simulate", "--machine", "MOTOR", "--command", "CSV", "--values", "MOTOR"], "no parameters.json"),
         (["simulate", "--load", "5"], "missing option --temperature"),
         (["simulate", "--machine", "MOTOR", "--command", "CSV", "--load", "5"], "--load is of a truck"),
+        (
+            ["simulate", "--machine", "MOTOR", "--command", "CSV", "--truck", "thesis"],
+            "--truck is of a truck",
+        ),
+        (["simulate", "--machine", "MOTOR", "--command", "CSV", "--seed", "1"], "--seed is of a truck"),
+        (["compare", "BENCH", "--machine", "MOTOR", "--truck", "thesis"], "--truck is of a truck"),
+        (["diagnose", "BENCH", "--machine", "MOTOR", "--truck", "mine.toml", "--out", "x"], "--truck is of"),
+        (
+            ["fit", "BENCH", "--machine", "MOTOR", "--truck", "mine.toml", "--out", "x"],
+            "--truck is of a truck",
+        ),
+        (["info", "thesis", "--write", "x.toml"], "--write is of a log"),
+        (["info", "--dbc", "x.dbc"], "--dbc is of a log"),
         (["simulate", "--load", "5", "--temperature", "40", "--values", "MOTOR"], "name it by --machine"),
     ],
 )

@@ -16,7 +16,7 @@ EXAMPLE = "Example: forklift compare campaign --truck thesis --out result"
 
 def compare(
     campaign: Annotated[Path, typer.Argument(help="The campaign's folder, with its campaign.toml.")],
-    truck: TruckName = "thesis",
+    truck: TruckName = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", help="Folder to write predictions, fit.csv, compare.json and report.html to."),

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from forklift.app.options import Json, LiftName, TruckName
+from forklift.app.options import THESIS, Json, LiftName, TruckName
 from forklift.app.terminal import busy, print_json, print_tables, say_findings, say_written
 from forklift.base.errors import ForkliftError
 from forklift.recordings import units
@@ -68,7 +68,7 @@ def convert(
         list[str] | None, typer.Option("--ignore", help="A column to pass over; may be repeated.")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier campaign.")] = False,
-    truck: TruckName = "thesis",
+    truck: TruckName = None,
     as_json: Json = False,
 ) -> None:
     """Turn recordings of any format and unit into a campaign of CSV files in SI units.
@@ -92,7 +92,7 @@ def convert(
             f"--channel and --channels {channels} both map names; give one of them",
             name="channel",
         )
-    compared = Truck.read(truck)
+    compared = Truck.read(truck or THESIS)
     with busy("Reading and checking"):
         campaign = verb(
             source if len(source) > 1 else source[0],

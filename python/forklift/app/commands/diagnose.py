@@ -23,7 +23,7 @@ def diagnose(
             "--out", help="Folder to write report.html, truck.toml, diagnosis.json and predictions to."
         ),
     ],
-    truck: TruckName = "thesis",
+    truck: TruckName = None,
     temperature: Annotated[
         float | None, typer.Option("--temperature", help="Oil temperature [°C] of recordings without one.")
     ] = None,

@@ -20,7 +20,7 @@ def fit(
     out: Annotated[
         Path, typer.Option("--out", help="Folder to write truck.toml, report.html, fit.json and tables to.")
     ],
-    truck: TruckName = "thesis",
+    truck: TruckName = None,
     starts: Annotated[
         int | None,
         typer.Option("--starts", min=1, help="Searches; else one, and three if that leaves something over."),

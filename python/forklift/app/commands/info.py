@@ -10,6 +10,7 @@ import typer
 
 from forklift.app.options import Json
 from forklift.app.terminal import print_json, print_tables, say_written
+from forklift.base.errors import ForkliftError
 from forklift.recordings.channels import channels as known_channels
 
 EXAMPLE = "Example: forklift info thesis"
@@ -35,6 +36,14 @@ def info(
     from forklift.recordings.formats import SUFFIXES
     from forklift.report import tables
 
+    log = what is not None and Path(what).suffix.lower() in SUFFIXES and not Path(what).is_dir()
+    for name, value in (("--dbc", dbc), ("--write", write)):
+        if value and not log:
+            raise ForkliftError(
+                "option-not-wanted",
+                f"{name} is of a log, as recorded; leave the option out, or name a log's file",
+                name=name,
+            )
     if what is None:
         print_json(_about()) if as_json else _print_about()
     elif Path(what).is_dir() or Path(what).name == "campaign.toml":
@@ -42,22 +51,22 @@ def info(
 
         campaign = Campaign.read(what)
         print_json(campaign.to_dict()) if as_json else print_tables(tables.campaign_table(campaign))
-    elif Path(what).suffix.lower() in SUFFIXES:
+    elif log:
         from forklift.base import output, toml
         from forklift.recordings.inspect import inspect
 
         if write:
             output.check_file(write)
             output.check_suffix(write, (".toml",))
-        log = inspect(what, dbc=dbc or ())
+        found = inspect(what, dbc=dbc or ())
         head = f"dbc = {toml.written([os.path.abspath(one) for one in dbc])}\n\n" if dbc else ""
         if write:
-            output.write_text(write, head + log.mapping())
+            output.write_text(write, head + found.mapping())
         if as_json:
-            print_json(log.to_dict() | {"written": [str(write)] if write else []})
+            print_json(found.to_dict() | {"written": [str(write)] if write else []})
             return
-        print_tables(tables.log_table(log))
-        typer.echo(log.mapping())
+        print_tables(tables.log_table(found))
+        typer.echo(found.mapping())
         if write:
             say_written(write)
     else:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from forklift.app.options import Json, LiftName, Machine, TruckName
+from forklift.app.options import THESIS, Json, LiftName, Machine, TruckName, not_beside
 from forklift.app.terminal import busy, print_json, print_tables, say_written
 from forklift.base.errors import ForkliftError
 
@@ -25,6 +25,8 @@ EXAMPLE = (
 
 PAGES = (".html",)
 """Suffixes of a page."""
+SEED, DURATION_S = 1, 12.0
+"""Of a generated command, unless told."""
 
 
 class _Solver(StrEnum):
@@ -38,9 +40,13 @@ def simulate(
         float | None, typer.Option("--temperature", help="Of a truck: oil temperature in the tank [°C].")
     ] = None,
     lift: Annotated[
-        LiftName,
-        typer.Option("--lift", help="The lifts to simulate, and to move if the command is generated."),
-    ] = LiftName.BOTH,
+        LiftName | None,
+        typer.Option(
+            "--lift",
+            help="The lifts to simulate, and to move if the command is generated.",
+            show_default=LiftName.BOTH.value,
+        ),
+    ] = None,
     command: Annotated[
         str,
         typer.Option(
@@ -49,11 +55,18 @@ def simulate(
             "of your own, a file with its inputs.",
         ),
     ] = "prms",
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of a generated prms.")] = 1,
+    seed: Annotated[
+        int | None, typer.Option("--seed", min=0, help="Seed of a generated prms.", show_default=str(SEED))
+    ] = None,
     duration: Annotated[
-        float, typer.Option("--duration", help="Length of a generated command [s], an hour at most.")
-    ] = 12.0,
-    truck: TruckName = "thesis",
+        float | None,
+        typer.Option(
+            "--duration",
+            help="Length of a generated command [s], an hour at most.",
+            show_default=str(DURATION_S),
+        ),
+    ] = None,
+    truck: TruckName = None,
     machine: Machine = None,
     values: Annotated[
         Path | None,
@@ -81,21 +94,10 @@ def simulate(
         if path:
             output.check_file(path)
             output.check_suffix(path, suffixes)
-    trucks = {
-        "--load": load,
-        "--temperature": temperature,
-        "--states": with_states or None,
-        "--solver": solver,
-        "--tolerance": tolerance,
-        "--substeps": substeps,
-    }
-    given = [name for name, value in trucks.items() if value is not None]
-    if machine and given:
-        raise ForkliftError(
-            "option-not-wanted",
-            f"{given[0]} is of a truck, and {machine} is a machine of your own; leave the option out",
-            name=given[0],
-        )
+    if machine:
+        trucks = {"load": load, "temperature": temperature, "states": with_states or None, "solver": solver}
+        trucks |= {"tolerance": tolerance, "substeps": substeps}
+        not_beside(machine, **trucks, truck=truck, lift=lift, seed=seed, duration=duration)
     if values and not machine:
         raise ForkliftError(
             "option-not-wanted",
@@ -113,8 +115,10 @@ def simulate(
             "name a machine of your own by --machine",
             name=missing,
         )
-    chosen = Truck.read(truck)
-    commanded = _command(command, lift.value, seed, duration)
+    chosen, lift = Truck.read(truck or THESIS), lift or LiftName.BOTH
+    commanded = _command(
+        command, lift.value, SEED if seed is None else seed, DURATION_S if duration is None else duration
+    )
     with busy("Simulating"):
         result = verb(
             chosen,
