@@ -20,6 +20,7 @@ from forklift.base import output, present
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import all_defined
+from forklift.base.result_files import PAGE
 from forklift.control import transition
 from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
 from forklift.control.controller import Controller, shipped
@@ -41,7 +42,7 @@ SIGNALS = (1, 2)
 """Those of the NRMSE and of the swing."""
 STEADY, TOP = 3, 4
 """Those of the steady error and of the highest speed."""
-FILES = ("report.html", "compare.json", "compare.txt")
+FILES = (PAGE, "compare.json", "compare.txt")
 
 MEASURED = {
     ("free", 20, 0): ((71.29, 77.84), (70.15, 72.80)),

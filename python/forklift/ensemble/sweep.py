@@ -15,6 +15,7 @@ from forklift import __version__
 from forklift.base import output
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import defined
+from forklift.base.result_files import PAGE
 from forklift.control.controller import Controller
 from forklift.ensemble import chunks, specification
 from forklift.ensemble.controllers import of_data, to_data
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 MARK = "sweep.json"
 """The file that makes a folder a sweep's."""
-RESULT, PAGE = "result.json", "report.html"
+RESULT = "result.json"
 FILES = (MARK, RESULT, PAGE)
 
 

@@ -22,13 +22,14 @@ def demo(
     """Record a truck that conceals something, and find it: locate, name, model, improve."""
     from forklift.app.demo import RECORDINGS
     from forklift.app.demo import demo as verb
+    from forklift.base.result_files import PAGE
 
     with counting("Recording and replaying", 2 * len(RECORDINGS)) as step, telling() as told:
         found = verb(out, progress=step, say=told)
     if as_json:
         print_json(found.to_dict())
         return
-    campaign, page = out / "campaign", out / "compare" / "report.html"
+    campaign, page = out / "campaign", out / "compare" / PAGE
     truth = out / "truth.toml"
     typer.echo(f"{campaign} holds {len(RECORDINGS)} recordings of a simulated truck, {truth}.")
     typer.echo(f"How far the thesis's truck is from them: look at {page} in a browser.")

@@ -42,6 +42,7 @@ def prove(
 ) -> None:
     """Prove the diagnosis on sealed campaigns of an independent plant with concealed physics."""
     from forklift.base import output
+    from forklift.base.result_files import PAGE
     from forklift.ensemble.proof import open as opened
     from forklift.ensemble.proof import prove as proof
     from forklift.ensemble.proof import sensitivity as bounds
@@ -60,7 +61,7 @@ def prove(
         found = proof.prove(
             seed, campaigns, out, only=only, jobs=jobs, keep=keep, limit_s=limit, progress=say
         )
-    page = output.write_text(out / proof.PAGE, proof_page(found))
+    page = output.write_text(out / PAGE, proof_page(found))
     if as_json:
         print_json(found.score)
     else:

@@ -29,7 +29,7 @@ def sweep(
 ) -> None:
     """Lower thousands of varied trucks and tell how many fail what is asked, where, and how surely."""
     from forklift.base import output, present
-    from forklift.ensemble.sweep import PAGE
+    from forklift.base.result_files import PAGE
     from forklift.ensemble.sweep import sweep as verb
 
     with sweeping() as progress:

@@ -37,7 +37,6 @@ STOPPED = (130, 143, -signal.SIGINT, -signal.SIGTERM)
 """Status of a diagnosis that Ctrl-C reached too, or that someone ended."""
 MARK = "proof.json"
 SCORE = "score.json"
-PAGE = "report.html"
 LIMIT_S = 3600.0
 """After which a diagnosis counts as none."""
 KEPT = (
