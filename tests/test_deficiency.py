@@ -1,16 +1,20 @@
 """White noise passes every test at its level, what is planted is found, and shares of the misfit add up."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
+from campaigns import CAMPAIGNS
+from forklift import Campaign
 from forklift.diagnosis.deficiency import autoregression, deficiency, holm, quadratic
 from forklift.diagnosis.misfit import band_names, shares
 from forklift.fitting.residuals import ChannelResidual, ljung_box
 from forklift.plant.forklift.covariates import covariates
 from forklift.plant.forklift.phases import PHASES, of_recording, phases
+from forklift.plant.forklift.sensors import sensors
 from test_diagnosis import diagnosed
 
 N, RATE = 400, 50.0
@@ -121,6 +125,22 @@ def checked(found, refit):
     sensors = {seen.sensor.channel: seen.sensor for seen in refit.found.problem.samples[0].observed}
     columns = covariates(found.recordings, refit.judged, sensors)
     return deficiency(refit.judged, columns, {name for name, one in sensors.items() if one.count})
+
+
+def test_a_recording_without_an_encoder_has_the_same_columns():
+    recordings = list(Campaign.read(CAMPAIGNS / "null").recordings[:3])
+    lacking = {name: one for name, one in recordings[0].channels.items() if "position_main" not in name}
+    recordings[0] = replace(recordings[0], channels=lacking)
+    left = [
+        judged(np.zeros(len(one)), name, one.file)
+        for one in recordings
+        for name in ("position_free_m", "position_main_m")
+        if name in one.channels
+    ]
+    found = covariates(recordings, left, sensors(recordings))
+    assert {columns["load"].shape[1] for columns in found.values()} == {3}
+    assert not found[recordings[0].file]["load"][:, 2].any()
+    deficiency(left, found, sensors(recordings))
 
 
 def test_a_complete_truck_passes_and_a_truck_with_something_missing_fails():

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import forklift
 from bent_line import BEND, LINE
 from forklift.base.errors import ForkliftError
 from forklift.diagnosis.criteria import NAMED_RIGHTLY
@@ -17,6 +18,7 @@ from forklift.diagnosis.diagnose import diagnose
 from forklift.fitting import likelihood
 from forklift.fitting.posing import pose
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
+from forklift.plant.hypotheses import hypotheses
 from forklift.plant.machine import NumpyMachine
 from forklift.plant.sensors import sensors
 from forklift.plant.simulate import simulate_plant
@@ -218,12 +220,68 @@ def test_a_censored_sample_tells_that_the_truth_is_beyond():
         ({"states": (State("x", start="free"),)}, "x"),
         ({"effects": (Effect("e", "e", (Param("c", "1", 0.0),), ("nowhere",), lambda *_: {}),)}, "e"),
         ({"effects": (Effect("e", "e", (), ("balance",), lambda *_: {}),)}, "e"),
+        ({"params": (Param("a", "1/s", 0.0, 1.0, 10.0), Param("b", "1/s", 1.0, 0.1, 10.0))}, "a"),
+        ({"params": (Param("a", "1/s", 1.0, 1.0, 1.0), Param("b", "1/s", 1.0, 0.1, 10.0))}, "a"),
     ],
 )
 def test_a_plant_that_cannot_be_is_refused(changed, name):
     with pytest.raises(ForkliftError) as error:
         decay(**changed)
     assert (error.value.code, error.value.name) == ("plant-invalid", name)
+
+
+@pytest.mark.parametrize(
+    "changed", [{"rhs": lambda *_: {}}, {"out": lambda *_: {}}], ids=["no rate of a state", "no output"]
+)
+def test_a_law_that_leaves_something_out_is_told(changed):
+    with pytest.raises(ForkliftError) as error:
+        forklift.compare(decay(**changed), [recording(decay())])
+    assert error.value.code == "plant-invalid"
+
+
+def test_a_start_that_all_recordings_share_is_replayed_at_its_guess_and_may_be_held():
+    plant = decay(states=(State("x", start="free", lower=-5.0, upper=5.0, guess=1.0, shared=True),))
+    recordings = [recording(plant, seed) for seed in (1, 2)]
+    replayed = forklift.compare(plant, recordings)
+    assert replayed.validation("y")["nrmse_percent"].min() > 90.0
+    assert set(forklift.fit(plant, recordings, hold=["x.start"], starts=1).values) == {"a", "b"}
+
+
+def test_a_recording_in_which_nothing_was_measured_is_refused():
+    plant = decay()
+    whole = recording(plant)
+    empty = Recording("empty", whole.time_s, whole.u, {"y": np.full(len(whole.time_s), np.nan)}, "validate")
+    for verb in (forklift.fit, forklift.diagnose):
+        with pytest.raises(ForkliftError) as error:
+            verb(plant, [whole, empty])
+        assert (error.value.code, error.value.file) == ("nothing-measured", "empty")
+
+
+def test_an_offset_is_asked_for_by_recordings_that_have_the_output():
+    plant = decay()
+    whole = recording(plant)
+    empty = Recording("empty", whole.time_s, whole.u, {"y": np.full(len(whole.time_s), np.nan)})
+    bounds = [
+        {one.id: one.addition.free[0].upper for one in hypotheses(plant, found) if "offset" in one.id}
+        for found in ([whole, empty], [empty, whole])
+    ]
+    assert bounds[0] == bounds[1]
+    assert all(np.isfinite(list(bounds[0].values())))
+
+
+def test_recordings_are_told_by_names_of_their_own():
+    plant = decay()
+    one, other = recording(plant, 1), recording(plant, 2)
+    for given, code in (
+        ([one, replace(other, file=one.file)], "recording-repeated"),
+        ([one, replace(other, file="../r2")], "argument-invalid"),
+        ([one, replace(other, file="/r2")], "argument-invalid"),
+        ([one, replace(other, file="")], "argument-invalid"),
+        (["a.csv"], "argument-invalid"),
+    ):
+        with pytest.raises(ForkliftError) as error:
+            forklift.compare(plant, given)
+        assert error.value.code == code
 
 
 def test_a_recording_that_cannot_be_is_refused():

@@ -155,6 +155,11 @@ def test_a_restart_leaves_no_sample_out():
         pieces = NumpyMachine(plant).pieces(one)
         assert sum(len(piece) for piece in pieces) == count
         assert min(len(piece) for piece in pieces) > 1
+    sparse = np.r_[np.linspace(0.0, 3.0, 31), np.linspace(30.0, 33.0, 31)]
+    for time, horizon in ((np.linspace(0.0, 3.0, 31), 0.05), (sparse, 1.0)):
+        one = Recording("r", time, {"u": np.zeros(len(time))}, {"y": np.zeros(len(time))})
+        machine = NumpyMachine(decay(states=(State("x", start="y"),), score="restart", horizon_s=horizon))
+        assert sum(len(piece) for piece in machine.pieces(one)) == len(time)
 
 
 def test_an_effect_that_is_not_there_is_refused_and_a_state_starts_within_its_bounds():

@@ -92,6 +92,11 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
+def counted(count: int, what: str) -> str:
+    """So many of a noun whose plural ends with s."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
 def prose(text: str) -> str:
     """A clause of the engine's as a sentence."""
     text = capital(text.replace(" degC", " °C"))

@@ -20,6 +20,7 @@ import numpy as np
 
 from forklift.base.threads import on_one_thread, one_thread
 from forklift.diagnosis.criteria import FORETOLD
+from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import FINE, SETTLING, Refitter
 from forklift.fitting.interface import Problem
@@ -90,10 +91,13 @@ class GroupFold:
 def group_folds(refitter: Refitter, baseline: Refit, final: Refit) -> tuple[GroupFold, ...]:
     """Every group of the recordings, if there are two at least."""
     groups = list(dict.fromkeys(sample.recording.group for sample in refitter.everyone.samples))
-    if len(groups) < FEWEST or not final.hypotheses:
+    # A condition that is off in each recording by itself says nothing of another group's.
+    laws = [one for one in final.hypotheses if one.amplitude is not None or not one.addition.widened]
+    if len(groups) < FEWEST or not laws:
         return ()
     # Of all others something must be left to fit to.
-    told = [group for group in groups if _over(final.found.problem, refitter, group, inside=False).samples]
+    whole = final.found.problem
+    told = [group for group in groups if _over(whole, refitter, final, group, inside=False).samples]
     return tuple(_one(refitter, baseline, final, group) for group in told)
 
 
@@ -119,7 +123,9 @@ def _untold(refitter: Refitter, baseline: Refit, group: str) -> float:
     that the others tell it."""
     noise = {name: sensor.noise for name, sensor in refitter.sensors.items()}
     problem = baseline.found.problem
-    rest, here = (_over(problem, refitter, group, inside=inside).weighted(noise) for inside in (False, True))
+    rest, here = (
+        _over(problem, refitter, baseline, group, inside=inside).weighted(noise) for inside in (False, True)
+    )
     covariance = covariance_at_noise(rest, rest.at(baseline.found.x), refitter.sensors)
     at, shared = here.at(baseline.found.x), len(problem.unknowns)
     _, jacobian = here.compressed(at)
@@ -132,9 +138,9 @@ def _untold(refitter: Refitter, baseline: Refit, group: str) -> float:
 
 def _without(refitter: Refitter, refit: Refit, group: str, stages: tuple[Stage, ...]) -> tuple[float, Found]:
     """What is left over of the group with all parameters fitted to the others, and that fit."""
-    rest = _over(refit.found.problem, refitter, group, inside=False)
+    rest = _over(refit.found.problem, refitter, refit, group, inside=False)
     found = refitter.search(rest, rest.at(refit.found.x), stages)
-    here = _over(found.problem, refitter, group, inside=True)
+    here = _over(found.problem, refitter, refit, group, inside=True)
     return _mean_square(here, here.at(found.x), refitter), found
 
 
@@ -146,7 +152,7 @@ def outlying_groups(groups: Sequence[GroupFold]) -> tuple[str, ...]:
 
 def _alone(refitter: Refitter, final: Refit, group: str) -> float:
     """What is left over of the group's held-out recordings with all parameters fitted to its others."""
-    here = _over(final.found.problem, refitter, group, inside=True)
+    here = _over(final.found.problem, refitter, final, group, inside=True)
     fitted = [one for one in here.samples if one.recording.role == "estimate"] or list(here.samples)
     judged = [one for one in here.samples if one.recording.role == "validate"] or list(here.samples)
     own = here.over(fitted)
@@ -155,12 +161,13 @@ def _alone(refitter: Refitter, final: Refit, group: str) -> float:
     return _mean_square(seen, seen.at(found.x), refitter)
 
 
-def _over(problem: Problem, refitter: Refitter, group: str, *, inside: bool) -> Problem:
-    """The problem over the group, or over what may be fitted of all others."""
+def _over(problem: Problem, refitter: Refitter, refit: Refit, group: str, *, inside: bool) -> Problem:
+    """The problem over the group, or over what may be fitted of all others; with what `refit` doubts of their
+    conditions."""
     own = {sample.recording.file: sample for sample in problem.samples}
     samples = [
         own.get(sample.recording.file, sample)
-        for sample in refitter.everyone.samples
+        for sample in with_hypotheses(refitter.everyone, refit.hypotheses).samples
         if (sample.recording.group == group) == inside and (inside or sample.recording.role == "estimate")
     ]
     return problem.over(samples)

@@ -181,12 +181,12 @@ def tell(refit: Refit, what: Hypothesis | str, candidates: Sequence[Candidate]) 
         rival = _Rival(_label(refit), asked, _root(covariance))
         noise = _noise([asked])
         possible = [k for k, said in enumerate(_values(rival, candidates)) if said is not None]
+        if not possible:
+            return Proposal(None, f"no candidate can be simulated with {name}")
         predicted, at = rival.predicted([candidates[k].sample for k in possible])
         place = names.index(name)
         after = [_deviation(run, rival.root, noise, place) for run in _linearised(predicted, at)]
     before = float(np.sqrt(covariance[place, place]))
-    if not after:
-        return Proposal(None, f"no candidate can be simulated with {name}")
     best = int(np.argmin(after))
     unknown, chosen = problem.unknowns[place], candidates[possible[best]]
     unit = f" {unknown.unit}" if unknown.unit != "1" else ""

@@ -11,7 +11,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.diagnosis.conditions import offsets
 from forklift.diagnosis.refit import Refit
-from forklift.fitting.intervals import LEVEL, TOLD, ends
+from forklift.fitting.intervals import LEVEL, QUANTILE, TOLD, ends
 from forklift.plant.misread import APART, OF
 from forklift.plant.protocol import Hypothesis
 
@@ -69,6 +69,12 @@ def _deviations(refit: Refit) -> Floats:
         return np.column_stack([each, np.zeros_like(each)])
     known, n = refit.known, len(each)
     return np.column_stack([each * known.looser[:n], np.sqrt(np.diag(known.held)[:n])])
+
+
+def half_widths(refit: Refit) -> Floats:
+    """(unknowns,) half of every interval, in the prior's deviations."""
+    noise, held = _deviations(refit).T
+    return np.asarray(QUANTILE * np.hypot(refit.widening * noise, held))
 
 
 def of_hypothesis(refit: Refit, hypothesis: Hypothesis) -> Iterator[Number]:

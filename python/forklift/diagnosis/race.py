@@ -167,7 +167,7 @@ class Race:
         return [self.refitter.without(idle[0], pair)]
 
     def _slightly(self, best: Refit, entered: Sequence[Screened]) -> list[Refit]:
-        """Beside what leaves little over, at the sensors' own noise; until one explains what is left."""
+        """Beside what leaves little over, at the sensors' own noise."""
         refits: list[Refit] = []
         for screened in entered:
             if self.begins("fitting", screened.hypotheses):

@@ -78,7 +78,7 @@ def sentence(found: Outcome) -> str:
     seen = "".join(f" Besides, {named(found, cause)}." for cause in found.causes)  # if none explains it
     if found.unexplained and found.doubted:
         options = {
-            " and ".join(one.name for one in hypotheses): share
+            " and ".join(_at(found, one) for one in hypotheses): share
             for cause in found.doubted
             for hypotheses, share, _ in [((cause.hypothesis,), cause.credibility, 0.0), *cause.rivals]
             if share >= AS_GOOD

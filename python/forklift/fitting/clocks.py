@@ -98,7 +98,8 @@ def lateness(problem: Problem, x: Floats, covariance: Floats, name: str, wide: f
     square = float(apart @ np.linalg.solve(between, apart))
     if chdtrc(max(len(each) - 1, 1), square) >= BY_CHANCE:
         return Off(mean, mean - QUANTILE * deviation, mean + QUANTILE * deviation)
-    known = each[np.sqrt(np.diag(between)) < TOLD * size_of]
+    told = np.sqrt(np.diag(between)) < TOLD * size_of
+    known = each[told] if told.any() else each
     return Off(mean, float(known.min()), float(known.max()), agree=False)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -278,14 +278,14 @@ def fit(
         0.0,
         {
             **conditions,
-            "hold": [*hold],
-            "also": [*also],
+            "hold": _listed(hold),
+            "also": _listed(also),
             "together": [[*group] for group in together],
             "bounds": {name: [*pair] for name, pair in (bounds or {}).items()},
             "priors": {name: [*pair] for name, pair in (priors or {}).items()},
-            "starts": starts,
-            "profiles": [*profiles],
-            "seed": seed,
+            "starts": None if starts is None else int(starts),
+            "profiles": _listed(profiles),
+            "seed": int(seed),
         },
     )
     drawn: list[Profile] = []
@@ -329,6 +329,11 @@ class _Stop:
         with self.noticed():
             return work()
         return work()
+
+
+def _listed(names: Collection[str]) -> list[str]:
+    """As they were given; a set, which has no order, by name."""
+    return sorted(names) if isinstance(names, Set) else [*names]
 
 
 def _check_numbers(starts: int | None, seed: int) -> None:

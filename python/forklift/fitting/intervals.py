@@ -231,7 +231,7 @@ def _closest(correlation: Floats, first: int) -> int:
 
 
 def _group(unknowns: Sequence[Unknown], covariance: Floats, theta: Floats, members: Sequence[int]) -> Group:
-    """How the members move while the first rises by a tenth of a deviation of its prior."""
+    """How the members move while the first rises by `NUDGE` deviations of its prior."""
     first = members[0]
     by = []
     for k in members:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from forklift.base.errors import ForkliftError
+from forklift.base.typeset import counted
 from forklift.plant.subject import Subject
 from forklift.plant.subjects import is_machine, named, subject
 from forklift.recordings.campaign import FILE, Campaign
@@ -63,7 +64,7 @@ def given(
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"``; those of `Truck.read` and `Campaign.read`.
+        ``"argument-invalid"``, ``"recording-repeated"``; those of `Truck.read` and `Campaign.read`.
     """
     machine, recordings = _read(machine), _read(recordings)
     if isinstance(machine, Campaign) or (is_machine(recordings) and not is_machine(machine)):
@@ -77,7 +78,44 @@ def given(
             " is wanted",
             name="recordings",
         )
+    _check(each)
     return start, tuple(each), _origin(start, recordings, each)
+
+
+def _check(each: Sequence[Any]) -> None:
+    """Recordings, each with a name of its own below a folder: results are written by it.
+
+    Raises
+    ------
+    ForkliftError
+        ``"argument-invalid"``, ``"recording-repeated"``.
+    """
+    for one in each:
+        if not (hasattr(one, "file") and hasattr(one, "sha256")):
+            raise ForkliftError(
+                "argument-invalid",
+                f"recordings holds {type(one).__name__}, where recordings are wanted; read a campaign's "
+                "folder, or make them",
+                name="recordings",
+            )
+    stems: set[str] = set()
+    for one in each:
+        path = PurePosixPath(one.file)
+        if not path.name or path.is_absolute() or ".." in path.parts:
+            raise ForkliftError(
+                "argument-invalid",
+                f"a recording is called {one.file!r}, and results are written by that name; call it by a "
+                "path below a folder",
+                name="recordings",
+                file=one.file,
+            )
+        if one.file in stems:
+            raise ForkliftError(
+                "recording-repeated",
+                f"two recordings are called {one.file!r}, and results are told by that name; rename one",
+                file=one.file,
+            )
+        stems.add(one.file)
 
 
 def _read(one: Any) -> Any:
@@ -96,4 +134,4 @@ def _origin(start: Subject, recordings: Any, each: Sequence[Any]) -> Origin:
     whole = hashlib.sha256("".join(row["sha256"] for row in rows).encode()).hexdigest()
     name = getattr(recordings, "name", start.name)
     facts = {"name": name, "sha256": whole, "recordings": rows}
-    return Origin(name, f"{len(rows)} recordings of {start.name}", facts, folder)
+    return Origin(name, f"{counted(len(rows), 'recording')} of {start.name}", facts, folder)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from forklift.base.arrays import Floats
+from forklift.base.errors import ForkliftError
 from forklift.fitting.problem import LeastSquares
 from forklift.fitting.residuals import LAGS
 from forklift.fitting.sample import Sample, observing
@@ -38,9 +39,17 @@ def pose(
     Raises
     ------
     ForkliftError
-        Whatever the machine's `case` raises.
+        ``"nothing-measured"`` of a recording without a sample; whatever the machine's `case` raises.
     """
     samples = tuple(posed(machine, piece, sensors) for one in recordings for piece in machine.pieces(one))
+    for sample in samples:
+        if not any(len(seen.values) for seen in sample.observed):
+            raise ForkliftError(
+                "nothing-measured",
+                f"{sample.recording.file} has no sample of anything that the model gives, so that nothing "
+                "can be fitted to it or judged on it; take it out",
+                file=sample.recording.file,
+            )
     shortest = min((len(sample.recording) for sample in samples), default=0)
     lags = max(LAGS, int(machine.lag_share * shortest))
     return LeastSquares(machine, tuple(unknowns), samples, substeps, sigma or {}, lags=lags)

@@ -107,8 +107,10 @@ def _left_over(fit: Fitted) -> Iterator[str]:
         bad = [found for found in _of_part(fit, part) if not found.explained]
         if not bad:
             continue
-        excess = {found: found.samples * (found.mean_square - 1.0) for found in bad}
+        excess = {found: found.excess for found in bad}
         total = sum(excess.values())
+        if not total:  # conditions further off than is plausible are all that is left
+            continue
         signals = _shares(bad, excess, lambda found: found.channel)
         where = f" on {fit.machine.words.part(part)}" if part else ""
         said = [f"What is left over{where}: {_listed(signals, total)} by signal"]

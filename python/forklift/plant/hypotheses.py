@@ -97,7 +97,8 @@ def _gain(one: Input | Output) -> Param:
 def _offset(one: Input | Output, columns: Sequence[np.ndarray]) -> Param | None:
     size = one.offset_range
     if size is None:
-        size = FAULT_SHARE * max((float(np.nanmax(c) - np.nanmin(c)) for c in columns), default=0.0)
+        spans = (float(np.nanmax(c) - np.nanmin(c)) for c in columns if np.isfinite(c).any())
+        size = FAULT_SHARE * max(spans, default=0.0)
     return Param("offset", one.unit, 0.0, -MOST * size, MOST * size) if size else None
 
 

@@ -113,9 +113,13 @@ class NumpyMachine:
             return [recording]
         time = recording.time_s - recording.time_s[0]
         begins = np.searchsorted(time, np.arange(0.0, time[-1], self.plant.horizon_s))
-        # One sample is no piece: it ends the one before.
-        edges = [0, *(int(edge) for edge in begins[1:] if edge < len(time) - 1), len(time)]
-        pairs = [(a, b) for a, b in pairwise(edges) if b - a > 1]
+        edges = [0]
+        for edge in map(int, begins[1:]):
+            if edge - edges[-1] > 1:  # one sample is no piece: it ends with the one after
+                edges.append(edge)
+        if len(time) - edges[-1] < 2 and len(edges) > 1:  # or the last with the one before
+            edges.pop()
+        pairs = pairwise([*edges, len(time)])
         return [recording.between(a, b, f"{recording.file} from {time[a]:g} s") for a, b in pairs]
 
     def case(self, recording: Recording, sensors: Mapping[str, Sensor]) -> Case:
@@ -335,6 +339,12 @@ class NumpyMachine:
         found = []
         for row, case in enumerate(chosen):
             place, length = slice(row * lanes, (row + 1) * lanes), len(case.recording)
+            if missing := [name for name in self.outputs if name not in said]:
+                raise ForkliftError(
+                    "plant-invalid",
+                    f"plant {self.plant.name}: its out gives no {missing[0]}; return every output",
+                    name=missing[0],
+                )
             read = [said[name][:length, place] for name in self.outputs]
             outputs = np.stack([one[:, 0] for one in read], axis=1)
             slopes = (
@@ -357,6 +367,8 @@ class NumpyMachine:
         for state in present.states:
             if f"{state.name}.start" in p:
                 start[state.name] = p[f"{state.name}.start"]
+            elif state.start == "free":  # shared by all recordings, and not estimated
+                start[state.name] = np.full(len(cases) * lanes, free_start(state).value)
             elif isinstance(state.start, str) and state.start != STEADY:
                 first = [float(case.recording.u[state.start][0]) for case in cases]
                 start[state.name] = np.repeat(first, lanes)

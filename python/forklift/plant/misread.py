@@ -75,7 +75,7 @@ def misentered(what: str, entered: str, rows: Rows) -> Found:
     if not (mean or off):
         return Found()
     unit = printed((mean or off[0])["unit"])
-    some = "" if len(off) == len(each) else f" in {len(off)} of the {len(each)} recordings fitted"
+    some = "" if len(off) in (0, len(each)) else f" in {len(off)} of the {len(each)} recordings fitted"
     if mean:
         told = (mean["value"], mean["lower"], mean["upper"])
         way = "low" if told[0] > 0.0 else "high"

@@ -165,7 +165,7 @@ class PlantSubject(NumpyMachine):
                     f"{self.name} has no parameter {name}; it has {', '.join({**known, **every})}",
                     name=name,
                 )
-        every |= {name: known[name].unknown() for name in also if name not in every}
+        every |= {name: one.unknown() for name, one in known.items() if name in also and name not in every}
         free = {name: one for name, one in every.items() if name not in held}
         groups = [[name for name in group if name in free] for group in together]
         joined = {group[0]: moved_together([free[name] for name in group]) for group in groups if group}

@@ -306,6 +306,13 @@ class Plant:
                 raise self._error(f"state {state.name} cannot start at {state.start!r}", state.name)
             if state.start == "free" and not np.isfinite([state.lower, state.upper]).all():
                 raise self._error(f"state {state.name} starts freely, so that it needs bounds", state.name)
+        for one in (*self.params, *(one for effect in self.effects for one in effect.params)):
+            if not all(one.lower <= value <= one.upper for value in (one.value, *one.starts)):
+                raise self._error(
+                    f"parameter {one.name} starts outside {one.lower:g} to {one.upper:g}", one.name
+                )
+            if not one.known and one.spread is None and not one.lower < one.upper:
+                raise self._error(f"parameter {one.name} is not known and has no range", one.name)
         places = {*(port.name for port in self.ports), *(one.name for one in self.inputs)}
         for effect in self.effects:
             if not effect.params:

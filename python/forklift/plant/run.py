@@ -95,6 +95,13 @@ def _integrate(
         known = {**machine.plant.rhs(t, at, driven, w, p, bus), **more} if machine.plant.rhs else more
         out = np.empty_like(x)
         for row, name in enumerate(names):
+            if name not in known:
+                raise ForkliftError(
+                    "plant-invalid",
+                    f"plant {machine.plant.name}: its right-hand side gives no rate of {name}; return one of "
+                    "every state",
+                    name=name,
+                )
             out[row] = known[name]
         return out
 

@@ -72,6 +72,7 @@ def subject(
     """
     if isinstance(machine, Truck):
         check_temperature(oil_temperature_degc)
+        given = None if oil_temperature_degc is None else float(oil_temperature_degc)
         if not 0.0 <= arguments.number("load_width_kg", load_width_kg) < inf:
             raise ForkliftError(
                 "argument-invalid",
@@ -83,8 +84,8 @@ def subject(
             )
         return ForkliftSubject(
             machine,
-            oil_temperature_degc=oil_temperature_degc,
-            load_width_kg=load_width_kg,
+            oil_temperature_degc=given,
+            load_width_kg=float(load_width_kg),
             load_accuracy=LOAD_ACCURACY if doubts else 0.0,
             doubts=doubts,
         )

@@ -11,7 +11,7 @@ import numpy as np
 
 from forklift.fitting.intervals import QUANTILE
 from forklift.report.blocks import Bars, Figure, Panel
-from forklift.report.traces import numbers
+from forklift.report.traces import instants, numbers
 from forklift.report.words import Quantity, number, printed, spans
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def reduced_chi2(title: str, rows: Sequence[tuple[str, float, str]], note: str) 
 def over_time(what: Quantity, time: Floats, values: Floats) -> Panel:
     """One input of a recording that should be made."""
     line = {
-        "type": "scatter", "mode": "lines", "name": what.name, "x": numbers(time), "y": numbers(values),
+        "type": "scatter", "mode": "lines", "name": what.name, "x": instants(time), "y": numbers(values),
         "line": {"color": "@after", "width": 2}, "hovertemplate": f"%{{y:.3g}} {what.unit}",
     }  # fmt: skip
     return Panel(what.name, [line], _over_time(what))

@@ -210,7 +210,11 @@ def _conditions(found: Diagnosis) -> Iterator[Table]:
     """Of a condition that was entered wrongly, what was entered and what was found."""
     for cause in found.causes:
         own = list(offsets(found.final, cause.hypothesis))
-        ends = {(row.file, row.name): (row.lower, row.upper) for row in own if row.file and not row.apart}
+        ends = {
+            (row.file, row.name): (row.lower - row.value, row.upper - row.value)
+            for row in own
+            if row.file and not row.apart
+        }
         apart = {(row.file, row.name): row for row in own if row.apart}
         rows = []
         for file, role, name, given, value in entered(found, cause.hypothesis):
@@ -218,7 +222,7 @@ def _conditions(found: Diagnosis) -> Iterator[Table]:
             short = next((short for _, short in ends if name.startswith(short)), name)
             end, less = ends.get((file, short)), apart.get((file, short))
             row = [file, f"{given:.1f}", f"{value:.1f}"]
-            row.append(f"{given + end[0]:.1f} to {given + end[1]:.1f}" if end else "—")
+            row.append(f"{value + end[0]:.1f} to {value + end[1]:.1f}" if end else "—")
             if apart:
                 row += [f"{less.value:.1f}", f"{less.lower:.1f} to {less.upper:.1f}"] if less else ["—", "—"]
             rows.append([*row, f"{capital(what)} [{unit}]", HELD.get(role, role)])
@@ -232,7 +236,9 @@ def _conditions(found: Diagnosis) -> Iterator[Table]:
                 rows,
                 right,
                 note="Recordings fitted on have an interval; of those held out the condition was fitted "
-                f"alone, with all else as it was found.{_untold(found) if apart else ''}",
+                f"alone, with all else as it was found.{_untold(found) if apart else ''}"
+                if ends
+                else "",
             )
 
 

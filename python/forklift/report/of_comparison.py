@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
+from forklift.base.typeset import counted
 from forklift.fitting.comparison_words import named
 from forklift.report import page
 from forklift.report.blocks import Explorer, Fact, Figure, Page, Panel, Section, Table
@@ -114,7 +115,8 @@ def _fact(comparison: Comparison, channel: str) -> Fact:
         question,
         f"{sum(fits) / len(fits):.1f} % (NRMSE)",
         [
-            f"Over {len(fits)} recordings, from {min(fits):.1f} to {max(fits):.1f} %; 100 % is perfect.",
+            f"Over {counted(len(fits), 'recording')}, from {min(fits):.1f} to {max(fits):.1f} %; "
+            "100 % is perfect.",
             f"{share(most['share_of_misfit'])} % of the misfit lies in the phase “{most['phase']}”, "
             f"which takes {share(most['share_of_time'])} % of the time.",
         ],

@@ -10,7 +10,7 @@ import numpy as np
 
 from forklift.report import page
 from forklift.report.blocks import Block, Code, Fact, Figure, Page, Panel, Section, Table
-from forklift.report.traces import numbers
+from forklift.report.traces import instants, numbers
 
 if TYPE_CHECKING:
     from forklift.control.compare import ControlComparison, Curves, Passage, Row
@@ -250,7 +250,7 @@ def _curves(told: ControlComparison) -> Section:
 
 
 def _panel(told: ControlComparison, one: Curves) -> Panel:
-    x = numbers(one.time_s)
+    x = instants(one.time_s)
     data = []
     first = next(iter(one.reference_m_s.values()))
     data.append(_line("reference", x, numbers(first), "y", "@soft", "dot", "m/s"))
@@ -320,7 +320,7 @@ def _transition_row(row: Transition) -> list[str]:
 
 
 def _passage(one: Passage) -> Panel:
-    x = numbers(one.time_s)
+    x = instants(one.time_s)
     free, main = one.speed_m_s["free"], one.speed_m_s["main"]
     data = [
         _line("both together", x, numbers(free + main), "y", "@after", "solid", "m/s"),

@@ -120,10 +120,12 @@ def _evidence(fit: Fit) -> Section:
         _mean_squares(fit),
         every_fit(short(fit.fits), ["_before", "_after"]),
     ]
-    lead = (
-        f"Before is the {fit.machine.words.noun} the fit started from; after is the fitted one. It was "
-        "fitted on some of the recordings only; what counts are the others, held out."
+    held = (
+        "It was fitted on some of the recordings only; what counts are the others, held out."
+        if any(one.role == "validate" for one in fit.recordings)
+        else "No recording was held out, so that all of this is on what was fitted."
     )
+    lead = f"Before is the {fit.machine.words.noun} the fit started from; after is the fitted one. {held}"
     return Section("evidence", "Evidence", lead, blocks)
 
 

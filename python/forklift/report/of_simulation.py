@@ -7,7 +7,7 @@ from typing import Any
 from forklift.base.sheet import Curves, Sheeted
 from forklift.report import page
 from forklift.report.blocks import Figure, Page, Panel, Section, Table
-from forklift.report.traces import MOST_POINTS, decimate, numbers
+from forklift.report.traces import MOST_POINTS, decimate, instants, numbers
 
 HEIGHT_PX = 170
 """Of one curve."""
@@ -52,7 +52,7 @@ def _figure(drawn: Curves) -> Figure:
         number = "" if place == 0 else str(place + 1)
         data.append(
             {
-                "type": "scatter", "mode": "lines", "name": one.name, "x": numbers(time),
+                "type": "scatter", "mode": "lines", "name": one.name, "x": instants(time),
                 "y": numbers(values), "yaxis": f"y{number}", "hovertemplate": "%{y:.4g}",
                 "line": {"color": "@after", "width": 1.8},
             }

@@ -3,6 +3,7 @@ them."""
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from forklift.ensemble.tables import signals, tick_s, verdicts
 from forklift.recordings.channels import commanded
 from forklift.report import page
 from forklift.report.blocks import Code, Fact, Figure, Page, Panel, Section, Table, Text
-from forklift.report.traces import MOST_POINTS, decimate, numbers
+from forklift.report.traces import MOST_POINTS, decimate, instants, numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -325,10 +326,8 @@ def _worst(sweep: Sweep, trajectories: list[Trajectory]) -> Section | None:
     else:
         blocks.append(Text("None of them could be run."))
     if sweep.folder is not None:
-        index = sweep.worst["index"][0]
-        blocks.append(
-            Code("One member again", f"forklift replay {sweep.folder.name} {index} --out member.csv")
-        )
+        words = ["forklift", "replay", sweep.folder.name, str(sweep.worst["index"][0]), "--out", "member.csv"]
+        blocks.append(Code("One member again", shlex.join(words)))
     lead = (
         f"The {len(rows)} with the least scaled margin, of {sweep.tally.members}; negative margins are "
         "broken requirements."
@@ -347,7 +346,7 @@ def _trajectory(one: Trajectory, lift: str) -> Panel:
     finite = np.isfinite(np.stack(signals)).all(axis=0)
     time = table["time_s"].to_numpy()[finite]
     time, speed, reference, pressure, current = decimate(MOST_POINTS, time, *(s[finite] for s in signals))
-    x = numbers(time)
+    x = instants(time)
     curves = (
         ("speed", speed, "y", "@after", "solid", "m/s"),
         ("reference", reference, "y", "@measured", "dot", "m/s"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from forklift.diagnosis.numbers import half_widths
 from forklift.fitting.fit_tables import PRIOR_QUANTILE
 from forklift.fitting.intervals import QUANTILE
 from forklift.fitting.widening import BIASED, widening
@@ -136,8 +137,8 @@ def changes(baseline: Refit | None, final: Refit) -> dict[str, Bar]:
     for side, refit in zip(sides, (baseline, final), strict=True):
         if refit is None:
             continue
-        for estimate, theta in zip(refit.knowledge.estimates, refit.found.x.tolist(), strict=False):
-            half = QUANTILE * refit.widening * estimate.deviation
+        widths, x = half_widths(refit).tolist(), refit.found.x.tolist()
+        for estimate, half, theta in zip(refit.knowledge.estimates, widths, x, strict=False):
             side[estimate.name] = theta - half, theta + half
     before, after = sides
     return {

@@ -6,6 +6,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING
 
+from forklift.base.typeset import counted
 from forklift.report.blocks import Block, Code, Section, Table
 from forklift.report.words import capital
 
@@ -29,7 +30,9 @@ def provenance(
     more: Sequence[Block] = (),
 ) -> Section:
     """Hashes, versions and the command; `facts` of the machine as it started and came out."""
-    made = [[f"{capital(origin.title)}, {len(recordings)} recordings", origin.sha256]]
+    title = capital(origin.title)
+    of = counted(len(recordings), "recording")
+    made = [[title if of in title else f"{title}, {of}", origin.sha256]]
     made += [
         [f"{part}: “{one['name']}”, {ORIGINS.get(one['origin'], one['origin'])}", one["sha256"]]
         for part, one in (("Start", facts.get("start")), ("Fitted", facts.get(machine.words.noun)))

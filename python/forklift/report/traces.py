@@ -76,7 +76,7 @@ def _recorded(
     for unit, held in dict.fromkeys((one.unit, one.held) for one in machine.drives(recording)):
         own = [one for one in machine.drives(recording) if (one.unit, one.held) == (unit, held)]
         thin, *kept = decimate(most, time, *(one.values for one in own))
-        columns = {"x": numbers(thin)} | {
+        columns = {"x": instants(thin)} | {
             one.name: numbers(values) for one, values in zip(own, kept, strict=True)
         }
         drives.append(Drive(", ".join(one.name for one in own), printed(unit), columns, held))
@@ -137,7 +137,7 @@ def drawn(
     thin, *kept = decimate(most, time, *curves.values(), *off)
     lines = {name: numbers(values * scale) for name, values in zip(curves, kept[: len(curves)], strict=True)}
     ends = ends and (scale * ends[0], scale * ends[1])
-    return Signal(what.name, what.unit, note, {"x": numbers(thin)} | lines, ends)
+    return Signal(what.name, what.unit, note, {"x": instants(thin)} | lines, ends)
 
 
 def decimate(most: int, time: Floats, *curves: Floats) -> tuple[Floats, ...]:
@@ -163,6 +163,11 @@ def decimate(most: int, time: Floats, *curves: Floats) -> tuple[Floats, ...]:
         }
     at = np.array(sorted(keep))
     return (time[at], *(curve[at] for curve in curves))
+
+
+def instants(time_s: Floats) -> list[float | None]:
+    """Times for the page's data [s], to the microsecond: however far off the first one is."""
+    return [round(value, 6) if np.isfinite(value) else None for value in time_s.tolist()]
 
 
 def numbers(values: Floats) -> list[float | None]:

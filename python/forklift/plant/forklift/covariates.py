@@ -45,7 +45,8 @@ def covariates(
                 columns[f"change of the {lift} lift's command"] = _lagged(change, recording.time_s)
             if lift in speeds:
                 columns[f"speed of the {lift} lift"] = _lagged(speeds[lift], recording.time_s)
-        with_speeds = np.column_stack([still, *speeds.values()])
+        none = np.zeros(len(recording))  # of a lift whose position this recording lacks
+        with_speeds = np.column_stack([still, *(speeds.get(lift, none) for lift in LIFTS)])
         columns["load"] = (recording.load_kg - load) * with_speeds
         mean = means[recording.file]
         if mean is not None:

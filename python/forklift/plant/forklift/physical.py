@@ -45,9 +45,8 @@ def _friction(truck: Truck, cases: Sequence[Case], lift: str) -> str:
 def _leak(truck: Truck, cases: Sequence[Case], lift: str) -> str:
     """Flow at the highest mean pressure of a recording, and how fast forks that should be held sink by it."""
     channel = f"pressure_{lift}_pa"
-    means = {
-        float(np.nanmean(one.channels[channel])): one.load_kg for one, _ in cases if channel in one.channels
-    }
+    measured = [one for one, _ in cases if np.isfinite(one.channels.get(channel, ())).any()]
+    means = {float(np.nanmean(one.channels[channel])): one.load_kg for one in measured}
     if not means:
         return ""
     most = max(means)
