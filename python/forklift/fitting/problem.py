@@ -393,9 +393,8 @@ class LeastSquares:
             np.multiply(raw[:, own], sample.width[sample.free], out=whole[:, wide:])
             (np.multiply if chain.ndim == 1 else np.matmul)(raw[:, :along], chain, out=whole[:, :wide])
             if slopes_too:
-                slope[channel] = whole.copy()
-            whole *= weight[:, None]
-            jacobian[channel] = whole
+                slope[channel] = whole
+            jacobian[channel] = np.multiply(whole, weight[:, None], out=None if slopes_too else whole)
         return Linearised(residual, jacobian, model, slope)
 
     def misfit(self, seen: Observed, said: Floats) -> tuple[Floats, Floats]:

@@ -363,7 +363,7 @@ class Forklift:
     ) -> _core.Responses:
         """Exact, all ports in one run; see `forklift.plant.protocol.Machine`."""
         own: Prepared = case.prepared
-        return self.at(values).core.hat_responses(
+        return self.latest.core(values, lambda: self.at(values)).hat_responses(
             own.case(values.get(DITHER, 0.0)),
             conditions[: len(OWN)],
             ports,

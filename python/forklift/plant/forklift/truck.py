@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
@@ -49,9 +49,7 @@ class Truck(Listed, Celled):
     def __post_init__(self) -> None:
         values = {name: _number(name, value) for name, value in self.values.items()}
         object.__setattr__(self, "core", _core.Truck(values))
-        order = list(parameters())
-        part = {name.rpartition(".")[0]: place for place, name in reversed(list(enumerate(order)))}
-        names = sorted(values, key=lambda name: (part[name.rpartition(".")[0]], order.index(name)))
+        names = sorted(values, key=_places().__getitem__)
         object.__setattr__(self, "values", MappingProxyType({name: values[name] for name in names}))
         sources = {name: self.sources.get(name, "set in Python") for name in names}
         object.__setattr__(self, "sources", MappingProxyType(sources))
@@ -188,6 +186,14 @@ class Truck(Listed, Celled):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Truck, (self.name, dict(self.values), dict(self.sources), self.origin))
+
+
+@cache
+def _places() -> dict[str, tuple[int, int]]:
+    """Of every parameter where its part begins among all, and where it stands itself."""
+    order = list(parameters())
+    part = {name.rpartition(".")[0]: place for place, name in reversed(list(enumerate(order)))}
+    return {name: (part[name.rpartition(".")[0]], place) for place, name in enumerate(order)}
 
 
 def truck_of(given: Truck | str | Path) -> Truck:

@@ -43,15 +43,20 @@ class Past:
             f"{self.variable}_{'change_' if self.fades else ''}{self.lag_s:g}_s{'' if self.fades else '_ago'}"
         )
 
-    def of(self, time: Floats, values: Floats) -> Floats:
-        """(times,) of it, where the variable has these values, evenly in time, and was at rest before."""
-        # How far it is behind, exactly for straight lines from sample to sample.
-        tick = (time[-1] - time[0]) / max(len(time) - 1, 1)
-        kept = np.exp(-tick / self.lag_s)
-        steps = np.diff(values, prepend=values[0]) * self.lag_s * (1.0 - kept) / tick
-        bands = np.outer([1.0, -kept], np.ones(len(steps)))  # each is `kept` of the one before, and its step
-        behind: Floats = solve_banded((1, 0), bands, steps, check_finite=False)
+    def of(self, values: Floats, behind: Floats) -> Floats:
+        """(times,) of it, from the variable's values and how far its lag is behind them."""
         return behind if self.fades else values - behind
+
+
+def _behind(time: Floats, values: Floats, lag_s: float) -> Floats:
+    """(times,) how far a lag of order one is behind values that are even in time and were at rest before:
+    exactly for straight lines from sample to sample."""
+    tick = (time[-1] - time[0]) / max(len(time) - 1, 1)
+    kept = np.exp(-tick / lag_s)
+    steps = np.diff(values, prepend=values[0]) * lag_s * (1.0 - kept) / tick
+    bands = np.outer([1.0, -kept], np.ones(len(steps)))  # each is `kept` of the one before, and its step
+    behind: Floats = solve_banded((1, 0), bands, steps, check_finite=False)
+    return behind
 
 
 PAST: Mapping[str, Past] = {
@@ -99,7 +104,16 @@ def variables(
             known["time_at_rest"] = _since(time, position, MOVED_M)
         else:
             known |= {"other_velocity": velocity, "other_acceleration": np.gradient(velocity, time)}
-    past = {name: one.of(time, known[one.variable]) for name, one in PAST.items() if one.variable in known}
+    behind = {
+        (name, lag_s): _behind(time, known[name], lag_s)
+        for name, lag_s in product(REMEMBERED, LAGS_S)
+        if name in known
+    }
+    past = {
+        name: one.of(known[one.variable], behind[one.variable, one.lag_s])
+        for name, one in PAST.items()
+        if one.variable in known
+    }
     return known | past
 
 
@@ -124,8 +138,8 @@ def _since(time: Floats, values: Floats, moved: float) -> Floats:
     """Seconds since `values` last moved away by `moved` from where they then were; at most `LONGEST_S`."""
     since = np.empty(len(time))
     began, reference = float(time[0]) - LONGEST_S, float(values[0])
-    for k, value in enumerate(values):
+    for k, (value, at) in enumerate(zip(values.tolist(), time.tolist(), strict=True)):
         if abs(value - reference) >= moved:
-            began, reference = float(time[k]), float(value)
-        since[k] = time[k] - began
+            began, reference = at, value
+        since[k] = at - began
     return np.minimum(since, LONGEST_S)
