@@ -12,7 +12,7 @@ from forklift.diagnosis.curves import variables
 from forklift.diagnosis.foreseen import foreseen
 from forklift.diagnosis.locate import hats
 from forklift.diagnosis.screening import screen
-from forklift.plant.forklift.variables import LAGS_S, PAST
+from forklift.plant.forklift.variables import LAGS_S, PAST, lagging
 from test_problem import problem, somewhere
 
 TICK = 0.02
@@ -23,7 +23,7 @@ TIME = TICK * np.arange(500)
 def test_after_a_step_the_past_follows_and_the_change_is_forgotten(lag, moved):
     values = np.where(np.arange(len(TIME)) >= moved, 3.0, 1.0)
     named = [one for one in PAST.values() if one.variable == "command" and one.lag_s == lag]
-    seen = {one.fades: one.of(TIME, values) for one in named}
+    seen = {one.fades: one.of(values, lagging(TIME, values, lag)) for one in named}
     np.testing.assert_allclose(seen[True] + seen[False], values)
     assert np.all(seen[True][:moved] == 0.0)
     # A step is a straight line from one sample to the next.

@@ -48,7 +48,7 @@ class Past:
         return behind if self.fades else values - behind
 
 
-def _behind(time: Floats, values: Floats, lag_s: float) -> Floats:
+def lagging(time: Floats, values: Floats, lag_s: float) -> Floats:
     """(times,) how far a lag of order one is behind values that are even in time and were at rest before:
     exactly for straight lines from sample to sample."""
     tick = (time[-1] - time[0]) / max(len(time) - 1, 1)
@@ -105,7 +105,7 @@ def variables(
         else:
             known |= {"other_velocity": velocity, "other_acceleration": np.gradient(velocity, time)}
     behind = {
-        (name, lag_s): _behind(time, known[name], lag_s)
+        (name, lag_s): lagging(time, known[name], lag_s)
         for name, lag_s in product(REMEMBERED, LAGS_S)
         if name in known
     }
