@@ -13,10 +13,12 @@ from forklift.diagnosis.diagnose import diagnose
 from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.sentences import Gain
 from forklift.plant import Effect, Input, Output, Param, Plant, Port, Recording, State
+from forklift.plant.machine import NumpyMachine
 from forklift.plant.simulate import simulate_plant
 from forklift.plant.subjects import subject
 from forklift.report import words
 from forklift.report.of_diagnosis import diagnosis_page
+from forklift.report.traces import instants, recording_of
 from pages import FETCHING, ROOMY_BYTES, Text, drawn, in_a_notebook
 
 OF_A_FORKLIFT = re.compile(r"truck|\blift|mast|valve|velocity|forks", re.IGNORECASE)
@@ -313,3 +315,21 @@ def test_a_sensor_that_stands_still_is_told_and_its_samples_are_left_out():
     assert (one.file, one.channel, one.from_s, one.to_s, one.how) == ("<r1>", "y", 60.0, 89.0, "stuck")
     assert found.verdict == "sensor-fault"
     whole(found)
+
+
+def test_a_stretch_leads_to_its_recording_whatever_that_is_called():
+    plant = Plant(
+        "p", (Param("a", "1", 1.0),), (Input("u"),), (Output("y"),), lambda *_: {},
+        (State("x", start="y"),), rhs=lambda *_: {}, score="restart", horizon_s=0.5,
+    )  # fmt: skip
+    time = np.linspace(0.0, 2.0, 21)
+    whole = Recording("a", time, {"u": time}, {"y": time})
+    for one in (whole, *whole.split(0.6)):
+        assert {recording_of(piece.file) for piece in NumpyMachine(plant).pieces(one)} == {one.file}
+        assert recording_of(one.file) == one.file
+
+
+def test_times_far_from_zero_are_drawn_apart():
+    times = 43200.0 + 0.02 * np.arange(100)
+    assert instants(times) == pytest.approx(times.tolist(), abs=1e-6)
+    assert len(set(instants(times))) == len(times)

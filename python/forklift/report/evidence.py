@@ -15,7 +15,7 @@ from forklift.report.entered import entered
 from forklift.report.fits import every_fit, operating_points
 from forklift.report.instead import said
 from forklift.report.tables import percent, share
-from forklift.report.traces import BAND, HOW_TO_READ, place, replays
+from forklift.report.traces import BAND, HOW_TO_READ, place, recording_of, replays
 from forklift.report.unseen import beyond
 from forklift.report.words import REST, Quantity, left_over, mean_square, noise_power
 
@@ -104,7 +104,7 @@ def explorer(found: Diagnosis, told: Mapping[str, Any], *, changed: bool) -> Exp
         f"{HOW_TO_READ} {BAND}",
         list(sides),
         recordings,
-        place(recordings, worst.file.partition(" from ")[0], words.signal(worst.channel)),
+        place(recordings, recording_of(worst.file), words.signal(worst.channel)),
     )
 
 
@@ -112,9 +112,7 @@ def _first(found: Diagnosis) -> ChannelResidual:
     """The worst signal held out; where none is left over, of those that move."""
     driven = {(row["file"], row["channel"]) for row in found.before.held_out.iter_rows(named=True)}
     held = found.baseline.held_out
-    seen = [
-        one for one in held if not one.explained or (one.file.partition(" from ")[0], one.channel) in driven
-    ]
+    seen = [one for one in held if not one.explained or (recording_of(one.file), one.channel) in driven]
     return max(seen or held, key=lambda one: one.mean_square)
 
 
@@ -221,10 +219,11 @@ def _conditions(found: Diagnosis) -> Iterator[Table]:
             what, unit, _ = found.machine.words.condition(name)
             short = next((short for _, short in ends if name.startswith(short)), name)
             end, less = ends.get((file, short)), apart.get((file, short))
-            row = [file, f"{given:.1f}", f"{value:.1f}"]
-            row.append(f"{value + end[0]:.1f} to {value + end[1]:.1f}" if end else "—")
+            row = [file, _tenth(given), _tenth(value)]
+            row.append(f"{_tenth(value + end[0])} to {_tenth(value + end[1])}" if end else "—")
             if apart:
-                row += [f"{less.value:.1f}", f"{less.lower:.1f} to {less.upper:.1f}"] if less else ["—", "—"]
+                span = f"{_tenth(less.lower)} to {_tenth(less.upper)}" if less else "—"
+                row += [_tenth(less.value) if less else "—", span]
             rows.append([*row, f"{capital(what)} [{unit}]", HELD.get(role, role)])
         if rows:
             heads = ["Recording", "Entered or recorded", "Found", "95 % interval"]
@@ -240,6 +239,11 @@ def _conditions(found: Diagnosis) -> Iterator[Table]:
                 if ends
                 else "",
             )
+
+
+def _tenth(value: float) -> str:
+    """To a tenth, and no zero with a minus."""
+    return f"{round(value, 1) + 0.0:.1f}"
 
 
 def _untold(found: Diagnosis) -> str:

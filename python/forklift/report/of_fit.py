@@ -15,7 +15,7 @@ from forklift.report.blocks import Block, Explorer, Fact, Figure, Page, Points, 
 from forklift.report.fits import every_fit, operating_points, short
 from forklift.report.provenance import provenance
 from forklift.report.tables import percent
-from forklift.report.traces import BAND, HOW_TO_READ, place, replays
+from forklift.report.traces import BAND, HOW_TO_READ, place, recording_of, replays
 from forklift.report.words import GLOSSARY, NOISE, PARAMETERS, capital, mean_square, number
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def _explorer(fit: Fit) -> Explorer:
         f"{HOW_TO_READ} {BAND}",
         ["before", "after"],
         recordings,
-        place(recordings, worst.file.partition(" from ")[0], fit.machine.words.signal(worst.channel)),
+        place(recordings, recording_of(worst.file), fit.machine.words.signal(worst.channel)),
     )
 
 

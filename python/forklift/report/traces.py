@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -163,6 +164,14 @@ def decimate(most: int, time: Floats, *curves: Floats) -> tuple[Floats, ...]:
         }
     at = np.array(sorted(keep))
     return (time[at], *(curve[at] for curve in curves))
+
+
+def recording_of(piece: str) -> str:
+    """The recording's file of what is judged: itself, or its stretch from one restart to the next."""
+    return _STRETCH.sub("", piece)
+
+
+_STRETCH = re.compile(r" from [0-9.e+-]+ s$")
 
 
 def instants(time_s: Floats) -> list[float | None]:
