@@ -31,4 +31,4 @@ def keep_freed() -> bool:
     if mallopt is None:
         return False
     settings = ((MMAP_THRESHOLD, LARGEST), (TRIM_THRESHOLD, KEPT), (TOP_PAD, AT_ONCE))
-    return all(mallopt(which, size) == 1 for which, size in settings)
+    return all([mallopt(which, size) == 1 for which, size in settings])

@@ -16,6 +16,7 @@ DEEPEST = 50
 """Tables within tables, and names within a dotted key: the parser takes the square of the latter's time."""
 
 _TEXT = re.compile(r"""\"{3}[\s\S]*?\"{3}|'{3}[\s\S]*?'{3}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*""")
+_BRACKET = re.compile(r"[][{}]")
 _LONG_KEY = re.compile(rf"""(?<![\w"-])(?:[\w"-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
 
 
@@ -35,6 +36,12 @@ def loads(text: str) -> dict[str, Any]:
     if found := _LONG_KEY.search(bare):
         line = bare.count("\n", 0, found.start()) + 1
         raise TOMLDecodeError(f"A key has more than {DEEPEST} parts (at line {line}, column 1)")
+    depth = 0
+    for found in _BRACKET.finditer(bare):  # before the parser, which goes as deep itself
+        depth += 1 if found[0] in "[{" else -1
+        if depth > DEEPEST:
+            line = bare.count("\n", 0, found.start()) + 1
+            raise TOMLDecodeError(f"It is nested beyond reason (at line {line}, column 1)")
     try:
         document = tomllib.loads(text)
     except RecursionError:

@@ -97,6 +97,11 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
+def mean_square(value: float) -> str:
+    """A mean square in units of noise, as a table shows it: hundreds without decimals."""
+    return f"{value:.2f}" if value < 100.0 else f"{value:.0f}"
+
+
 def prose(text: str) -> str:
     """A clause of the engine's as a sentence."""
     text = capital(text.replace(" degC", " °C"))

@@ -201,11 +201,13 @@ class ControlComparison:
 
     @property
     def command(self) -> str | None:
-        """What compares them once more; None where the truck or a controller has no file that is known."""
-        if self.truck.origin == "Python" or not {one.name for one in self.controllers} <= set(shipped()):
+        """What compares them once more; None of another seed, or of a truck or a controller whose file is not
+        known."""
+        names = [one.name for one in self.controllers]
+        known = set(names) <= set(shipped()) and [*map(Controller.read, names)] == [*self.controllers]
+        if self.seed or self.truck.origin == "Python" or not known:
             return None
         truck = self.truck.name if self.truck.origin == "shipped" else self.truck.origin
-        names = [one.name for one in self.controllers]
         later = ["--later", str(self.later_ticks)] if self.later_ticks else []
         words = ["forklift", "control", "compare", *names, "--truck", truck, *later, "--out", "compared"]
         return shlex.join(words)

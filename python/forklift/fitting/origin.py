@@ -13,6 +13,7 @@ from forklift.base.typeset import counted
 from forklift.plant.subject import Subject
 from forklift.plant.subjects import is_machine, named, subject
 from forklift.recordings.campaign import FILE, Campaign
+from forklift.recordings.campaign_file import is_below
 
 
 @dataclass(frozen=True)
@@ -98,10 +99,9 @@ def _check(each: Sequence[Any]) -> None:
                 "folder, or make them",
                 name="recordings",
             )
-    stems: set[str] = set()
+    names: set[str] = set()
     for one in each:
-        path = PurePosixPath(one.file)
-        if not path.name or path.is_absolute() or ".." in path.parts:
+        if not PurePosixPath(one.file).name or not is_below(one.file):
             raise ForkliftError(
                 "argument-invalid",
                 f"a recording is called {one.file!r}, and results are written by that name; call it by a "
@@ -109,13 +109,13 @@ def _check(each: Sequence[Any]) -> None:
                 name="recordings",
                 file=one.file,
             )
-        if one.file in stems:
+        if one.file in names:
             raise ForkliftError(
                 "recording-repeated",
                 f"two recordings are called {one.file!r}, and results are told by that name; rename one",
                 file=one.file,
             )
-        stems.add(one.file)
+        names.add(one.file)
 
 
 def _read(one: Any) -> Any:

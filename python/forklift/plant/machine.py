@@ -336,15 +336,15 @@ class NumpyMachine:
         present = self.present(values)
         time, u = self._driven(chosen, lanes, p)
         said, seen = run(present, time, u, self._begins(present, p, chosen, lanes), p, finer=finer)
+        if missing := [name for name in self.outputs if name not in said]:
+            raise ForkliftError(
+                "plant-invalid",
+                f"plant {self.plant.name}: its out gives no {missing[0]}; return every output",
+                name=missing[0],
+            )
         found = []
         for row, case in enumerate(chosen):
             place, length = slice(row * lanes, (row + 1) * lanes), len(case.recording)
-            if missing := [name for name in self.outputs if name not in said]:
-                raise ForkliftError(
-                    "plant-invalid",
-                    f"plant {self.plant.name}: its out gives no {missing[0]}; return every output",
-                    name=missing[0],
-                )
             read = [said[name][:length, place] for name in self.outputs]
             outputs = np.stack([one[:, 0] for one in read], axis=1)
             slopes = (

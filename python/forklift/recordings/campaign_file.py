@@ -361,9 +361,15 @@ def _check_entries(found: CampaignFile, place: Place, text: str) -> None:
             )
 
 
-def _check_path(file: str, place: Place, line: int | None) -> None:
+def is_below(file: str) -> bool:
+    """Whether a name leads to nothing outside the folder that it is relative to, on any system."""
     posix, windows = PurePosixPath(file), PureWindowsPath(file)
-    if posix.is_absolute() or windows.drive or windows.root or ".." in posix.parts or "\\" in file:
+    outside = posix.is_absolute() or windows.drive or windows.root or ".." in posix.parts or "\\" in file
+    return not outside
+
+
+def _check_path(file: str, place: Place, line: int | None) -> None:
+    if not is_below(file):
         raise place.error(
             "path-escapes",
             f"the file {quoted(file)} is not a path below the campaign's folder; put the file there and "
@@ -371,7 +377,7 @@ def _check_path(file: str, place: Place, line: int | None) -> None:
             line=line,
             value=file,
         )
-    if not posix.name or not file.isprintable():
+    if not PurePosixPath(file).name or not file.isprintable():
         raise place.error(
             "value-invalid",
             f"file is {quoted(file)}; write the name of a file",

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from forklift.base.typeset import mean_square
 from forklift.report import charts, words
 from forklift.report.blocks import Bars, Table
-from forklift.report.words import mean_square
 
 if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause

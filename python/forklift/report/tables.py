@@ -15,8 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from forklift.base.sheet import Listing
-from forklift.base.typeset import capital
-from forklift.report.words import mean_square
+from forklift.base.typeset import capital, mean_square
 
 if TYPE_CHECKING:
     from forklift.fitting.compare import Comparison

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from forklift.base.typeset import capital as capital
 from forklift.base.typeset import drawn as drawn
+from forklift.base.typeset import mean_square as mean_square
 from forklift.base.typeset import number as number
 from forklift.base.typeset import printed as printed
 from forklift.base.typeset import size as size
@@ -104,11 +105,6 @@ def left_over(judged: Sequence[ChannelResidual]) -> str:
         costs = [mean_square(one.strain / one.samples) for one in judged]
         said += f", and {' → '.join(costs)} for conditions further from those entered than is plausible"
     return said
-
-
-def mean_square(value: float) -> str:
-    """A mean square in units of noise, as a table shows it: hundreds without decimals."""
-    return f"{value:.2f}" if value < 100.0 else f"{value:.0f}"
 
 
 def another_law(curve: Screened, joined: bool) -> str:
