@@ -502,6 +502,21 @@ def test_an_effect_of_next_to_nothing_is_accepted_only_if_recordings_held_out_sh
 
 
 @pytest.mark.parametrize(
+    ("score", "gained", "accepted"),
+    [
+        (15.0, -0.9 * AS_NEAR, True),
+        (15.0, -1.1 * AS_NEAR, False),  # those held out lose as much as all gain
+        (1642.0, -30.0, True),  # a cushion that one recording meets, and that was fitted
+        (1642.0, -500.0, False),
+    ],
+)
+def test_recordings_held_out_object_if_they_lose_much_of_what_all_gain(score, gained, accepted):
+    best = Tried((), 5004.0, complete=True)
+    tried = Tried((LEAK,), 5004.0 - gained, complete=True, loo_log_score=score, sizes={"leak": 1.0})
+    assert helps(cast(Refit, tried), cast(Refit, best), 0.1) is accepted
+
+
+@pytest.mark.parametrize(
     ("score", "gained", "excess", "accepted"),
     [
         (167.0, -6.0, 1700.0, True),  # a viscosity that falls by another law

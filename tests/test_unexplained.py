@@ -12,6 +12,7 @@ from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.criteria import DOUBTFUL
 from forklift.diagnosis.engine import verdict
 from forklift.diagnosis.outcome import Location, Outcome
+from forklift.diagnosis.refit import Refit
 from forklift.plant.findings import InvalidStretch
 from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.hypotheses import invalid_hypothesis
@@ -44,10 +45,27 @@ LEAK, CURVE = cause(hypothesis("leakage", "physics")), cause(hypothesis("unknown
 def test_what_was_seen_before_any_fit_is_the_verdict_only_where_nothing_is_left_over(
     complete: bool, worst: float, strained: bool, accepted: bool, found: tuple[Cause, ...], said: str
 ) -> None:
-    baseline = SimpleNamespace(complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst))
+    baseline = SimpleNamespace(
+        complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst), fitted_alone=False
+    )
     final = SimpleNamespace() if accepted else baseline
     selection = cast(Any, SimpleNamespace(baseline=baseline, final=final))
     assert verdict(selection, found, (STUCK,)) == said
+
+
+@pytest.mark.parametrize("hopeless", [False, True])
+@pytest.mark.parametrize(("fitted", "said"), [(1.3, "no-mismatch"), (31.0, "unknown-effect")])
+def test_what_acts_in_recordings_that_were_fitted_alone_is_a_mismatch(fitted, said, hopeless) -> None:
+    held, other = (
+        SimpleNamespace(role=role, explained=square < DOUBTFUL, mean_square=square, strain=0.0)
+        for role, square in (("validate", 0.8), ("estimate", fitted))
+    )
+    nothing = cast(Any, None)
+    baseline = Refit((), nothing, nothing, (held,), (0.0, 0.0), True, nothing, rest=lambda: (other,))  # type: ignore[arg-type, return-value]
+    assert baseline.complete
+    assert baseline.fitted_alone is (said == "unknown-effect")
+    selection = cast(Any, SimpleNamespace(baseline=baseline, final=baseline))
+    assert verdict(selection, (), hopeless=hopeless) == ("no-mismatch" if hopeless else said)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +87,8 @@ def test_something_is_missing_without_a_cause_though_a_sensor_stands_still(
     assert STUCK not in found.explaining
 
 
-def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it() -> None:
+@pytest.mark.parametrize("alone", [False, True])
+def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(alone: bool) -> None:
     found = SimpleNamespace(
         verdict="unknown-effect",
         causes=(STUCK,),
@@ -81,6 +100,7 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it() -> N
         judged_on="validate",
         findings=SimpleNamespace(unexcited=""),
         final=SimpleNamespace(held_out=(), hypotheses=()),
+        baseline=SimpleNamespace(fitted_alone=alone),
         location=Location("main", "valve-flow", "position_main_m", "it is a function of the load", 1.0),
         machine=SimpleNamespace(words=ForkliftWords(), part_word="lift"),
     )
@@ -89,6 +109,7 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it() -> N
         "Something is missing that no hypothesis explains: it acts on the flow through the valve"
     )
     assert said.index("a function of the load") < said.index("Besides, the signal stands still")
+    assert ("fitted" in said) is alone
 
 
 @pytest.mark.parametrize(

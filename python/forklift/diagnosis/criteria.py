@@ -107,8 +107,8 @@ probability, recordings must foretell each other by a name whose size those that
 and a half times what raises an alarm."""
 CONFIRMED = 5.0
 """Where nothing shows, and all recordings together have raised an alarm: how much better, in ln probability,
-they must predict each other with a hypothesis. Those held out may be too few to tell, but must not
-object."""
+they must predict each other with a hypothesis. Those held out may be too few to tell, but must not object:
+lose more than `AS_NEAR`, or more than `LEAST_GAIN` of what all gain."""
 AS_NEAR = 20.0
 """Explanations whose sums of squares on recordings held out differ by less are as good as each other: e^-10
 in likelihood, which samples of one recording, that err together, may well make up for."""

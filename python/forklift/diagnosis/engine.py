@@ -122,13 +122,14 @@ def verdict(
     selection: Selection, found: Sequence[Cause], seen: Sequence[Cause] = (), *, hopeless: bool = False
 ) -> Verdict:
     """In one word: by the first cause; without one, by whether anything is left over, and by what was `seen`
-    before any fit. A little that nothing explains may be chance; what several explain as well is none."""
+    before any fit. A little that nothing explains may be chance; what several explain as well is none. What
+    acts in recordings that were fitted alone is left over, too."""
     baseline = selection.baseline
     if found:
         return VERDICTS[found[0].hypothesis.kind]
     unexplained = selection.final is baseline
     doubtful = unexplained and baseline.worst.mean_square <= DOUBTFUL and not baseline.strained
-    if not (hopeless or baseline.complete or doubtful):
+    if not (hopeless or baseline.complete or doubtful) or (baseline.fitted_alone and not hopeless):
         return "unknown-effect"
     return VERDICTS[seen[0].hypothesis.kind] if seen else "no-mismatch"
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import Confounded
+from forklift.diagnosis.engine import verdict
 from forklift.diagnosis.next_recording import Candidate, Proposal, part, tell
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
@@ -64,16 +65,18 @@ def propose(
         could_be = possible(model, recordings, _values([selection.final]), refitter.sensors)
         if could_be:
             return _told(model, tell(selection.final, vague, could_be))
-    if not found:
+    if verdict(selection, found, hopeless=bool(findings.unexcited)) == "no-mismatch":
         return Proposed(None, "nothing is left over that a further recording would explain")
-    if {cause.hypothesis.kind for cause in found} <= {"sensor", "parameter"} and selection.final.complete:
+    kinds = {cause.hypothesis.kind for cause in found}
+    explained = bool(found) and selection.final.complete
+    if explained and kinds <= {"sensor", "parameter"}:
         return Proposed(
             None,
             "before anything more is recorded, check what was found: "
             + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
         )
-    nameless = any(cause.hypothesis.kind == "unknown" for cause in found)
-    if not selection.final.complete or nameless:
+    nameless = "unknown" in kinds
+    if not explained or nameless:
         return Proposed(
             None,
             "what was found has no name, so that nothing is known that a further recording could tell it from"

@@ -11,6 +11,7 @@ import numpy as np
 from forklift.diagnosis.criteria import (
     BOUND,
     CLEAR,
+    DOUBTFUL,
     LEAST_FAULT,
     SLIGHT,
     STRAIN,
@@ -81,6 +82,11 @@ class Refit:
         little of it."""
         rest = self.rest() if self.finished and not self.complete else ()
         return bool(rest) and all(found.explained for found in rest)
+
+    @cached_property
+    def fitted_alone(self) -> bool:
+        """Whether what is left over shows in recordings that were fitted, clearly, and in none held out."""
+        return self.complete and any(found.mean_square > DOUBTFUL for found in self.judged)
 
     @property
     def told_from(self) -> Found:

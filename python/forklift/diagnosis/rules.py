@@ -247,10 +247,17 @@ def helps(refit: Refit, best: Refit, share: float) -> bool:
     if not refit.finished:
         return False
     if best.complete:
-        borne_out = gained >= -AS_NEAR and (refit.loo_log_score or 0.0) >= CONFIRMED
+        borne_out = not objected_to(refit, best) and (refit.loo_log_score or 0.0) >= CONFIRMED
         return refit.identifiable and borne_out and not next_to_none(refit, best)
     eased = best.strained and refit.complete
     return refit.identifiable and gained >= (CLEARLY if eased else max(CLEARLY, share * best.excess))
+
+
+def objected_to(refit: Refit, best: Refit) -> bool:
+    """Whether recordings held out speak against what all recordings bear out: they lose by it more than such
+    samples may, and more than a little of what all gain. A cushion that one fitted recording meets is in no
+    other; and where its numbers were told from that one alone, these lose some squares by them."""
+    return best.squares - refit.squares < -max(AS_NEAR, LEAST_GAIN * 2.0 * (refit.loo_log_score or 0.0))
 
 
 def next_to_none(refit: Refit, best: Refit) -> bool:
@@ -291,7 +298,7 @@ def completes(refit: Refit, best: Refit, refitter: Refitter) -> bool:
     new = [one for one in refit.hypotheses if one not in best.hypotheses]
     gained, least = best.squares - refit.squares, least_of_a_faint(new, best, refitter)
     score = refit.loo_log_score or 0.0
-    if best.slight and 2.0 * score >= least and gained >= -AS_NEAR:
+    if best.slight and 2.0 * score >= least and not objected_to(refit, best):
         return not next_to_none(refit, best)
     borne_out = best.slight and score >= CONFIRMED
     eased = best.strained and refit.slight

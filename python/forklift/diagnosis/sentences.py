@@ -91,8 +91,9 @@ def sentence(found: Outcome) -> str:
     if found.unexplained:
         assert found.location
         place = found.machine.words.equation(found.location.equation)
+        alone = ", and shows in recordings that were fitted alone" if found.baseline.fitted_alone else ""
         return (
-            f"Something is missing that no hypothesis explains: it acts on {place}{_part(found)}; "
+            f"Something is missing that no hypothesis explains: it acts on {place}{_part(found)}{alone}; "
             f"{found.location.region}.{seen}"
         )
     causes = in_one(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -172,13 +173,14 @@ def recording_of(piece: str) -> str:
 
 
 _STRETCH = re.compile(r" from [0-9.e+-]+ s$")
+_WRITTEN = f"%.{DIGITS}g"
 
 
 def instants(time_s: Floats) -> list[float | None]:
     """Times for the page's data [s], to the microsecond: however far off the first one is."""
-    return [round(value, 6) if np.isfinite(value) else None for value in time_s.tolist()]
+    return [round(value, 6) if isfinite(value) else None for value in time_s.tolist()]
 
 
 def numbers(values: Floats) -> list[float | None]:
     """For the page's data: rounded, and None for what is not finite."""
-    return [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values.tolist()]
+    return [float(_WRITTEN % value) if isfinite(value) else None for value in values.tolist()]

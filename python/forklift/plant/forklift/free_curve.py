@@ -198,9 +198,12 @@ class FreeCurve:
 
     def _repeats(self, meaning: str, unit: str) -> str:
         """That it comes and goes at equal intervals, as what rolls or is linked does, where it is so."""
+        at, values = self.curve(RESOLVED)
+        rises = np.diff(values) > 0.0
+        if np.count_nonzero(rises[:-1] & ~rises[1:]) < FEWEST_TOPS:
+            return ""
         from scipy.signal import find_peaks  # loads much
 
-        at, values = self.curve(RESOLVED)
         tops, _ = find_peaks(values, prominence=PROMINENT * np.ptp(values))
         apart = np.diff(at[tops])
         if len(tops) < FEWEST_TOPS or np.ptp(apart) > REGULAR * apart.mean():
