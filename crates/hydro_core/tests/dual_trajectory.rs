@@ -455,6 +455,23 @@ fn cases_side_by_side_are_each_alone_to_the_bit() {
 }
 
 #[test]
+fn along_however_many_directions_each_derivative_is_to_the_bit_the_same() {
+    for scene in [regulating(), with_effects()] {
+        let along: Vec<Direction> = directions(&scene, &LiftName::BOTH).iter().map(|(way, ..)| *way).collect();
+        with_case(&scene, |case| {
+            let of = |some: &[Direction]| differentiate(&scene.truck, case, SUBSTEPS, some, &|| false).unwrap();
+            let all = of(&along);
+            for n in [1, 8, 9, 16, 17, 40, 41] {
+                let few = of(&along[..n]);
+                assert!(few.outputs == all.outputs, "{}: outputs beside {n} directions", scene.name);
+                let rows = few.derivatives.chunks_exact(n).zip(all.derivatives.chunks_exact(along.len()));
+                assert!(rows.map(|(some, every)| *some == every[..n]).all(|same| same), "{}, {n}", scene.name);
+            }
+        });
+    }
+}
+
+#[test]
 fn the_derivative_along_a_dead_time_is_the_difference_quotient() {
     let late = |delay: f64| {
         let scene = Scene { truck: truck_with(&[("free.valve_delay.delay", delay)]), ..regulating() };

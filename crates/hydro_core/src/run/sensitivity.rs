@@ -75,10 +75,15 @@ pub struct Sensitivity {
     pub derivatives: Vec<f64>,
 }
 
-/// Directions carried at once: one vector of single precision or two, of the widest kind; fewer where few are left, as
-/// of a lift that stands still, which has its start and what both lifts share.
-const WIDE: usize = 32;
+/// Directions carried at once. A lift has 36, with its start, what both lifts share and what each recording has of its
+/// own: they and a few more fit into one run, which else would work out the values twice.
+const WIDE: usize = 40;
+/// Fewer where few are left: of a lift that stands still its start and what both lifts share, or one curve.
 const NARROW: usize = 16;
+/// One register of AVX2.
+const FEW: usize = 8;
+/// What holds [`WIDE`] in registers of sixteen: the last is half empty.
+const WIDE_BY_SIXTEENS: usize = WIDE.next_multiple_of(16);
 
 /// A number and its derivatives, each as often as its direction's size says ([`Task::sizes`]).
 type Number<E, const P: usize> = Dual<f64, P, E>;
@@ -235,23 +240,29 @@ impl<'a> Task<'a> {
     }
 
     fn of_lifts<const L: usize>(&self, which: [LiftName; L], job: &Job) -> Result<Share, Error> {
-        let narrow = match job.along.len() {
-            0 => return self.part::<[f32; 0], 0, L>(which, job),
-            n => n <= NARROW,
-        };
+        let n = job.along.len();
+        if n == 0 {
+            return self.part::<[f32; 0], 0, L>(which, job);
+        }
         #[cfg(target_arch = "x86_64")]
         {
             use crate::slopes::registers::{Eights, Sixteens};
             use crate::solver::vectors::{has_avx2, has_avx512};
-            match (narrow, has_avx512(), has_avx2()) {
-                (true, true, _) => return self.part::<Sixteens<1>, NARROW, L>(which, job),
-                (false, true, _) => return self.part::<Sixteens<2>, WIDE, L>(which, job),
-                (true, _, true) => return self.part::<Eights<2>, NARROW, L>(which, job),
-                (false, _, true) => return self.part::<Eights<4>, WIDE, L>(which, job),
-                _ => {}
+            if has_avx512() {
+                return match n <= NARROW {
+                    true => self.part::<Sixteens<1>, NARROW, L>(which, job),
+                    false => self.part::<Sixteens<3>, WIDE_BY_SIXTEENS, L>(which, job),
+                };
+            }
+            if has_avx2() {
+                return match n {
+                    ..=FEW => self.part::<Eights<1>, FEW, L>(which, job),
+                    ..=NARROW => self.part::<Eights<2>, NARROW, L>(which, job),
+                    _ => self.part::<Eights<5>, WIDE, L>(which, job),
+                };
             }
         }
-        match narrow {
+        match n <= NARROW {
             true => self.part::<[f32; NARROW], NARROW, L>(which, job),
             false => self.part::<[f32; WIDE], WIDE, L>(which, job),
         }
