@@ -10,7 +10,7 @@ import pytest
 from forklift.diagnosis import sentences
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.criteria import DOUBTFUL
-from forklift.diagnosis.engine import verdict
+from forklift.diagnosis.engine import loudest, verdict
 from forklift.diagnosis.outcome import Location, Outcome
 from forklift.diagnosis.refit import Refit
 from forklift.plant.findings import InvalidStretch
@@ -46,7 +46,7 @@ def test_what_was_seen_before_any_fit_is_the_verdict_only_where_nothing_is_left_
     complete: bool, worst: float, strained: bool, accepted: bool, found: tuple[Cause, ...], said: str
 ) -> None:
     baseline = SimpleNamespace(
-        complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst), fitted_alone=False
+        complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst), fitted_alone=()
     )
     final = SimpleNamespace() if accepted else baseline
     selection = cast(Any, SimpleNamespace(baseline=baseline, final=final))
@@ -57,13 +57,22 @@ def test_what_was_seen_before_any_fit_is_the_verdict_only_where_nothing_is_left_
 @pytest.mark.parametrize(("fitted", "said"), [(1.3, "no-mismatch"), (31.0, "unknown-effect")])
 def test_what_acts_in_recordings_that_were_fitted_alone_is_a_mismatch(fitted, said, hopeless) -> None:
     held, other = (
-        SimpleNamespace(role=role, explained=square < DOUBTFUL, mean_square=square, strain=0.0)
+        SimpleNamespace(
+            file=f"{role}.csv",
+            channel=role,
+            role=role,
+            explained=square < DOUBTFUL,
+            mean_square=square,
+            excess=square,
+            strain=0.0,
+        )
         for role, square in (("validate", 0.8), ("estimate", fitted))
     )
     nothing = cast(Any, None)
     baseline = Refit((), nothing, nothing, (held,), (0.0, 0.0), True, nothing, rest=lambda: (other,))  # type: ignore[arg-type, return-value]
     assert baseline.complete
-    assert baseline.fitted_alone is (said == "unknown-effect")
+    assert baseline.fitted_alone == (("estimate.csv",) if said == "unknown-effect" else ())
+    assert loudest(baseline) == ("estimate" if said == "unknown-effect" else "validate")
     selection = cast(Any, SimpleNamespace(baseline=baseline, final=baseline))
     assert verdict(selection, (), hopeless=hopeless) == ("no-mismatch" if hopeless else said)
 
@@ -87,8 +96,8 @@ def test_something_is_missing_without_a_cause_though_a_sensor_stands_still(
     assert STUCK not in found.explaining
 
 
-@pytest.mark.parametrize("alone", [False, True])
-def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(alone: bool) -> None:
+@pytest.mark.parametrize("alone", [(), ("a.csv",), ("a.csv", "b.csv"), ("a.csv", "b.csv", "c.csv", "d.csv")])
+def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(alone: tuple[str, ...]) -> None:
     found = SimpleNamespace(
         verdict="unknown-effect",
         causes=(STUCK,),
@@ -109,7 +118,8 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(alone:
         "Something is missing that no hypothesis explains: it acts on the flow through the valve"
     )
     assert said.index("a function of the load") < said.index("Besides, the signal stands still")
-    assert ("fitted" in said) is alone
+    assert ("fitted" in said) is bool(alone)
+    assert all(file in said for file in alone) if len(alone) < 4 else "4 of the recordings" in said
 
 
 @pytest.mark.parametrize(

@@ -137,6 +137,6 @@ def verdict(
 def loudest(refit: Refit) -> str:
     """The channel in which the mismatch shows most."""
     sums: dict[str, float] = {}
-    for found in refit.held_out:
+    for found in refit.judged if refit.fitted_alone else refit.held_out:
         sums[found.channel] = sums.get(found.channel, 0.0) + found.excess
     return max(sums, key=lambda channel: sums[channel])

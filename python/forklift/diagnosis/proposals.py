@@ -15,6 +15,7 @@ from forklift.diagnosis.next_recording import Candidate, Proposal, part, tell
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.selection import Selection
+from forklift.diagnosis.sentences import FEW
 from forklift.fitting.sample import observing
 from forklift.plant.findings import Findings
 from forklift.plant.subject import Subject, Wanted
@@ -74,6 +75,14 @@ def propose(
             None,
             "before anything more is recorded, check what was found: "
             + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
+        )
+    files = selection.final.fitted_alone
+    if not found and 0 < len(files) <= FEW:
+        return Proposed(
+            None,
+            f"look at what happened in {' and '.join(files)}: nothing else shows what is left over; "
+            f"if it was no {model.words.noun}'s doing, leave {'them' if len(files) > 1 else 'it'} out and "
+            "diagnose again",
         )
     nameless = "unknown" in kinds
     if not explained or nameless:

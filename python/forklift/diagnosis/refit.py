@@ -84,9 +84,11 @@ class Refit:
         return bool(rest) and all(found.explained for found in rest)
 
     @cached_property
-    def fitted_alone(self) -> bool:
-        """Whether what is left over shows in recordings that were fitted, clearly, and in none held out."""
-        return self.complete and any(found.mean_square > DOUBTFUL for found in self.judged)
+    def fitted_alone(self) -> tuple[str, ...]:
+        """The recordings that were fitted in which something is left over clearly, where none held out shows
+        anything: what happened in one of them, or physics that the others do not reach."""
+        shown = [found.file for found in self.judged if found.mean_square > DOUBTFUL]
+        return tuple(dict.fromkeys(shown)) if self.complete else ()
 
     @property
     def told_from(self) -> Found:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from forklift.plant.subject import Words
 
 
+FEW = 3
+"""Recordings that a sentence names; of more it tells how many."""
 AS_BEFORE = 0.05
 """Share of a mean square by less than which it is as before: chosen, as no reader calls that a change."""
 
@@ -91,10 +93,9 @@ def sentence(found: Outcome) -> str:
     if found.unexplained:
         assert found.location
         place = found.machine.words.equation(found.location.equation)
-        alone = ", and shows in recordings that were fitted alone" if found.baseline.fitted_alone else ""
         return (
-            f"Something is missing that no hypothesis explains: it acts on {place}{_part(found)}{alone}; "
-            f"{found.location.region}.{seen}"
+            f"Something is missing that no hypothesis explains: it acts on {place}{_part(found)}"
+            f"{_alone(found)}; {found.location.region}.{seen}"
         )
     causes = in_one(
         [
@@ -107,6 +108,16 @@ def sentence(found: Outcome) -> str:
     if any(cause.beyond for cause in found.causes):
         causes += ", or something that acts alike"
     return f"{causes[:1].upper()}{causes[1:]}{_gained(found)}; {_left(found)}."
+
+
+def _alone(found: Outcome) -> str:
+    """In which recordings alone it shows, where none held out does."""
+    files = found.baseline.fitted_alone
+    if not files:
+        return ""
+    if len(files) > FEW:
+        return f", and shows in {len(files)} of the recordings that were fitted and in none held out"
+    return f", and shows in {' and '.join(files)} alone, which {'were' if len(files) > 1 else 'was'} fitted"
 
 
 def _left(found: Outcome) -> str:
