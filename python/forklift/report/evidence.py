@@ -109,7 +109,10 @@ def explorer(found: Diagnosis, told: Mapping[str, Any], *, changed: bool) -> Exp
 
 
 def _first(found: Diagnosis) -> ChannelResidual:
-    """The worst signal held out; where none is left over, of those that move."""
+    """The worst signal held out; where none is left over, of those that move; where what is left over shows
+    in recordings that were fitted alone, of these."""
+    if found.baseline.fitted_alone:
+        return max(found.baseline.judged, key=lambda one: one.mean_square)
     driven = {(row["file"], row["channel"]) for row in found.before.held_out.iter_rows(named=True)}
     held = found.baseline.held_out
     seen = [one for one in held if not one.explained or (recording_of(one.file), one.channel) in driven]
