@@ -46,7 +46,7 @@ def test_what_was_seen_before_any_fit_is_the_verdict_only_where_nothing_is_left_
     complete: bool, worst: float, strained: bool, accepted: bool, found: tuple[Cause, ...], said: str
 ) -> None:
     baseline = SimpleNamespace(
-        complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst), fitted_alone=()
+        complete=complete, strained=strained, worst=SimpleNamespace(mean_square=worst), fitted_alone=False
     )
     final = SimpleNamespace() if accepted else baseline
     selection = cast(Any, SimpleNamespace(baseline=baseline, final=final))
@@ -71,7 +71,8 @@ def test_what_acts_in_recordings_that_were_fitted_alone_is_a_mismatch(fitted, sa
     nothing = cast(Any, None)
     baseline = Refit((), nothing, nothing, (held,), (0.0, 0.0), True, nothing, rest=lambda: (other,))  # type: ignore[arg-type, return-value]
     assert baseline.complete
-    assert baseline.fitted_alone == (("estimate.csv",) if said == "unknown-effect" else ())
+    assert baseline.fitted_alone is (said == "unknown-effect")
+    assert baseline.shown_in == (("estimate.csv",) if baseline.fitted_alone else ())
     assert loudest(baseline) == ("estimate" if said == "unknown-effect" else "validate")
     selection = cast(Any, SimpleNamespace(baseline=baseline, final=baseline))
     assert verdict(selection, (), hopeless=hopeless) == ("no-mismatch" if hopeless else said)
@@ -96,8 +97,11 @@ def test_something_is_missing_without_a_cause_though_a_sensor_stands_still(
     assert STUCK not in found.explaining
 
 
-@pytest.mark.parametrize("alone", [(), ("a.csv",), ("a.csv", "b.csv"), ("a.csv", "b.csv", "c.csv", "d.csv")])
-def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(alone: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("fitted", [False, True])
+@pytest.mark.parametrize("files", [(), ("a.csv",), ("a.csv", "b.csv"), ("a.csv", "b.csv", "c.csv", "d.csv")])
+def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(
+    files: tuple[str, ...], fitted: bool
+) -> None:
     found = SimpleNamespace(
         verdict="unknown-effect",
         causes=(STUCK,),
@@ -109,7 +113,7 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(alone:
         judged_on="validate",
         findings=SimpleNamespace(unexcited=""),
         final=SimpleNamespace(held_out=(), hypotheses=()),
-        baseline=SimpleNamespace(fitted_alone=alone),
+        baseline=SimpleNamespace(fitted_alone=fitted and bool(files), shown_in=files),
         location=Location("main", "valve-flow", "position_main_m", "it is a function of the load", 1.0),
         machine=SimpleNamespace(words=ForkliftWords(), part_word="lift"),
     )
@@ -118,8 +122,8 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(alone:
         "Something is missing that no hypothesis explains: it acts on the flow through the valve"
     )
     assert said.index("a function of the load") < said.index("Besides, the signal stands still")
-    assert ("fitted" in said) is bool(alone)
-    assert all(file in said for file in alone) if len(alone) < 4 else "4 of the recordings" in said
+    assert all(file in said for file in files if len(files) < 4)
+    assert ("4 of the recordings" in said) is (fitted and len(files) == 4)
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def propose(
             "before anything more is recorded, check what was found: "
             + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
         )
-    files = selection.final.fitted_alone
+    files = selection.final.shown_in
     if not found and 0 < len(files) <= FEW:
         return Proposed(
             None,

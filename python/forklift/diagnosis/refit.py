@@ -84,11 +84,15 @@ class Refit:
         return bool(rest) and all(found.explained for found in rest)
 
     @cached_property
-    def fitted_alone(self) -> tuple[str, ...]:
-        """The recordings that were fitted in which something is left over clearly, where none held out shows
-        anything: what happened in one of them, or physics that the others do not reach."""
-        shown = [found.file for found in self.judged if found.mean_square > DOUBTFUL]
-        return tuple(dict.fromkeys(shown)) if self.complete else ()
+    def shown_in(self) -> tuple[str, ...]:
+        """The recordings, or their stretches, in which something is left over clearly."""
+        return tuple(dict.fromkeys(found.file for found in self.judged if found.mean_square > DOUBTFUL))
+
+    @property
+    def fitted_alone(self) -> bool:
+        """Whether what is left over shows in recordings that were fitted, clearly, and in none held out: what
+        happened in one of them, or physics that the others do not reach."""
+        return self.complete and bool(self.shown_in)
 
     @property
     def told_from(self) -> Found:

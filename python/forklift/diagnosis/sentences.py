@@ -111,13 +111,13 @@ def sentence(found: Outcome) -> str:
 
 
 def _alone(found: Outcome) -> str:
-    """In which recordings alone it shows, where none held out does."""
-    files = found.baseline.fitted_alone
-    if not files:
-        return ""
-    if len(files) > FEW:
+    """In which recordings alone it shows, where these are few, or none of them was held out."""
+    files = found.baseline.shown_in
+    if 0 < len(files) <= FEW:
+        return f", and shows in {' and '.join(files)} alone"
+    if found.baseline.fitted_alone:
         return f", and shows in {len(files)} of the recordings that were fitted and in none held out"
-    return f", and shows in {' and '.join(files)} alone, which {'were' if len(files) > 1 else 'was'} fitted"
+    return ""
 
 
 def _left(found: Outcome) -> str:

@@ -446,8 +446,6 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 "No recording is known that would tell what it is.",
                 [prose(found.next_why), *([effect] if name else [])],
             )
-        if found.unexplained and 0 < len(found.baseline.fitted_alone) <= sentences.FEW:
-            return Fact(question, "First look at what was recorded.", [prose(found.next_why)])
         if found.unexplained:
             telling = next((one for one in found.dependences if one.explained >= TOLD_REGION), None)
             over = (
@@ -457,6 +455,8 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 if telling
                 else ""
             )
+            if not over and 0 < len(found.baseline.shown_in) <= sentences.FEW:
+                return Fact(question, "First look at what was recorded.", [prose(found.next_why)])
             return Fact(
                 question,
                 f"More of the {over}, over a wider range." if over else "Nothing can be proposed.",

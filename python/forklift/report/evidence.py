@@ -122,7 +122,8 @@ def _first(found: Diagnosis) -> ChannelResidual:
 def _heat(found: Diagnosis, *, changed: bool) -> Iterator[Figure]:
     models = {"before": found.baseline.judged, "after": found.final.judged}
     if len({one.file for one in found.baseline.judged}) <= MOST_ROWS:
-        yield heat.heat(found.machine, found.recordings, models if changed else {"": found.final.judged})
+        models = models if changed else {"": found.final.judged}
+        yield heat.heat(found.machine, found.recordings, models, found.sensors)
 
 
 def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from forklift.report.blocks import Figure, Panel
 if TYPE_CHECKING:
     from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.subject import Subject, Words
+    from forklift.recordings.noise import Sensor
 
 LEAST_STRONGEST = 5.0
 """Mean square of the strongest colour, at least; else the greatest there is."""
@@ -39,12 +40,16 @@ Cells = Mapping[tuple[str, str, str], tuple[float, int, bool]]
 
 
 def heat(
-    machine: Subject, recordings: Sequence[Any], models: Mapping[str, Sequence[ChannelResidual]]
+    machine: Subject,
+    recordings: Sequence[Any],
+    models: Mapping[str, Sequence[ChannelResidual]],
+    sensors: Mapping[str, Sensor],
 ) -> Figure:
-    """The models below each other, in the same colours."""
+    """The models below each other, in the same colours; `sensors` by channel."""
     phases = {piece.file: machine.labels(piece) for one in recordings for piece in machine.pieces(one)}
     names = machine.phases
-    cells = {label: _cells(judged, phases, names) for label, judged in models.items()}
+    encoders = {channel for channel, sensor in sensors.items() if sensor.count}
+    cells = {label: _cells(judged, phases, names, encoders) for label, judged in models.items()}
     role = {one.file: one.role for judged in models.values() for one in judged}
     files = sorted(role, key=lambda file: role[file] != "validate")
     seen = {key[1:] for known in cells.values() for key in known}
@@ -77,9 +82,9 @@ def _cells(
     judged: Sequence[ChannelResidual],
     phases: Mapping[str, Mapping[str, NDArray[np.intp]]],
     names: Sequence[str],
+    encoders: Collection[str],
 ) -> Cells:
     cells: dict[tuple[str, str, str], tuple[float, int, bool]] = {}
-    analogue = {one.channel for one in judged if one.whiteness is not None}  # of an encoder there is none
     for one in judged:
         if one.mean_square < STILL or not len(one.left):
             continue
@@ -89,7 +94,7 @@ def _cells(
             cells[one.file, one.channel, names[index]] = (
                 float(np.mean(left**2)),
                 len(left),
-                one.channel not in analogue,
+                one.channel in encoders,
             )
     return cells
 
