@@ -464,8 +464,8 @@ fn along_however_many_directions_each_derivative_is_to_the_bit_the_same() {
             for n in [1, 8, 9, 16, 17, 40, 41] {
                 let few = of(&along[..n]);
                 assert!(few.outputs == all.outputs, "{}: outputs beside {n} directions", scene.name);
-                let rows = few.derivatives.chunks_exact(n).zip(all.derivatives.chunks_exact(along.len()));
-                assert!(rows.map(|(some, every)| *some == every[..n]).all(|same| same), "{}, {n}", scene.name);
+                let mut rows = few.derivatives.chunks_exact(n).zip(all.derivatives.chunks_exact(along.len()));
+                assert!(rows.all(|(some, every)| *some == every[..n]), "{}, {n}", scene.name);
             }
         });
     }

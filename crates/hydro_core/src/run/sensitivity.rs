@@ -255,10 +255,12 @@ impl<'a> Task<'a> {
                 };
             }
             if has_avx2() {
-                return match n {
-                    ..=FEW => self.part::<Eights<1>, FEW, L>(which, job),
-                    ..=NARROW => self.part::<Eights<2>, NARROW, L>(which, job),
-                    _ => self.part::<Eights<5>, WIDE, L>(which, job),
+                return if n <= FEW {
+                    self.part::<Eights<1>, FEW, L>(which, job)
+                } else if n <= NARROW {
+                    self.part::<Eights<2>, NARROW, L>(which, job)
+                } else {
+                    self.part::<Eights<5>, WIDE, L>(which, job)
                 };
             }
         }
