@@ -113,7 +113,11 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(
         judged_on="validate",
         findings=SimpleNamespace(unexcited=""),
         final=SimpleNamespace(held_out=(), hypotheses=()),
-        baseline=SimpleNamespace(fitted_alone=fitted and bool(files), shown_in=files),
+        baseline=SimpleNamespace(
+            fitted_alone=fitted and bool(files),
+            shown_in=files,
+            judged=[SimpleNamespace(file=f"{name}.csv") for name in "abcdefgh"],
+        ),
         location=Location("main", "valve-flow", "position_main_m", "it is a function of the load", 1.0),
         machine=SimpleNamespace(words=ForkliftWords(), part_word="lift"),
     )
@@ -124,6 +128,13 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(
     assert said.index("a function of the load") < said.index("Besides, the signal stands still")
     assert all(file in said for file in files if len(files) < 4)
     assert ("4 of the recordings" in said) is (fitted and len(files) == 4)
+
+
+@pytest.mark.parametrize(("recordings", "told"), [("ab", True), ("a", False)])
+def test_what_shows_in_all_recordings_shows_in_none_alone(recordings: str, told: bool) -> None:
+    judged = [SimpleNamespace(file=name) for name in recordings]
+    refit = cast(Any, SimpleNamespace(shown_in=("a",), judged=judged))
+    assert bool(sentences.shown_alone(refit)) is told
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,8 @@ def verdict(
         return VERDICTS[found[0].hypothesis.kind]
     unexplained = selection.final is baseline
     doubtful = unexplained and baseline.worst.mean_square <= DOUBTFUL and not baseline.strained
-    if not (hopeless or baseline.complete or doubtful) or (baseline.fitted_alone and not hopeless):
+    left = baseline.fitted_alone or not (baseline.complete or doubtful)
+    if left and not hopeless:
         return "unknown-effect"
     return VERDICTS[seen[0].hypothesis.kind] if seen else "no-mismatch"
 

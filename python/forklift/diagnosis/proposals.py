@@ -15,7 +15,7 @@ from forklift.diagnosis.next_recording import Candidate, Proposal, part, tell
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.selection import Selection
-from forklift.diagnosis.sentences import FEW
+from forklift.diagnosis.sentences import look_at, shown_alone
 from forklift.fitting.sample import observing
 from forklift.plant.findings import Findings
 from forklift.plant.subject import Subject, Wanted
@@ -76,14 +76,9 @@ def propose(
             "before anything more is recorded, check what was found: "
             + "; ".join(dict.fromkeys(_at(model, cause) for cause in found)),
         )
-    files = selection.final.shown_in
-    if not found and 0 < len(files) <= FEW:
-        return Proposed(
-            None,
-            f"look at what happened in {' and '.join(files)}: nothing else shows what is left over; "
-            f"if it was no {model.words.noun}'s doing, leave {'them' if len(files) > 1 else 'it'} out and "
-            "diagnose again",
-        )
+    files = shown_alone(selection.final)
+    if files and not found:
+        return Proposed(None, look_at(files, model.words.noun))
     nameless = "unknown" in kinds
     if not explained or nameless:
         return Proposed(

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from forklift.diagnosis.causes import Cause
     from forklift.diagnosis.dependence import Dependence
     from forklift.diagnosis.outcome import Outcome
+    from forklift.diagnosis.refit import Refit
     from forklift.fitting.agreement import Agreement
     from forklift.plant.protocol import Hypothesis
     from forklift.plant.subject import Words
@@ -112,12 +113,27 @@ def sentence(found: Outcome) -> str:
 
 def _alone(found: Outcome) -> str:
     """In which recordings alone it shows, where these are few, or none of them was held out."""
-    files = found.baseline.shown_in
-    if 0 < len(files) <= FEW:
+    files = shown_alone(found.baseline)
+    if files:
         return f", and shows in {' and '.join(files)} alone"
     if found.baseline.fitted_alone:
-        return f", and shows in {len(files)} of the recordings that were fitted and in none held out"
+        shown = len(found.baseline.shown_in)
+        return f", and shows in {shown} of the recordings that were fitted and in none held out"
     return ""
+
+
+def shown_alone(refit: Refit) -> tuple[str, ...]:
+    """The recordings in which something is left over clearly, if they are few, and few among all."""
+    every = {one.file for one in refit.judged}
+    return refit.shown_in if len(refit.shown_in) <= min(FEW, len(every) // 2) else ()
+
+
+def look_at(files: Sequence[str], noun: str) -> str:
+    """What to do about recordings that alone show something."""
+    return (
+        f"look at what happened in {' and '.join(files)}: nothing else shows what is left over; if it was no "
+        f"{noun}'s doing, leave {'them' if len(files) > 1 else 'it'} out and diagnose again"
+    )
 
 
 def _left(found: Outcome) -> str:

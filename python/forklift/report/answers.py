@@ -455,8 +455,10 @@ def _next(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
                 if telling
                 else ""
             )
-            if not over and 0 < len(found.baseline.shown_in) <= sentences.FEW:
-                return Fact(question, "First look at what was recorded.", [prose(found.next_why)])
+            files = sentences.shown_alone(found.baseline)
+            if files and not over:
+                look = sentences.look_at(files, found.machine.words.noun)
+                return Fact(question, "First look at what was recorded.", [prose(look)])
             return Fact(
                 question,
                 f"More of the {over}, over a wider range." if over else "Nothing can be proposed.",
