@@ -38,7 +38,7 @@ def test(*arguments):
     """all tests, of Rust and of Python, on all cores; further arguments go to pytest"""
     install("test")
     return max(
-        run("cargo", "test", "--profile", "testing", "--workspace", "--no-fail-fast"),
+        run("cargo", "test", "--release", "-p", "hydro_core", "-p", "hydro_py", "--no-fail-fast"),
         run(PYTHON, "-m", "pytest", *SPREAD, "--durations", "25", *arguments),
     )
 

@@ -461,6 +461,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Mast<S, X, L> {
 
     /// Time derivatives of the whole state vector; of a lift that rests on a stop, see [`Mast::accelerations`], those
     /// that it would have without, which the integrators take off.
+    #[inline(always)]
     pub fn rates_resting(&self, x: &[S], dx: &mut [S], resting: &Resting<S, L>) {
         let lifts: [LiftState<S>; L] = std::array::from_fn(|k| LiftState::from_slice(&x[k * STATES..(k + 1) * STATES]));
         let own = &x[L * STATES..];

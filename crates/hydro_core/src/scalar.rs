@@ -41,6 +41,8 @@ impl Mask for bool {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Vectors {
     Any,
+    /// Those that the crate is compiled for: such a number stands in where the processor has none of the next.
+    Compiled,
     Avx2,
     Avx512,
 }

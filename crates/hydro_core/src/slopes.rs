@@ -73,6 +73,8 @@ impl Slope<f64> for f32 {
 }
 
 impl<S: Scalar, D: Slope<S>, const P: usize> Slopes<S, P> for [D; P] {
+    // Narrow derivatives stand in registers by name where there are any.
+    const NEEDS: Vectors = if P > 0 && size_of::<D>() < size_of::<S>() { Vectors::Compiled } else { S::NEEDS };
     #[inline(always)]
     fn none() -> Self {
         [D::narrowed(S::zero()); P]

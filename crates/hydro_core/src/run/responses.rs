@@ -221,7 +221,7 @@ impl Run<'_> {
         intervals: &mut [usize],
     ) -> Result<(), Error> {
         let Built { lifts, physics, plain } = self.built::<Dual<f64, P>, L>(which)?;
-        if plain && part.end <= all.memory {
+        if const { L == 1 } && plain && part.end <= all.memory {
             return self.run(which, lifts, Thesis, part, all, intervals);
         }
         let inputs = part.clone().filter_map(|d| Some((d - part.start, d.checked_sub(all.memory)?)));

@@ -264,7 +264,8 @@ impl<'a> Task<'a> {
                 };
             }
         }
-        match n <= NARROW {
+        // An old processor with neither has one kind of number for all.
+        match n <= NARROW && !cfg!(target_arch = "x86_64") {
             true => self.part::<[f32; NARROW], NARROW, L>(which, job),
             false => self.part::<[f32; WIDE], WIDE, L>(which, job),
         }
@@ -298,7 +299,8 @@ impl<'a> Task<'a> {
                 _ => None,
             })
             .collect();
-        if effects.is_empty() && inputs.is_empty() {
+        // Both lifts run together where an effect joins them.
+        if const { L == 1 } && effects.is_empty() && inputs.is_empty() {
             self.run(which, lifts, Thesis, number, job)
         } else {
             let physics = Extended::new(&effects, &lifts).with_inputs(inputs);

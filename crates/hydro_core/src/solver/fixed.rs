@@ -187,6 +187,7 @@ impl ValveSteps {
 
 impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     /// Starts in `start` with substeps of `h` [s], the valve moving in `valve_steps` of each.
+    #[inline(always)]
     pub fn new(mast: Mast<S, X, L>, start: &[S], h: f64, valve_steps: ValveSteps) -> Self {
         let lifts = std::array::from_fn(|k| LiftState::from_slice(&start[k * STATES..(k + 1) * STATES]));
         let own = start[L * STATES..].to_vec();
@@ -279,6 +280,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Fixed<S, X, L> {
     }
 
     /// Rates at the start, so that the first prediction knows where it goes.
+    #[inline(always)]
     fn first_rates(&mut self) {
         let mut x = vec![S::zero(); self.mast.dim()];
         let mut dx = x.clone();

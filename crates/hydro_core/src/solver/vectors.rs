@@ -41,26 +41,29 @@ pub(crate) fn has_avx2() -> bool {
 }
 
 /// Runs `work` with AVX-512 or AVX2 where the processor has it, else as compiled.
+// What a kind of number decides stands in constants, or the compiler translates ways that are never taken.
 #[inline(always)]
 pub fn widest<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        if matches!(W::Number::NEEDS, Vectors::Avx512) {
+        if const { matches!(W::Number::NEEDS, Vectors::Avx512) } {
             // SAFETY: such a number can only have been made where the processor has AVX-512.
             return unsafe { with_avx512(work) };
         }
-        if matches!(W::Number::NEEDS, Vectors::Avx2) {
+        if const { matches!(W::Number::NEEDS, Vectors::Avx2) } {
             // SAFETY: such a number can only have been made where the processor has AVX2.
             return unsafe { with_avx2(work) };
         }
-        // A single number gains nothing from wider vectors, and loses by AVX-512's slower choices.
-        if W::Number::NUMBERS > 1 && has_avx512() {
-            // SAFETY: the processor has every feature the function is compiled with.
-            return unsafe { with_avx512(work) };
-        }
-        if has_avx2() {
-            // SAFETY: as above.
-            return unsafe { with_avx2(work) };
+        if const { matches!(W::Number::NEEDS, Vectors::Any) } {
+            // A single number gains nothing from wider vectors, and loses by AVX-512's slower choices.
+            if const { W::Number::NUMBERS > 1 } && has_avx512() {
+                // SAFETY: the processor has every feature the function is compiled with.
+                return unsafe { with_avx512(work) };
+            }
+            if has_avx2() {
+                // SAFETY: as above.
+                return unsafe { with_avx2(work) };
+            }
         }
     }
     work.run()
