@@ -29,7 +29,7 @@ from forklift.app.commands.control import control
 from forklift.app.options import INTERRUPTED as INTERRUPTED
 from forklift.app.options import REFUSED
 from forklift.base.errors import ForkliftError
-from forklift.base.memory import keep_freed
+from forklift.base.memory import collect_seldom, keep_freed
 
 
 class _Commands(typer.core.TyperGroup):
@@ -90,6 +90,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 2 refused with one sentence, 130 interrupted."""
     signal.signal(signal.SIGTERM, _terminated)
     keep_freed()
+    collect_seldom()
     sys.exit(run(arguments))
 
 
