@@ -526,22 +526,24 @@ mod tests {
         let lifts = Lifts::One(LiftName::Free);
         let truck = Truck::from_values(common::thesis_values()).unwrap();
         let makeup = Makeup::new(truck, lifts, DEFAULTS, vec![(0.0, 0.5)], vec![], vec![], 1).unwrap();
-        let mut drawn = makeup.member(&[], 0, TICKS, 0.02).unwrap();
-        drawn.conditions[Condition::Load as usize] = f64::NAN; // no value within its bounds does this
+        let drawn = makeup.member(&[], 0, TICKS, 0.02).unwrap();
         let settling = Settling { after_s: 0.1, band_m_s: 0.05 };
         let precision = Precision::Double;
         let trial =
             Trial { makeup, requirements: vec![], settling, tick_s: 0.02, ticks: TICKS, substeps: 1, precision };
-        for count in [1, 4] {
-            let members = vec![&drawn; count];
-            let make: Make = &|_| Ok(Box::new(crate::ensemble::open_loop::OpenLoop));
-            let block = Block { trial: &trial, members, make, interrupt: &|| false, trace: None };
-            let found = match count {
-                1 => LaneWork::<1>::run::<f64>(block),
-                _ => LaneWork::<4>::run::<Lanes<4>>(block),
-            };
-            assert!(found.unwrap().iter().all(|outcome| outcome.verdict == Verdict::NotFinite), "{count}");
+        let make: Make = &|_| Ok(Box::new(crate::ensemble::open_loop::OpenLoop));
+        let block =
+            |count| Block { trial: &trial, members: vec![&drawn; count], make, interrupt: &|| false, trace: None };
+        for found in [without_weight::<f64, 1>(block(1)), without_weight::<Lanes<4>, 4>(block(4))] {
+            assert!(found.iter().all(|outcome| outcome.verdict == Verdict::NotFinite), "{}", found.len());
         }
+    }
+
+    /// With a load that is not a number, which no value within its bounds is.
+    fn without_weight<S: LaneScalar<N>, const N: usize>(block: Block) -> Vec<Outcome> {
+        let which = [LiftName::Free];
+        let lifts = block.trial.makeup.truck.lifts(which, S::constant(f64::NAN), |_, value| S::constant(value));
+        block.through::<S, _, N, 1>(which, lifts, Thesis).unwrap()
     }
 
     #[test]
