@@ -24,7 +24,7 @@ AT_ONCE = 64 << 20
 """Bytes by which the heap grows."""
 SELDOM = (50_000, 20, 100)
 """How many more objects live before Python looks through the youngest; how many such looks make one at those
-that outlived one, and how many of these one at all. Python's own are 700, 10 and 10."""
+that outlived one, and how many of these one at all. CPython 3.11's own are 700, 10 and 10."""
 
 
 def keep_freed() -> bool:
@@ -43,5 +43,5 @@ def keep_freed() -> bool:
 
 
 def collect_seldom() -> None:
-    """Look for objects that keep each other alive as `SELDOM` has it, for the command line as well."""
+    """Look for objects that keep each other alive as `SELDOM` has it. The command line calls this, too."""
     gc.set_threshold(*SELDOM)

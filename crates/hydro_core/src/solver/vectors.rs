@@ -41,7 +41,7 @@ pub(crate) fn has_avx2() -> bool {
 }
 
 /// Runs `work` with AVX-512 or AVX2 where the processor has it, else as compiled.
-// What a kind of number decides stands in constants, or the compiler translates ways that are never taken.
+// What a kind of number decides stands in constants, or paths that are never taken are compiled too.
 #[inline(always)]
 pub fn widest<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]

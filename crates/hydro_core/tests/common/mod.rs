@@ -5,15 +5,17 @@
 pub mod space;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::Path;
 
 use hydro_core::error::Error;
 use hydro_core::mast::LiftName;
 use hydro_core::run::{Inputs, Lifts, Run, Solver};
 use hydro_core::truck::{Truck, Value};
 
-fn repository() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
+/// Above the package that is built with this: the core, or its benches.
+fn repository() -> &'static Path {
+    let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    above.skip(1).find(|folder| folder.join("Cargo.lock").exists()).expect("the workspace has a lock file")
 }
 
 /// A file of the repository.
