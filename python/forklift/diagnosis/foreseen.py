@@ -64,6 +64,10 @@ def foreseen(
         for variable in given[0]
         if all(variable in one for one in given)
     }
+    bases = {
+        (port, variable): _bases([one[variable] for one in asked[port]], at)
+        for (port, variable), at in knots.items()
+    }
     matrix = {key: np.eye(COEFFICIENTS) for key in knots}
     cross = {key: np.zeros((len(gradient), COEFFICIENTS)) for key in knots}
     pull = {key: np.zeros(COEFFICIENTS) for key in knots}
@@ -72,9 +76,9 @@ def foreseen(
         for port in asked:
             rows = one.rows(sample, answers.at(port) * sizes[port])
             square, with_known, with_rest = rows.T @ rows, one.jacobian.T @ rows, rows.T @ one.residual
-            for key, at in knots.items():
+            for key, every in bases.items():
                 if key[0] == port:
-                    basis = _basis(asked[port][k][key[1]], at)
+                    basis = every[k]
                     matrix[key] += basis.T @ square @ basis
                     cross[key][one.place] += with_known @ basis
                     pull[key] += basis.T @ with_rest
@@ -133,7 +137,8 @@ def _knots(columns: Sequence[Floats]) -> Floats:
     return lowest + width * np.arange(-3.0, INTERVALS + 4.0)
 
 
-def _basis(values: Floats, knots: Floats) -> Floats:
-    """(values, splines)."""
-    within = np.clip(values, knots[3], knots[-4])
-    return np.asarray(BSpline.design_matrix(within, knots, 3).toarray())
+def _bases(columns: Sequence[Floats], knots: Floats) -> list[Floats]:
+    """Of each recording (values, splines)."""
+    within = np.clip(np.concatenate(columns), knots[3], knots[-4])
+    basis = np.asarray(BSpline.design_matrix(within, knots, 3).toarray())
+    return np.split(basis, np.cumsum([len(one) for one in columns])[:-1])

@@ -121,10 +121,10 @@ class ForkliftSubject(Forklift):
         ForkliftError
             Those of `forklift.plant.forklift.checks.suitability`, but for recordings in which nothing moves.
         """
-        kept, invalid = without_invalid(recordings, self.truck)
+        kept, invalid, known = without_invalid(recordings, self.truck)
         own = clocks(kept, list(sensors(kept)))
         try:
-            suited = suitability(kept, self.truck, self.oil_temperature_degc)
+            suited = suitability(kept, self.truck, self.oil_temperature_degc, known)
         except ForkliftError as error:
             if error.code != "no-excitation":
                 raise
@@ -138,7 +138,7 @@ class ForkliftSubject(Forklift):
         held = _held(cautions)
         if held:  # what recordings held out tell is judged with it free
             every = [replace(one, role="estimate") for one in kept]
-            held = _held(suitability(every, self.truck, self.oil_temperature_degc).cautions)
+            held = _held(suitability(every, self.truck, self.oil_temperature_degc, known).cautions)
         return (
             replace(self, lifts=suited.lifts, clocks=own),
             kept,

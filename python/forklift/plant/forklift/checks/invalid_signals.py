@@ -10,6 +10,7 @@ from forklift.base.errors import ForkliftError
 from forklift.plant.findings import InvalidStretch, without
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.faults import faults
+from forklift.plant.forklift.checks.finding import Finding
 from forklift.plant.forklift.checks.timing import POSITIONS
 
 if TYPE_CHECKING:
@@ -22,29 +23,31 @@ MOST_ROUNDS = 20
 
 def without_invalid(
     recordings: Sequence[Recording], truck: Truck
-) -> tuple[tuple[Recording, ...], tuple[InvalidStretch, ...]]:
-    """The recordings without the samples of stuck and slipped signals, and which these were.
+) -> tuple[tuple[Recording, ...], tuple[InvalidStretch, ...], tuple[Finding, ...]]:
+    """The recordings without the samples of stuck and slipped signals, which these were, and `faults` of what
+    is left.
 
     After a slip nothing is left of that signal in that recording. Where no other signal tells that the lift
     itself did not jump, samples may be lost as well as counts: that is left to the checks, which refuse it.
     """
     kept, taken = tuple(recordings), list[InvalidStretch]()
     for _ in range(MOST_ROUNDS):
-        found = _invalid(kept, truck)
-        if not found:
-            break
-        taken += found
+        found = tuple(faults(kept, truck))
+        invalid = _invalid(kept, found)
+        if not invalid:
+            return kept, tuple(taken), found
+        taken += invalid
         kept = tuple(
-            replace(one, channels=without(one.file, one.time_s, one.channels, found)) for one in kept
+            replace(one, channels=without(one.file, one.time_s, one.channels, invalid)) for one in kept
         )
-    return kept, tuple(taken)
+    return kept, tuple(taken), tuple(faults(kept, truck))
 
 
-def _invalid(given: Sequence[Recording], truck: Truck) -> list[InvalidStretch]:
+def _invalid(given: Sequence[Recording], found: Sequence[Finding]) -> list[InvalidStretch]:
     """Stuck signals; if there are none, slips: the end of a standstill looks like one."""
     recordings = {recording.file: recording for recording in given}
     stuck, slipped = [], []
-    for error in faults(given, truck):
+    for error in found:
         if not isinstance(error, ForkliftError):
             continue
         facts = error.facts

@@ -18,6 +18,7 @@ from forklift.base.numbers import amount
 from forklift.plant.findings import Caution
 from forklift.plant.forklift.checks import motion
 from forklift.plant.forklift.checks.faults import faults
+from forklift.plant.forklift.checks.finding import Finding
 from forklift.plant.forklift.commands import steps_to_current
 from forklift.plant.forklift.phases import shut_current
 from forklift.recordings.channels import LIFTS, Lift, commanded
@@ -57,7 +58,10 @@ class Suitability:
 
 
 def suitability(
-    recordings: Sequence[Recording], truck: Truck, oil_temperature_degc: float | None = None
+    recordings: Sequence[Recording],
+    truck: Truck,
+    oil_temperature_degc: float | None = None,
+    known: Sequence[Finding] | None = None,
 ) -> Suitability:
     """Judge whether these recordings support a fit that starts from `truck`.
 
@@ -69,6 +73,8 @@ def suitability(
         Whose masses, areas, strokes and valves the recordings are held against.
     oil_temperature_degc
         What was entered for recordings without one [°C].
+    known
+        What `forklift.plant.forklift.checks.faults` finds in them, if it was asked before.
 
     Raises
     ------
@@ -89,7 +95,7 @@ def suitability(
             lower=1,
             files=[found.file for found in recordings],
         )
-    found = list(faults(recordings, truck))
+    found = list(faults(recordings, truck) if known is None else known)
     errors = [finding for finding in found if isinstance(finding, ForkliftError)]
     if errors:
         raise _first(errors)
