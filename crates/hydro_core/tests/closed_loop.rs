@@ -11,7 +11,7 @@ use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::closed_loop::{ClosedLoop, Controller, Reading, Seat};
 use hydro_core::run::lowering::{lower, Member, Trace};
 use hydro_core::run::sensing::Sensors;
-use hydro_core::run::ticks::{Clock, Ticks, Warmer};
+use hydro_core::run::ticks::{Clock, Oil, Ticks, Warmer};
 use hydro_core::run::{simulate, Inputs, Lifts, Solver};
 use hydro_core::solver::vectors::Work;
 use hydro_core::truck::{Truck, Value};
@@ -217,7 +217,7 @@ fn free_lift<S: LaneScalar<N>, const N: usize>(members: std::ops::Range<usize>) 
             mast,
             drive: &mut drive,
             clock,
-            warmer: Warmer::none(),
+            oil: Oil::Warmer(Warmer::none()),
             start: &start,
             wanted: &time,
             substeps: SUBSTEPS,

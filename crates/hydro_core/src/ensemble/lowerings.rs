@@ -14,7 +14,7 @@ use crate::run::blocks::{alike, scattered};
 use crate::run::closed_loop::{ClosedLoop, Controller, Order, Seat};
 use crate::run::drive::Drive;
 use crate::run::sensing::Misread;
-use crate::run::ticks::{Clock, Stopped, Ticks, Warmer};
+use crate::run::ticks::{Clock, Oil, Stopped, Ticks, Warmer};
 use crate::run::{Interrupt, Lifts};
 use crate::scalar::Mask;
 use crate::sensors::{PRESSURE_STEP, TEMPERATURE_STEP};
@@ -304,7 +304,7 @@ impl Block<'_, '_> {
             mast,
             drive: &mut drive,
             clock,
-            warmer,
+            oil: Oil::Warmer(warmer),
             start: &start,
             wanted: if tracing { &time } else { &last },
             substeps: trial.substeps,

@@ -2,7 +2,7 @@
 
 use super::drive::{Drive, Replay};
 use super::sensitivity::Case;
-use super::ticks::{Clock, Ticks, Warmer};
+use super::ticks::{Clock, Oil, Ticks, Warmer};
 use super::{check, commanded_names, Interrupt, Solver};
 use crate::effects::{Instance, MastPorts, Term};
 use crate::error::Error;
@@ -80,7 +80,7 @@ pub fn added(draws: &[Truck], case: &Case, substeps: usize, interrupt: Interrupt
         mast,
         drive: &mut drive,
         clock,
-        warmer,
+        oil: Oil::Warmer(warmer),
         start: &start,
         wanted: case.wanted,
         substeps,

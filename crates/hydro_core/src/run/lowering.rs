@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::blocks::{alike, scattered, valve_steps};
 use super::closed_loop::{ClosedLoop, Order, Seat};
-use super::ticks::{substep_s, Clock, Stopped, Ticks, Warmer};
+use super::ticks::{substep_s, Clock, Oil, Stopped, Ticks, Warmer};
 use super::{Interrupt, Lifts};
 use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision};
@@ -154,7 +154,7 @@ fn through<S: LaneScalar<N>, X: Physics<S>, const N: usize, const L: usize>(
         mast,
         drive: &mut drive,
         clock,
-        warmer,
+        oil: Oil::Warmer(warmer),
         start: &start,
         wanted: clock.time,
         substeps,

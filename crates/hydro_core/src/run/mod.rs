@@ -12,6 +12,7 @@ pub mod lowering;
 pub mod responses;
 pub mod sensing;
 pub mod sensitivity;
+mod side_by_side;
 pub mod ticks;
 pub mod variants;
 
@@ -26,7 +27,7 @@ pub use differentiable::jacobian_by_duals;
 use differentiable::{Columns, Differentiable};
 use drive::Replay;
 use late::Late;
-use ticks::{Ticks, Warmer};
+use ticks::{Oil, Ticks, Warmer};
 
 /// Inputs of a run, each held from its time until the next.
 #[derive(Debug, Clone, Copy)]
@@ -177,7 +178,7 @@ fn with_lifts<const L: usize>(
                         mast: mast!(lifts, physics),
                         drive: &mut Replay::new(which, inputs),
                         clock: inputs.into(),
-                        warmer: Warmer::none(),
+                        oil: Oil::Warmer(Warmer::none()),
                         start: &start,
                         wanted,
                         substeps,

@@ -10,7 +10,7 @@ use std::cell::Cell;
 
 use super::drive::Replay;
 use super::sensitivity::Case;
-use super::ticks::{Between, Pausing, Ticks, Warmer};
+use super::ticks::{Between, Oil, Pausing, Ticks, Warmer};
 use super::{check, commanded_names, commands_of, Lifts, Solver};
 use crate::dual::Dual;
 use crate::error::Error;
@@ -273,7 +273,7 @@ impl Run<'_> {
             mast,
             drive: &mut Replay::new(which, &self.case.inputs),
             clock,
-            warmer,
+            oil: Oil::Warmer(warmer),
             start: &start,
             wanted: self.case.wanted,
             substeps: self.substeps,

@@ -132,12 +132,40 @@ impl<S: Scalar> Warmer<S> {
     }
 }
 
+/// How warm the oil is at each tick [°C].
+#[derive(Debug, Clone, Copy)]
+pub enum Oil<'a, S> {
+    /// As the clock has it, and so much warmer.
+    Warmer(Warmer<S>),
+    /// Of lanes that each have a recording of their own.
+    Each(&'a [S]),
+}
+
+impl<S: Scalar> Oil<'_, S> {
+    #[inline(always)]
+    fn at(&self, clock: &Clock, k: usize) -> S {
+        match self {
+            Oil::Warmer(warmer) => warmer.at(clock, k),
+            Oil::Each(each) => each[k],
+        }
+    }
+
+    /// Whether it is known to be the same at two ticks.
+    #[inline(always)]
+    fn stays(&self, clock: &Clock, j: usize, k: usize) -> bool {
+        match self {
+            Oil::Warmer(warmer) => warmer.stays(clock, j, k),
+            Oil::Each(_) => false,
+        }
+    }
+}
+
 /// A mast to be run through its ticks; `record` is shown the state vector at each wanted time.
 pub struct Ticks<'a, S, X, const L: usize> {
     pub mast: Mast<S, X, L>,
     pub drive: &'a mut dyn Drive<S, L>,
     pub clock: Clock<'a>,
-    pub warmer: Warmer<S>,
+    pub oil: Oil<'a, S>,
     pub start: &'a [S],
     /// Rising [s].
     pub wanted: &'a [f64],
@@ -196,7 +224,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Ticks<'_, S, X, L> {
     fn through(self, mut between: impl Between<S, X, L>) -> Result<Statistics, Stopped> {
         let grid = Grid::new(self.clock.time, self.substeps);
         let rates = self.mast.lifts.iter().fold(ValveRates::default(), |rates, lift| rates.with(&lift.valve));
-        let oil_at = |k: usize| self.warmer.at(&self.clock, k);
+        let oil_at = |k: usize| self.oil.at(&self.clock, k);
         let delays = self.mast.physics.delays();
         // The rates at the start are those under the first inputs.
         let mut at = grid.input_at(0, 0);
@@ -228,7 +256,7 @@ impl<S: Scalar, X: Physics<S>, const L: usize> Ticks<'_, S, X, L> {
                 for tick in at + 1..=k {
                     self.drive.tick(tick, &after, oil_at(tick));
                 }
-                match self.warmer.stays(&self.clock, at, k) {
+                match self.oil.stays(&self.clock, at, k) {
                     true => fixed.mast.command = self.drive.command(k),
                     false => fixed.mast.set_inputs(self.drive.command(k), oil_at(k)),
                 }

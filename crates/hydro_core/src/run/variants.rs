@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::blocks::{alike, scattered, valve_steps};
 use super::drive::Replay;
-use super::ticks::{substep_s, Stopped, Ticks, Warmer};
+use super::ticks::{substep_s, Oil, Stopped, Ticks, Warmer};
 use super::{check, commands_of, Inputs, Interrupt, Lifts, Solver};
 use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision};
@@ -145,7 +145,7 @@ impl Group<'_> {
             mast,
             drive: &mut Replay::new(which, &inputs),
             clock: (&inputs).into(),
-            warmer,
+            oil: Oil::Warmer(warmer),
             start: &start,
             wanted,
             substeps,
