@@ -6,12 +6,14 @@ import json
 import os
 import pickle
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from forklift.ensemble.proof.conceal import Made, conceal
 from forklift.ensemble.proof.draw import RECORDINGS, draw, kind_of
 from forklift.ensemble.proof.imitation import HIDDEN, left_of_fault
 from forklift.ensemble.proof.judge import intervals, judged, removed
+from forklift.ensemble.proof.processes import Processes
 from forklift.ensemble.proof.random import DEVELOPMENT
 from forklift.ensemble.proof.score import reliability, score, share
 from forklift.ensemble.proof.truth import run, sensors
@@ -566,7 +569,32 @@ def test_the_score_counts_what_is_asked():
 @pytest.mark.parametrize("status", [130, 143, -15])
 def test_a_diagnosis_that_someone_ended_is_no_answer(monkeypatch, tmp_path, status):
     """It is diagnosed again by the next call, as after a kill."""
-    ran = SimpleNamespace(returncode=status, stdout="", stderr="forklift: interrupted")
-    monkeypatch.setattr(prove.subprocess, "run", lambda *_, **__: ran)
+    monkeypatch.setattr(Processes, "run", lambda *_, **__: (status, "forklift: interrupted"))
     with pytest.raises(KeyboardInterrupt):
         prove.diagnosed(tmp_path, tmp_path / "found", None, 1, 10.0)
+
+
+def test_no_diagnosis_outlives_the_proof_that_is_told_to_stop(tmp_path):
+    """Nor is one begun after that."""
+    processes, script = Processes(), "import sys, time; print('here', flush=True); time.sleep(600)"
+
+    def run():
+        return processes.run([sys.executable, "-c", script], cwd=tmp_path, environment={}, limit_s=600.0)
+
+    with ThreadPoolExecutor(1) as pool:
+        began, running = time.monotonic(), pool.submit(run)
+        time.sleep(1.0)
+        processes.end()
+        status, wrote = running.result()
+    assert status == -signal.SIGTERM
+    assert wrote.strip() in {"here", ""}
+    assert time.monotonic() - began < 60.0
+    with pytest.raises(KeyboardInterrupt):
+        run()
+
+
+def test_a_diagnosis_beyond_its_time_is_killed(tmp_path):
+    with pytest.raises(subprocess.TimeoutExpired):
+        Processes().run(
+            [sys.executable, "-c", "import time; time.sleep(600)"], cwd=tmp_path, environment={}, limit_s=1.0
+        )

@@ -28,6 +28,7 @@ from forklift.ensemble.proof.apart import conceal_apart
 from forklift.ensemble.proof.bounds import VARIABLE
 from forklift.ensemble.proof.draw import Draw, draw, kind_of
 from forklift.ensemble.proof.judge import intervals, judged, removed
+from forklift.ensemble.proof.processes import Processes
 from forklift.ensemble.proof.random import DEVELOPMENT
 from forklift.ensemble.proof.score import score
 from forklift.ensemble.proof.seal import Seal, Sealed
@@ -124,13 +125,14 @@ def prove(
     paths = {number: out / "results" / f"{number:05d}.json" for number in numbers}
     left = [number for number in numbers if not paths[number].exists()]
     began, done = time.monotonic(), 0
+    processes = Processes()
     if len(left) < len(numbers):
         progress(f"{len(numbers) - len(left)} of {len(numbers)} campaigns are there.")
     seal = Seal()
 
     def run_one(number: int) -> dict[str, Any]:
         given = draw(seed, number)
-        result = one(given, seal, out, jobs, keep, limit_s, judge_hidden, environment or {})
+        result = one(given, seal, out, jobs, keep, limit_s, judge_hidden, environment or {}, processes)
         output.write_text(paths[number], json.dumps(result, indent=1, ensure_ascii=False) + "\n")
         return result
 
@@ -151,6 +153,9 @@ def prove(
                 progress(
                     f"{line(result)}  [{done}/{len(left)}, {60.0 / rate:.1f} a minute, {rest:.0f} min left]"
                 )
+    except BaseException:
+        processes.end()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
     return scored(out, seed, numbers, only)
@@ -185,6 +190,7 @@ def one(
     limit_s: float,
     judge_hidden: bool,
     environment: Mapping[str, str],
+    processes: Processes,
 ) -> dict[str, Any]:
     """One campaign from its draw to its result."""
     with tempfile.TemporaryDirectory(prefix="campaign-") as scratch:
@@ -198,7 +204,7 @@ def one(
         output.write_text(commitment.with_suffix(".sha256"), sealed.commitment + "\n")
         entered, del_made = given.entered_degc, made
         del made, del_made  # from here on the answer is in the box alone
-        told = diagnosed(folder, found, entered, jobs, limit_s, environment)
+        told = diagnosed(folder, found, entered, jobs, limit_s, environment, processes)
         answer, truth = seal.open(
             Sealed(
                 commitment.with_suffix(".box").read_bytes(),
@@ -231,6 +237,7 @@ def diagnosed(
     jobs: int,
     limit_s: float,
     environment: Mapping[str, str] | None = None,
+    processes: Processes | None = None,
 ) -> dict[str, Any]:
     """What ``forklift diagnose`` says of a folder, in a process that is given nothing else."""
     program = "forklift.ensemble.proof.under_bounds" if VARIABLE in (environment or {}) else "forklift"
@@ -251,16 +258,10 @@ def diagnosed(
     given = os.environ | {"RAYON_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": "1"} | dict(environment or {})
     began = time.monotonic()
     try:
-        ran = subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            timeout=limit_s,
-            cwd=folder.parent,
-            check=False,
-            env=given,
+        status, wrote = (processes or Processes()).run(
+            command, cwd=folder.parent, environment=given, limit_s=limit_s
         )
-        status, said = ran.returncode, (ran.stdout + ran.stderr).strip()[-3000:]
+        said = wrote.strip()[-3000:]
     except subprocess.TimeoutExpired:
         status, said = None, f"not finished within {limit_s:g} s"
     seconds = time.monotonic() - began
