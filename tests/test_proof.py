@@ -223,13 +223,13 @@ def test_the_diagnosing_process_is_given_the_folder_and_cannot_read_the_answer(t
         mine = seal.Seal()
     assert keys
 
-    def spy(command, **given):
-        seen["command"], seen["env"], seen["files"] = command, given["env"], {}
+    def spy(_, command, **given):
+        seen["command"], seen["env"], seen["files"] = command, given["environment"], {}
         for root in (given["cwd"], tmp_path):
             for path in root.rglob("*"):
                 if path.is_file():
                     seen["files"][path.name] = path.read_bytes()
-        return subprocess.CompletedProcess(command, 2, "", "refused")
+        return 2, "refused"
 
     def made(given, folder, **_):
         folder.mkdir(parents=True)
@@ -237,10 +237,10 @@ def test_the_diagnosing_process_is_given_the_folder_and_cannot_read_the_answer(t
         return Made(whole("leakage"), TRUTH)
 
     monkeypatch.setattr(prove, "conceal_apart", made)
-    monkeypatch.setattr(prove.subprocess, "run", spy)
+    monkeypatch.setattr(Processes, "run", spy)
     monkeypatch.setattr(prove.baselines, "answers", lambda *_: {})
     (tmp_path / "sealed").mkdir()
-    prove.one(draw(5, 3), mine, tmp_path, 1, False, 1.0, True, {})
+    prove.one(draw(5, 3), mine, tmp_path, 1, False, 1.0, True, {}, Processes())
     assert "campaign.toml" in seen["files"]
     for content in seen["files"].values():
         assert b"leakage" not in content

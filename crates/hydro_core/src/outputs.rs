@@ -2,7 +2,6 @@
 
 use crate::effects::Instance;
 use crate::mast::{LiftName, CYLINDER_PRESSURE, POSITION, STATES, VELOCITY};
-use crate::scalar::Scalar;
 
 /// What an output reads off a lift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,16 +76,6 @@ impl Readings {
     pub fn read(&self, x: &[f64]) -> Vec<f64> {
         let value = |&(place, factor): &(Option<usize>, f64)| place.map_or(f64::NAN, |k| factor * x[k]);
         self.terms.iter().map(|terms| terms.iter().map(value).sum()).collect()
-    }
-
-    /// [`Readings::read`] over any scalar: every lane has its bits.
-    pub fn sums<'s, S: Scalar>(&'s self, x: &'s [S]) -> impl Iterator<Item = S> + 's {
-        let value = |&(place, factor): &(Option<usize>, f64)| match place {
-            Some(k) => S::constant(factor) * x[k],
-            None => S::constant(f64::NAN),
-        };
-        // As a sum of `f64` begins: no bit of the first term is lost.
-        self.terms.iter().map(move |terms| terms.iter().map(value).fold(S::constant(-0.0), |sum, term| sum + term))
     }
 
     /// The states that output `k` sums, as far as they are simulated, and their factors.

@@ -1,4 +1,5 @@
-//! Lanes: each is bit-equal to the scalar run, whatever its neighbours, the vectors, the build.
+//! Lanes: each is bit-equal to the scalar run, whatever its neighbours, the build. Those in registers are held where the
+//! library runs them: `closed_loop.rs`, `side_by_side.rs`, `ensemble.rs`.
 //!
 //! Without any optimisation, which is built sooner than the debug profile and asks for deep stacks:
 //! `RUST_MIN_STACK=268435456 cargo test -p hydro_core --test lanes --config profile.dev.opt-level=0`.
@@ -7,12 +8,11 @@ mod common;
 
 use common::thesis_values;
 use hydro_core::dual::Dual;
-use hydro_core::lanes::{with_registers, LaneScalar, LaneWork, Lanes, Precision};
+use hydro_core::lanes::Lanes;
 use hydro_core::mast::{Extended, LiftName, Mast, Physics, Thesis, STATES};
 use hydro_core::random::Random;
 use hydro_core::scalar::Scalar;
 use hydro_core::solver::fixed::{Fixed, ValveSteps};
-use hydro_core::solver::vectors::{widest, Work};
 use hydro_core::truck::{Truck, Value};
 
 const TICKS: usize = 150;
@@ -58,10 +58,7 @@ struct Lower<S, X> {
     temperature: S,
 }
 
-impl<S: Scalar, X: Physics<S>> Work for Lower<S, X> {
-    type Number = S;
-    type Output = Vec<S>;
-    #[inline(always)]
+impl<S: Scalar, X: Physics<S>> Lower<S, X> {
     fn run(mut self) -> Vec<S> {
         for (k, u) in self.command.iter().enumerate() {
             self.fixed.mast.set_inputs(*u, self.temperature);
@@ -77,31 +74,8 @@ impl<S: Scalar, X: Physics<S>> Work for Lower<S, X> {
     }
 }
 
-/// How a work is run: each way is built for every scalar that it is asked for.
-trait Way {
-    fn run<W: Work>(work: W) -> W::Output;
-}
-
-/// As this code is built.
-struct Plain;
-
-impl Way for Plain {
-    fn run<W: Work>(work: W) -> W::Output {
-        work.run()
-    }
-}
-
-/// With the widest vectors of this machine, which the compiler may use as it likes.
-struct Widest;
-
-impl Way for Widest {
-    fn run<W: Work>(work: W) -> W::Output {
-        widest(work)
-    }
-}
-
 /// Runs members over any scalar; `number(f)` builds a scalar from f(member) in each lane.
-fn lower<R: Way, S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f64) -> S, set: &[Member]) -> Vec<S> {
+fn lower<S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f64) -> S, set: &[Member]) -> Vec<S> {
     let truck = truck();
     let load = number(&|lane| set[lane].load);
     let value = |k: usize, v: f64| number(&|lane| v * set[lane].factors[k]);
@@ -109,7 +83,7 @@ fn lower<R: Way, S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f6
     let temperature = number(&|lane| set[lane].temperature);
     let command = (0..TICKS).map(|k| [0, 1].map(|lift| number(&|lane| set[lane].command[lift][k]))).collect::<Vec<_>>();
     let valve_steps = VALVE_STEPS[usize::from(extended)];
-    fn go<R: Way, S: Scalar, X: Physics<S>>(
+    fn go<S: Scalar, X: Physics<S>>(
         mast: Mast<S, X, 2>,
         command: Vec<[S; 2]>,
         temperature: S,
@@ -123,45 +97,30 @@ fn lower<R: Way, S: Scalar>(extended: bool, number: impl Fn(&dyn Fn(usize) -> f6
             mast.lifts[k].at_rest(at).write(&mut start[k * STATES..(k + 1) * STATES]);
         }
         let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, valve_steps);
-        R::run(Lower { fixed, command, temperature })
+        Lower { fixed, command, temperature }.run()
     }
     let zero = S::zero();
     if extended {
         let physics = Extended::new(&effects, &lifts);
         let mast = Mast { lifts, physics, command: [zero; 2], oil_temperature_degc: zero };
-        go::<R, _, _>(mast, command, temperature, valve_steps)
+        go(mast, command, temperature, valve_steps)
     } else {
         let mast = Mast { lifts, physics: Thesis, command: [zero; 2], oil_temperature_degc: zero };
-        go::<R, _, _>(mast, command, temperature, valve_steps)
+        go(mast, command, temperature, valve_steps)
     }
 }
 
-fn in_lanes<R: Way, const N: usize>(extended: bool, set: &[Member]) -> Vec<Lanes<N>> {
-    lower::<R, _>(extended, |f| Lanes(std::array::from_fn(f)), set)
-}
-
-struct Together<'a> {
-    extended: bool,
-    set: &'a [Member],
-}
-
-impl<const N: usize> LaneWork<N> for Together<'_> {
-    /// The bits of each state in each lane.
-    type Output = Vec<Vec<u64>>;
-    fn run<S: LaneScalar<N>>(self) -> Self::Output {
-        let number = |f: &dyn Fn(usize) -> f64| S::from_lanes(std::array::from_fn(f));
-        let states = lower::<Widest, _>(self.extended, number, self.set).into_iter();
-        states.map(|x| x.lanes().map(f64::to_bits).to_vec()).collect()
-    }
+fn in_lanes<const N: usize>(extended: bool, set: &[Member]) -> Vec<Lanes<N>> {
+    lower(extended, |f| Lanes(std::array::from_fn(f)), set)
 }
 
 fn alone(extended: bool, member: Member) -> Vec<u64> {
-    lower::<Plain, _>(extended, |f| f(0), &[member]).into_iter().map(f64::to_bits).collect()
+    lower(extended, |f| f(0), &[member]).into_iter().map(f64::to_bits).collect()
 }
 
-fn each_lane_is_the_scalar_run<R: Way, const N: usize>(extended: bool) {
+fn each_lane_is_the_scalar_run<const N: usize>(extended: bool) {
     for seed in 0..3 {
-        let together = in_lanes::<R, N>(extended, &members(N, seed));
+        let together = in_lanes::<N>(extended, &members(N, seed));
         for (lane, member) in members(N, seed).into_iter().enumerate() {
             let bits: Vec<u64> = together.iter().map(|x| x.0[lane].to_bits()).collect();
             assert_eq!(bits, alone(extended, member), "lane {lane} of {N}, seed {seed}");
@@ -171,43 +130,23 @@ fn each_lane_is_the_scalar_run<R: Way, const N: usize>(extended: bool) {
 
 #[test]
 fn four_lanes_of_the_thesis_model_are_four_scalar_runs() {
-    each_lane_is_the_scalar_run::<Plain, 4>(false);
+    each_lane_is_the_scalar_run::<4>(false);
 }
 
 #[test]
 fn lanes_with_effects_are_scalar_runs_too() {
-    each_lane_is_the_scalar_run::<Plain, 4>(true);
-}
-
-#[test]
-fn lanes_in_the_registers_of_this_machine_are_scalar_runs_whatever_one_of_them_holds() {
-    for width in Precision::Double.widths().iter().copied().filter(|width| width.is_here()) {
-        for extended in [false, true] {
-            let lanes = width.lanes();
-            let mut set = members(lanes, 6);
-            // Alone a lane has no neighbour to disturb it.
-            let ill = (lanes > 1).then_some(lanes / 2 + 1);
-            if let Some(ill) = ill {
-                set[ill].load = f64::NAN;
-            }
-            let together = with_registers(width, Together { extended, set: &set });
-            for (lane, member) in set.into_iter().enumerate().filter(|(lane, _)| Some(*lane) != ill) {
-                let bits: Vec<u64> = together.iter().map(|x| x[lane]).collect();
-                assert_eq!(bits, alone(extended, member), "lane {lane} of {lanes}");
-            }
-        }
-    }
+    each_lane_is_the_scalar_run::<4>(true);
 }
 
 #[test]
 fn a_lane_does_not_see_its_neighbours() {
-    let together = in_lanes::<Plain, 4>(false, &members(4, 5));
+    let together = in_lanes::<4>(false, &members(4, 5));
     let mut turned = members(4, 5);
     turned.rotate_left(3);
     // A neighbour that runs away must not disturb the others.
     turned[0].factors = vec![1.0; turned[0].factors.len()];
     turned[0].load = f64::NAN;
-    let turned = in_lanes::<Plain, 4>(false, &turned);
+    let turned = in_lanes::<4>(false, &turned);
     for lane in 1..4 {
         let same = together.iter().zip(&turned).all(|(a, b)| a.0[(lane + 3) % 4].to_bits() == b.0[lane].to_bits());
         assert!(same, "lane {lane}");
@@ -242,9 +181,9 @@ fn duals_over_lanes_are_duals_and_their_values_are_the_plain_run() {
             mast.lifts[k].at_rest(at).write(&mut start[k * STATES..(k + 1) * STATES]);
         }
         let fixed = Fixed::new(mast, &start, 0.02 / SUBSTEPS as f64, VALVE_STEPS[0]);
-        Plain::run(Lower { fixed, command, temperature })
+        Lower { fixed, command, temperature }.run()
     };
-    let plain = in_lanes::<Plain, 4>(false, &set);
+    let plain = in_lanes::<4>(false, &set);
     let together = run(None);
     for lane in 0..4 {
         let single = run(Some(lane));

@@ -1,13 +1,13 @@
-//! Recordings of one truck side by side in lanes: what it says of each, to the bit what it says of each alone.
+//! Runs side by side in lanes: of several trucks, or of several recordings of one.
 //!
-//! A register's worth of runs takes hardly longer than one. They must be on one clock, of which each may be the
-//! beginning; who ends earlier goes on under his last command, and nobody looks.
+//! A register's worth of runs takes hardly longer than one, and each is to the bit what it is alone. They must be on one
+//! clock, of which each may be the beginning; who ends earlier goes on under his last command, and nobody looks.
 
 use rayon::prelude::*;
 
 use super::drive::Drive;
 use super::sensitivity::Case;
-use super::ticks::{substep_s, Clock, Oil, Ticks, Warmer};
+use super::ticks::{substep_s, Clock, Oil, Stopped, Ticks, Warmer};
 use super::{check, commands_of, Interrupt, Lifts, Solver};
 use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision, Width};
@@ -34,17 +34,17 @@ pub(super) fn outputs(
     if width == Width::One {
         return found;
     }
-    let blocks = blocks(cases, substeps, width.lanes());
+    let (values, blocks) = (truck.values(), blocks(cases, substeps, width.lanes()));
     let tasks: Vec<(usize, Lifts)> =
         (0..blocks.len()).flat_map(|k| runs.iter().map(move |&which| (k, which))).collect();
     let run = |&(k, which): &(usize, Lifts)| {
-        let cases = blocks[k].iter().map(|&place| &cases[place]).collect();
-        with_registers(width, Block { truck, which, cases, substeps, interrupt })
+        let lanes = blocks[k].iter().map(|&place| Lane { values: &values, case: cases[place] }).collect();
+        with_registers(width, Block { truck, which, lanes, substeps, interrupt })
     };
-    let shares: Vec<Result<Vec<Option<Vec<f64>>>, Error>> = tasks.par_iter().map(run).collect();
+    let shares: Vec<Result<Vec<Found>, Error>> = tasks.par_iter().map(run).collect();
     for (places, shares) in blocks.iter().zip(shares.chunks_exact(runs.len())) {
         for (lane, &place) in places.iter().enumerate() {
-            let own = shares.iter().map(|share| share.as_ref().ok()?[lane].as_ref());
+            let own = shares.iter().map(|share| Some(&share.as_ref().ok()?[lane]).filter(|found| found.finite));
             found[place] = own.collect::<Option<Vec<_>>>().map(|own| sum(&own));
         }
     }
@@ -52,10 +52,10 @@ pub(super) fn outputs(
 }
 
 /// What the lifts come to together.
-fn sum(shares: &[&Vec<f64>]) -> Vec<f64> {
-    let mut all = vec![0.0; shares[0].len()];
+fn sum(shares: &[&Found]) -> Vec<f64> {
+    let mut all = vec![0.0; shares[0].outputs.len()];
     for share in shares {
-        for (all, own) in all.iter_mut().zip(*share) {
+        for (all, own) in all.iter_mut().zip(&share.outputs) {
             *all += own;
         }
     }
@@ -91,28 +91,46 @@ fn begins(whole: &Case, case: &Case, substeps: usize) -> bool {
         && substep_s(time, substeps) == substep_s(whole.inputs.time, substeps)
 }
 
-/// At most as many cases as lanes, the longest first; a lane without one repeats the last.
-struct Block<'a> {
-    truck: &'a Truck,
-    which: Lifts,
-    cases: Vec<&'a Case<'a>>,
-    substeps: usize,
-    interrupt: Interrupt<'a>,
+/// One run of a block.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lane<'a> {
+    /// In the place of [`Truck::values`].
+    pub values: &'a [f64],
+    pub case: Case<'a>,
+}
+
+/// What came of it.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    /// (times, outputs), as far as the block ran; of a lift that is not simulated nothing.
+    pub outputs: Vec<f64>,
+    /// Whether every state stayed finite.
+    pub finite: bool,
+}
+
+/// At most as many runs as a register has lanes, the longest first; a lane without one repeats the last. Their valves
+/// are stepped alike ([`super::blocks`]).
+pub(super) struct Block<'a> {
+    pub truck: &'a Truck,
+    pub which: Lifts,
+    pub lanes: Vec<Lane<'a>>,
+    pub substeps: usize,
+    pub interrupt: Interrupt<'a>,
 }
 
 impl Block<'_> {
-    /// A number of each case, in lanes.
-    fn each<S: LaneScalar<N>, const N: usize>(&self, f: impl Fn(&Case) -> f64) -> S {
-        S::from_lanes(std::array::from_fn(|lane| f(self.cases[lane.min(self.cases.len() - 1)])))
+    /// A number of each run, in lanes.
+    fn each<S: LaneScalar<N>, const N: usize>(&self, f: impl Fn(&Lane) -> f64) -> S {
+        S::from_lanes(std::array::from_fn(|lane| f(&self.lanes[lane.min(self.lanes.len() - 1)])))
     }
 
     fn of_lifts<S: LaneScalar<N>, const N: usize, const L: usize>(
         self,
         which: [LiftName; L],
-    ) -> Result<Vec<Option<Vec<f64>>>, Error> {
-        let load = self.each(|case| case.inputs.load_kg);
-        let (lifts, effects) = self.truck.build(which, load, |_, value| S::constant(value))?;
-        if const { L == 1 } && effects.is_empty() {
+    ) -> Result<Vec<Found>, Error> {
+        let load = self.each(|lane| lane.case.inputs.load_kg);
+        let (lifts, effects) = self.truck.build(which, load, |k, _| self.each(|lane| lane.values[k]))?;
+        if effects.is_empty() {
             self.through::<S, _, N, L>(which, lifts, Thesis)
         } else {
             let physics = Extended::new(&effects, &lifts);
@@ -125,36 +143,35 @@ impl Block<'_> {
         which: [LiftName; L],
         lifts: [Lift<S>; L],
         physics: X,
-    ) -> Result<Vec<Option<Vec<f64>>>, Error> {
-        let longest = self.cases[0];
-        let ticks = 0..longest.inputs.time.len();
+    ) -> Result<Vec<Found>, Error> {
+        let longest = self.lanes[0].case;
         let held = |case: &Case, k: usize| k.min(case.inputs.time.len() - 1);
-        let oil: Vec<S> = ticks
-            .clone()
-            .map(|k| {
-                self.each(|case| {
-                    let warmer = Warmer { by: case.warmer, warming: Some(case.warming) };
-                    warmer.at(&(&case.inputs).into(), held(case, k))
-                })
+        let oil = |k: usize| {
+            self.each(|Lane { case, .. }| {
+                let warmer = Warmer { by: case.warmer, warming: Some(case.warming) };
+                warmer.at(&(&case.inputs).into(), held(case, k))
             })
-            .collect();
-        let command =
-            |k: usize, place: usize| self.each(|case| commands_of(&which, case.inputs.command[held(case, k)])[place]);
+        };
+        let command = |k: usize, place: usize| {
+            self.each(|Lane { case, .. }| commands_of(&which, case.inputs.command[held(case, k)])[place])
+        };
+        let ticks = 0..longest.inputs.time.len();
+        let oil: Vec<S> = ticks.clone().map(oil).collect();
         let commands = ticks.map(|k| std::array::from_fn(|place| command(k, place))).collect();
         let mut drive = Recorded { commands };
-        let from = which.map(|lift| self.each(|case| case.start[usize::from(lift == LiftName::Main)]));
+        let from = which.map(|lift| self.each(|lane| lane.case.start[usize::from(lift == LiftName::Main)]));
         let (mast, start) = Mast::at_rest(lifts, physics, from, drive.commands[0], oil[0]);
         let readings = Readings::new(&which, self.truck.effects());
-        let mut outputs: Vec<Vec<f64>> =
-            self.cases.iter().map(|case| Vec::with_capacity(case.wanted.len() * OUTPUTS.len())).collect();
-        let mut finite = vec![true; self.cases.len()];
+        let rows = |lane: &Lane| lane.case.wanted.len();
+        let none = |lane| Found { outputs: Vec::with_capacity(rows(lane) * OUTPUTS.len()), finite: true };
+        let mut found: Vec<Found> = self.lanes.iter().map(none).collect();
         let mut record = |row: usize, x: &[S]| {
             let states: Vec<[f64; N]> = x.iter().map(|state| state.lanes()).collect();
-            let here = |lane: &usize| row < self.cases[*lane].wanted.len();
-            for lane in (0..self.cases.len()).filter(here) {
-                finite[lane] &= states.iter().all(|state| state[lane].is_finite());
-                let read = |j| readings.of(j).fold(0.0, |sum, (place, factor)| sum + factor * states[place][lane]);
-                outputs[lane].extend((0..OUTPUTS.len()).map(read));
+            for (lane, found) in found.iter_mut().enumerate().filter(|(lane, _)| row < rows(&self.lanes[*lane])) {
+                found.finite &= states.iter().all(|state| state[lane].is_finite());
+                // As a sum of `f64` begins: no bit of the first term is lost.
+                let read = |j| readings.of(j).fold(-0.0, |sum, (place, factor)| sum + factor * states[place][lane]);
+                found.outputs.extend((0..OUTPUTS.len()).map(read));
             }
         };
         let run = Ticks {
@@ -169,14 +186,17 @@ impl Block<'_> {
             carry_on: true,
             interrupt: self.interrupt,
         };
-        let ended = widest(run).is_ok();
-        let own = outputs.into_iter().zip(finite);
-        Ok(own.map(|(own, finite)| (ended && finite).then_some(own)).collect())
+        match widest(run) {
+            Err(Stopped::Interrupted { time_s }) => return Err(Error::Interrupted { time_s }),
+            Err(Stopped::NotFinite { .. }) => found.iter_mut().for_each(|found| found.finite = false),
+            Ok(_) => {}
+        }
+        Ok(found)
     }
 }
 
 impl<const N: usize> LaneWork<N> for Block<'_> {
-    type Output = Result<Vec<Option<Vec<f64>>>, Error>;
+    type Output = Result<Vec<Found>, Error>;
     fn run<S: LaneScalar<N>>(self) -> Self::Output {
         match self.which {
             Lifts::Both => self.of_lifts::<S, N, 2>(LiftName::BOTH),

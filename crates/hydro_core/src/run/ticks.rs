@@ -155,7 +155,7 @@ impl<S: Scalar> Oil<'_, S> {
     fn stays(&self, clock: &Clock, j: usize, k: usize) -> bool {
         match self {
             Oil::Warmer(warmer) => warmer.stays(clock, j, k),
-            Oil::Each(_) => false,
+            Oil::Each(each) => !each[j].lt(each[k]).or(each[k].lt(each[j])).any(),
         }
     }
 }
