@@ -24,7 +24,7 @@ use hydro_core::mast::{LiftName, Mast, Thesis, STATES};
 use hydro_core::run::closed_loop::{ClosedLoop, Controller, Reading, Seat};
 use hydro_core::run::drive::Drive;
 use hydro_core::run::sensing::Sensors;
-use hydro_core::run::ticks::{Clock, Ticks, Warmer};
+use hydro_core::run::ticks::{Clock, Oil, Ticks, Warmer};
 use hydro_core::scalar::Scalar;
 use hydro_core::solver::vectors::widest;
 
@@ -143,7 +143,7 @@ impl<const N: usize> LaneWork<N> for Compare {
                 mast,
                 drive,
                 clock,
-                warmer: Warmer::none(),
+                oil: Oil::Warmer(Warmer::none()),
                 start: &start,
                 wanted: &time,
                 substeps: self.substeps,

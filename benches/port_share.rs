@@ -19,7 +19,7 @@ use hydro_core::elementary::{self, Binary};
 use hydro_core::lanes::{with_registers, LaneScalar, LaneWork, Precision};
 use hydro_core::mast::{LiftName, Mast, Thesis, STATES};
 use hydro_core::run::drive::Drive;
-use hydro_core::run::ticks::{Clock, Ticks, Warmer};
+use hydro_core::run::ticks::{Clock, Oil, Ticks, Warmer};
 use hydro_core::scalar::Scalar;
 use hydro_core::solver::vectors::{widest, Work};
 
@@ -178,7 +178,7 @@ fn lowering<S: Scalar>(load_kg: S) -> (f64, S) {
         mast,
         drive: &mut Played,
         clock: Clock { time: &time, oil_temperature_degc: &oil },
-        warmer: Warmer::none(),
+        oil: Oil::Warmer(Warmer::none()),
         start: &start,
         wanted: &time,
         substeps: SUBSTEPS,
