@@ -37,8 +37,9 @@ def demo():
 def test(*arguments):
     """all tests, of Rust and of Python, on all cores; further arguments go to pytest"""
     install("test")
+    crates = ("-p", "fit_core", "-p", "hydro_core", "-p", "hydro_py")
     return max(
-        run("cargo", "test", "--release", "-p", "hydro_core", "-p", "hydro_py", "--no-fail-fast"),
+        run("cargo", "test", "--release", *crates, "--no-fail-fast"),
         run(PYTHON, "-m", "pytest", *SPREAD, "--durations", "25", *arguments),
     )
 

@@ -74,7 +74,7 @@ def scipys(problem: analytic.Analytic, x: np.ndarray) -> np.ndarray:
 
     def residual(x: np.ndarray) -> np.ndarray:
         rho, _ = problem.prior(x)
-        return np.concatenate([rho, *(run[analytic.CHANNEL] for run in problem.residuals(x))])
+        return np.concatenate([rho, *problem.residuals(x)])
 
     return least_squares(residual, x, jac="3-point", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=10_000).x
 

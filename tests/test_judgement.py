@@ -57,14 +57,14 @@ class Bent:
         return np.full(len(self.truth), -np.inf), np.full(len(self.truth), np.inf)
 
     def residuals(self, x):
-        return [{"signal": 100.0 * np.arctan(self.steep * off)[None]} for off in x - self.truth]
+        return [100.0 * np.arctan(self.steep * off)[None] for off in x - self.truth]
 
     def linearise(self, x):
         def slope(off):
             return np.array([[100.0 * self.steep / (1.0 + (self.steep * off) ** 2)]])
 
         runs = zip(self.residuals(x), x - self.truth, strict=True)
-        return [Linearised(said, {"signal": slope(off)}, {}, {}) for said, off in runs]
+        return [Linearised({"signal": left}, {"signal": slope(off)}, {}, {}) for left, off in runs]
 
 
 def test_steps_that_would_go_to_and_fro_end_where_the_recording_is_explained():

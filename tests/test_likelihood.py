@@ -15,6 +15,7 @@ from scipy.integrate import quad
 from scipy.stats import norm
 from scipy.stats import t as students
 
+from forklift import _core
 from forklift.fitting.likelihood import HUBER, gaussian, interval, interval_cost, student
 from forklift.fitting.observed import Observed
 
@@ -206,4 +207,5 @@ def test_the_residual_alone_is_that_beside_the_slope(
     """Of an encoder, of a sensor that reads all there is, and of one that reads between two ends."""
     model, read = np.array(off) * max(0.5, softness), np.zeros(len(off))
     seen = Observed(SimpleNamespace(count=count), 0, np.arange(len(off)), read, ends)
-    assert np.array_equal(seen.residual(model, softness), seen.misfit(model, softness)[0])
+    alone = _core.residuals([(model[:, None], [seen.weighted(softness)])])[0]
+    assert np.array_equal(alone, seen.misfit(model, softness)[0])

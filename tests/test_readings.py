@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck
+from forklift.fitting.observed import by_channel
 from forklift.fitting.posing import pose
 from forklift.plant.forklift.model import Forklift
 from forklift.plant.forklift.sensors import sensors
@@ -65,10 +66,10 @@ def test_derivatives_along_readings_are_difference_quotients_beside_those_of_the
     problem = pose(Forklift(thesis, ("free",)), campaign.recordings[:2], moved, every, weights)
     x = np.zeros(problem.starts[-1])
     x[len(moved) - 3 : len(moved)] = [0.3, 0.71, -0.4]
-    runs = problem.linearise(x)
+    runs, observed = problem.linearise(x), problem.samples[0].observed
     for j in (3, len(moved) - 3, len(moved) - 2, len(moved) - 1, len(moved) + 1):
         step = np.eye(len(x))[j] * 1e-4
-        ahead, behind = problem.residuals(x + step)[0], problem.residuals(x - step)[0]
+        ahead, behind = (by_channel(observed, problem.residuals(at)[0]) for at in (x + step, x - step))
         for channel, there in ahead.items():
             quotient = (there - behind[channel]) / 2e-4
             size = max(1.0, np.abs(quotient).max())

@@ -1,7 +1,7 @@
 """The Rust core, as Python sees it. Tables are the single home of names, units, bounds and meanings."""
 
 from collections.abc import Mapping, Sequence
-from typing import Literal, TypedDict, final, type_check_only
+from typing import Literal, Protocol, TypedDict, final, type_check_only
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,15 +28,19 @@ __all__ = [
     "encoder",
     "ensemble_tables",
     "height_sensor",
+    "interval_cost",
     "lift_setting_table",
     "linearise",
+    "linearised",
     "low_pass",
+    "misfit",
     "output_table",
     "parameter_table",
     "port_table",
     "pressure_sensor",
     "prms",
     "quantise_current",
+    "residuals",
     "shape_variables",
     "shared_setting_table",
     "simulate_variants",
@@ -436,3 +440,42 @@ def closed_loop(
     floating: bool = False,
     noted: bool = False,
 ) -> Loop: ...
+
+# Residuals and derivatives, of any model.
+
+@type_check_only
+class _Seen(Protocol):
+    """One channel of a recording: its column among the outputs, at which rows it was read, what was read, the
+    count of an encoder or 0, between which ends the sensor reads, and its weight or softness."""
+
+    @property
+    def column(self) -> int: ...
+    @property
+    def rows(self) -> NDArray[np.intp] | None: ...
+    @property
+    def read(self) -> _Floats: ...
+    @property
+    def count(self) -> float: ...
+    @property
+    def ends(self) -> tuple[float, float]: ...
+    @property
+    def sigma(self) -> float: ...
+
+def misfit(
+    read: _Floats,
+    model: _Floats,
+    sigma: float,
+    *,
+    count: float = 0.0,
+    ends: tuple[float, float] = ...,
+) -> tuple[_Floats, _Floats]: ...
+def interval_cost(read: _Floats, model: _Floats, count: float, softness: float) -> float: ...
+def residuals(recordings: Sequence[tuple[_Floats, Sequence[_Seen]]]) -> list[_Floats]: ...
+def linearised(
+    recordings: Sequence[tuple[_Floats, _Floats, Sequence[_Seen], Sequence[int], Sequence[float]]],
+    unknown_of: Sequence[int],
+    factors: Sequence[float],
+    unknowns: int,
+    *,
+    slopes_too: bool = False,
+) -> list[tuple[_Floats, _Floats, _Floats, _Floats]]: ...

@@ -4,6 +4,7 @@ mod case;
 mod control;
 mod ensemble;
 mod errors;
+mod fitting;
 mod signals;
 mod steady;
 mod tables;
@@ -23,5 +24,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     tables::register(m)?;
     control::register(m)?;
     variants::register(m)?;
+    fitting::register(m)?;
     signals::register(m)
 }

@@ -164,8 +164,7 @@ class _Watch:
 def _misfit(problem: Problem, every: Mapping[str, Sensor], x: Floats) -> float:
     """See `Progress.misfit`."""
     at_noise = problem.weighted({name: sensor.noise for name, sensor in every.items()})
-    left = [residual for run in at_noise.residuals(x) for residual in run.values()]
-    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    return float(np.sqrt(np.mean(np.concatenate(at_noise.residuals(x)) ** 2)))
 
 
 def fit(

@@ -17,6 +17,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from forklift.base.arrays import Floats
 from forklift.base.threads import on_one_thread
 from forklift.fitting.criteria import CLOCK
+from forklift.fitting.observed import by_channel
 from forklift.fitting.residuals import ljung_box
 
 if TYPE_CHECKING:
@@ -152,7 +153,8 @@ def widening(problem: Problem, x: Floats) -> dict[str, float]:
     encoder's softness takes up what is left over there, and is not widened.
     """
     correlations: dict[str, list[Floats]] = {}
-    for residuals, sample in zip(problem.residuals(x), problem.samples, strict=True):
+    for left, sample in zip(problem.residuals(x), problem.samples, strict=True):
+        residuals = by_channel(sample.observed, left)
         for seen in sample.observed:
             if seen.sensor.count:
                 continue

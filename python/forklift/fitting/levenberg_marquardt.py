@@ -20,7 +20,7 @@ from forklift.base.errors import ForkliftError
 if TYPE_CHECKING:
     from forklift.fitting.interface import Problem
     from forklift.fitting.limits import Limits
-    from forklift.fitting.linearised import Linearised
+    from forklift.fitting.linearised import Products
 
 
 PROBE = 0.1
@@ -43,7 +43,7 @@ class Point:
     """A place with what a step from it needs."""
 
     x: Floats
-    runs: list[Linearised]
+    runs: list[Products]
     normal: Floats
     gradient: Floats
     cost: float
@@ -111,7 +111,7 @@ def _point(problem: Problem, x: Floats) -> Point:
         normal[np.ix_(place, place)] += run.normal
         gradient[place] += run.gradient
         square += run.square
-    return Point(x, [run.at for run in runs], normal, gradient, 0.5 * square)
+    return Point(x, runs, normal, gradient, 0.5 * square)
 
 
 def _downhill(
@@ -157,17 +157,15 @@ def _curvature(problem: Problem, here: Point, step: Floats) -> Floats:
     rho, slope = problem.prior(here.x)
     there, _ = problem.prior(ahead)
     out: Floats = slope * (2.0 / PROBE) * ((there - rho) / PROBE - slope * step)
-    for k, (run, residuals) in enumerate(zip(here.runs, problem.residuals(ahead), strict=True)):
+    for k, (run, residual) in enumerate(zip(here.runs, problem.residuals(ahead), strict=True)):
         place = problem.columns(k)
-        for channel, residual in residuals.items():
-            jacobian = run.jacobian[channel]
-            bend = (2.0 / PROBE) * ((residual - run.residual[channel]) / PROBE - jacobian @ step[place])
-            out[place] += jacobian.T @ bend
+        bend = (2.0 / PROBE) * ((residual - run.residual) / PROBE - run.jacobian @ step[place])
+        out[place] += run.jacobian.T @ bend
     return out
 
 
 def cost(problem: Problem, x: Floats) -> float:
     """−ln posterior at x, up to a constant."""
     rho, _ = problem.prior(x)
-    squares = (float(residual @ residual) for run in problem.residuals(x) for residual in run.values())
+    squares = (float(residual @ residual) for residual in problem.residuals(x))
     return 0.5 * (float(rho @ rho) + sum(squares))

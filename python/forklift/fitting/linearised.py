@@ -23,9 +23,12 @@ class Linearised:
 
 @dataclass(frozen=True)
 class Products:
-    """A recording linearised, and its share of the normal equations."""
+    """A recording linearised, all channels in one, and its share of the normal equations."""
 
-    at: Linearised
+    residual: Floats
+    """(samples,)."""
+    jacobian: Floats
+    """(samples, θ and φ of this recording)."""
     normal: Floats
     """JᵀJ over θ and the recording's φ."""
     gradient: Floats

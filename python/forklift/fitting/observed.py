@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forklift import _core
 from forklift.base.arrays import Floats
-from forklift.fitting import likelihood
 
 if TYPE_CHECKING:
     from forklift.recordings.noise import Sensor
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One channel as the core takes it (`forklift._core.residuals`)."""
+
+    column: int
+    rows: NDArray[np.intp]
+    read: Floats
+    count: float
+    ends: tuple[float, float]
+    sigma: float
 
 
 @dataclass(frozen=True)
@@ -34,24 +48,14 @@ class Observed:
         column: Floats = outputs[:, self.column]
         return column if len(self.rows) == len(column) else column[self.rows]
 
+    def weighted(self, sigma: float) -> Seen:
+        """As the core takes it, at weight `sigma`."""
+        rows, values = np.ascontiguousarray(self.rows), np.ascontiguousarray(self.values)
+        return Seen(self.column, rows, values, self.sensor.count, self.ends, sigma)
+
     def misfit(self, said: Floats, sigma: float) -> tuple[Floats, Floats]:
         """Residual of each sample and its derivative along what the model says, at weight `sigma`."""
-        if self.sensor.count:
-            return likelihood.interval(self.values, said, self.sensor.count, sigma)
-        residual, slope = likelihood.gaussian(self.values, said, sigma)
-        for end, sign in zip(self.ends, (-1.0, 1.0), strict=True):
-            if np.isfinite(end):
-                at = sign * (self.values - end) >= 0.0
-                residual[at], slope[at] = likelihood.censored(end, said[at], sigma, sign)
-        return residual, slope
-
-    def residual(self, said: Floats, sigma: float) -> Floats:
-        """That of `misfit` alone."""
-        if self.sensor.count:
-            return likelihood.interval_residual(self.values, said, self.sensor.count, sigma)
-        if np.isfinite(self.ends).any():
-            return self.misfit(said, sigma)[0]
-        return likelihood.gaussian_residual(self.values, said, sigma)
+        return _core.misfit(self.values, said, sigma, count=self.sensor.count, ends=self.ends)
 
     def reading(self, said: Floats) -> Floats:
         """What the sensor ought to read, within its ends."""
@@ -65,3 +69,12 @@ class Observed:
         if np.isfinite(self.ends[0]):
             off = np.where(self.values <= self.ends[0], np.minimum(off, 0.0), off)
         return np.asarray(off)
+
+
+def by_channel(observed: Sequence[Observed], rows: Floats) -> dict[str, Floats]:
+    """The rows of each channel, of a recording's channels one after the other."""
+    ends = list(accumulate((len(seen.rows) for seen in observed), initial=0))
+    return {
+        seen.sensor.channel: rows[first:end]
+        for seen, (first, end) in zip(observed, pairwise(ends), strict=True)
+    }

@@ -10,31 +10,33 @@ the machine says.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import accumulate
-from typing import Self, TypeVar
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, qr
+from scipy.linalg import qr
 
+from forklift import _core
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
 from forklift.fitting import likelihood
 from forklift.fitting.limits import Limits
 from forklift.fitting.linearised import Linearised, Products
-from forklift.fitting.observed import Observed
+from forklift.fitting.observed import Seen, by_channel
 from forklift.fitting.residuals import LAGS
 from forklift.fitting.sample import Sample
 from forklift.fitting.work import Work
-from forklift.plant.parameter import DEGREES, Unknown
+from forklift.plant.parameter import DEGREES, Together, Unknown
 from forklift.plant.protocol import Addition, Machine, Responses, Run, Steps
 from forklift.plant.sensor_faults import ConditionOffset, SensorUnknown
 from forklift.plant.sensor_faults import read as sensed
 
-T = TypeVar("T")
+Found = tuple[Floats, Floats, Floats, Floats]
+"""Residuals, model, Jacobian, and the model's slopes, no rows if they were not asked for."""
 
 KEPT = 3
 """Places whose runs are kept: of the recordings that are fitted, of those held out, and of some of these."""
@@ -106,11 +108,16 @@ class LeastSquares:
 
     def values(self, x: Floats) -> dict[str, float]:
         """All parameters at x that are not as the machine starts with them, by name."""
-        found = dict(self.fixed)
-        machine, *_ = self._split(self.unknowns)
-        for unknown, at in zip(machine, x.tolist(), strict=False):
-            found.update(zip(unknown.names, unknown.values(at).tolist(), strict=True))
-        return found
+        own = self._of_machine
+        return {**self.fixed, **dict(zip(own.names, own.values(x).tolist(), strict=True))}
+
+    @cached_property
+    def _of_machine(self) -> Together:
+        return Together(self._split(self.unknowns)[0])
+
+    @cached_property
+    def _all(self) -> Together:
+        return Together(self.unknowns)
 
     @staticmethod
     def _split(
@@ -305,7 +312,11 @@ class LeastSquares:
         ForkliftError
             If the machine at x is impossible or a run fails.
         """
-        return list(self._each(x, partial(self._linearise, slopes_too=True)))
+        found = []
+        for sample, at in zip(self.samples, self._linearised(x, slopes_too=True), strict=True):
+            residual, model, jacobian, slope = (by_channel(sample.observed, one) for one in at)
+            found.append(Linearised(residual, jacobian, model, slope))
+        return found
 
     def products(self, x: Floats) -> list[Products]:
         """Every recording linearised at x, with its share of the normal equations.
@@ -315,20 +326,24 @@ class LeastSquares:
         ForkliftError
             As `linearise`.
         """
-        return list(self._each(x, self._products))
+        found = []
+        with one_thread(), np.errstate(over="ignore", invalid="ignore"):  # a machine may swing up by itself
+            for residual, _, jacobian, _ in self._linearised(x):
+                normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
+                found.append(Products(residual, jacobian, normal, gradient, float(residual @ residual)))
+        return found
 
-    def residuals(self, x: Floats) -> list[dict[str, Floats]]:
-        """Every recording's residuals at x, channel by channel; several times faster than `linearise`.
+    def residuals(self, x: Floats) -> list[Floats]:
+        """Every recording's residuals at x, one channel after the other; several times faster than
+        `linearise`.
 
         Raises
         ------
         ForkliftError
             As `linearise`.
         """
-        return [
-            {seen.sensor.channel: self.residual(seen, said[seen.sensor.channel]) for seen in sample.observed}
-            for sample, said in zip(self.samples, self.said(x), strict=True)
-        ]
+        runs = zip(self.samples, self.run(x), strict=True)
+        return _core.residuals([(np.ascontiguousarray(run.outputs), self._seen(one)) for one, run in runs])
 
     def said(self, x: Floats) -> list[dict[str, Floats]]:
         """What the model says at x of every recording, channel by channel, each in its unit.
@@ -356,7 +371,8 @@ class LeastSquares:
         Each recording's rows are replaced by the triangle of their QR decomposition.
         """
         shared, total = len(self.unknowns), self.starts[-1]
-        triangles = list(self._each(x, self._triangle))
+        with one_thread():
+            triangles = [_triangle(at[0], at[2]) for at in self._linearised(x)]
         rho, slope = self.prior(x)
         residual, jacobian = [rho], [np.diag(slope)]
         for k, triangle in enumerate(triangles):
@@ -368,79 +384,32 @@ class LeastSquares:
             residual.append(triangle[:, -1])
         return np.concatenate(residual), np.vstack(jacobian)
 
-    def _each(self, x: Floats, use: Callable[[Sample, Floats, Floats, Floats], T]) -> Iterator[T]:
-        theta = x[: len(self.unknowns)]
-        chain = _chain([unknown.slopes(at) for unknown, at in zip(self.unknowns, theta, strict=True)])
+    def _linearised(self, x: Floats, *, slopes_too: bool = False) -> list[Found]:
+        """Of every recording, one channel after the other: residuals, what the model says, the residuals'
+        Jacobian over θ and the recording's φ, and `slopes_too` the model's."""
+        unknown_of = self._all.of
         runs = self.run(x, derivatives=True)
-        # Side by side they wait for the interpreter longer than they compute.
-        with one_thread():
-            for sample, (values, slopes) in zip(self.samples, runs, strict=True):
-                yield use(sample, values, slopes, chain)
+        given = []
+        for sample, run in zip(self.samples, runs, strict=True):
+            own = (len(unknown_of) + np.searchsorted(self.carried, sample.free)).tolist()
+            widths = sample.width[sample.free].tolist()
+            values, along = (np.ascontiguousarray(each) for each in run)
+            given.append((values, along, self._seen(sample), own, widths))
+        factors = self._all.slopes(x).tolist()
+        return _core.linearised(given, unknown_of, factors, len(self.unknowns), slopes_too=slopes_too)
 
-    def _linearise(
-        self, sample: Sample, values: Floats, slopes: Floats, chain: Floats, *, slopes_too: bool = False
-    ) -> Linearised:
-        """`slopes_too`: with the model's own, which the normal equations have no use for."""
-        along, wide = chain.shape[0], chain.shape[-1]
-        own = _run_of(along + np.searchsorted(self.carried, sample.free))
-        residual, jacobian, model, slope = {}, {}, {}, {}
-        for seen in sample.observed:
-            said, raw = seen.of(values), seen.of(slopes)
-            rho, weight = self.misfit(seen, said)
-            channel = seen.sensor.channel
-            residual[channel], model[channel] = rho, said
-            whole = np.empty((len(raw), wide + len(sample.free)))
-            np.multiply(raw[:, own], sample.width[sample.free], out=whole[:, wide:])
-            (np.multiply if chain.ndim == 1 else np.matmul)(raw[:, :along], chain, out=whole[:, :wide])
-            if slopes_too:
-                slope[channel] = whole
-            jacobian[channel] = np.multiply(whole, weight[:, None], out=None if slopes_too else whole)
-        return Linearised(residual, jacobian, model, slope)
-
-    def misfit(self, seen: Observed, said: Floats) -> tuple[Floats, Floats]:
-        """Residual of each sample and its derivative along what the model says."""
-        return seen.misfit(said, self.sigma[seen.sensor.channel])
-
-    def residual(self, seen: Observed, said: Floats) -> Floats:
-        """Residual of each sample."""
-        return seen.residual(said, self.sigma[seen.sensor.channel])
-
-    def _products(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Products:
-        at = self._linearise(sample, values, slopes, chain)
-        columns = chain.shape[-1] + len(sample.free)
-        normal, gradient, square = np.zeros((columns, columns)), np.zeros(columns), 0.0
-        for channel, residual in at.residual.items():
-            jacobian = at.jacobian[channel]
-            with np.errstate(over="ignore", invalid="ignore"):  # where a machine swings up by itself
-                normal += jacobian.T @ jacobian
-                gradient += jacobian.T @ residual
-            square += float(residual @ residual)
-        return Products(at, normal, gradient, square)
-
-    def _triangle(self, sample: Sample, values: Floats, slopes: Floats, chain: Floats) -> Floats:
-        at = self._linearise(sample, values, slopes, chain)
-        columns = chain.shape[-1] + len(sample.free) + 1
-        if not at.residual:
-            return np.zeros((0, columns))
-        rows = np.vstack([np.column_stack([at.jacobian[name], at.residual[name]]) for name in at.residual])
-        triangle: Floats = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][:columns]
-        return triangle
+    def _seen(self, sample: Sample) -> list[Seen]:
+        """What was read of a recording, at the channels' weights."""
+        return [seen.weighted(self.sigma[seen.sensor.channel]) for seen in sample.observed]
 
 
-def _run_of(places: NDArray[np.intp]) -> NDArray[np.intp] | slice:
-    """The same places; as a slice if they follow one another, which copies nothing."""
-    if len(places) and places[-1] - places[0] == len(places) - 1:
-        return slice(int(places[0]), int(places[-1]) + 1)
-    return places
-
-
-def _chain(slopes: Sequence[Floats]) -> Floats:
-    """What turns slopes along parameters into slopes along unknowns: (parameters, unknowns), or where each
-    unknown is one parameter the factor of each."""
-    if all(len(each) == 1 for each in slopes):
-        return np.concatenate([np.zeros(0), *slopes])
-    matrix: Floats = block_diag(np.zeros((0, 0)), *(each[:, None] for each in slopes))
-    return matrix
+def _triangle(residual: Floats, jacobian: Floats) -> Floats:
+    """R of the QR decomposition of both, side by side."""
+    rows = np.column_stack([jacobian, residual])
+    if not len(rows):
+        return rows
+    triangle: Floats = qr(rows, mode="r", overwrite_a=True, check_finite=False)[0][: rows.shape[1]]
+    return triangle
 
 
 def _widened(sample: Sample, widths: Sequence[tuple[str, float]]) -> Sample:

@@ -205,7 +205,7 @@ def _settled(
             break
         part, here = _part(problem, x, far)
         own = np.concatenate([np.zeros(len(problem.unknowns)), *(_own(problem, steps[k]) for k in far)])
-        before = _squares(part, here, [runs[k].residual for k in far])
+        before = _squares(part, here, [np.concatenate([*runs[k].residual.values()]) for k in far])
         there = _towards(part, here, np.clip(here + own, *part.bounds()), before)
         _put(problem, x, far, part, there)
         for k, run, step in zip(far, *_stepped(part, there, covariance), strict=True):
@@ -278,13 +278,10 @@ def _towards(problem: Problem, x: Floats, there: Floats, before: Floats) -> Floa
     return there
 
 
-def _squares(problem: Problem, x: Floats, residuals: Sequence[Mapping[str, Floats]]) -> Floats:
+def _squares(problem: Problem, x: Floats, residuals: Sequence[Floats]) -> Floats:
     """(recordings,) what each leaves over, with what its own unknowns cost."""
     return np.array(
-        [
-            sum(float(rho @ rho) for rho in run.values()) + float(np.sum(problem.nuisance(x, k) ** 2))
-            for k, run in enumerate(residuals)
-        ]
+        [float(rho @ rho) + float(np.sum(problem.nuisance(x, k) ** 2)) for k, rho in enumerate(residuals)]
     )
 
 

@@ -83,6 +83,37 @@ class Unknown:
         return self.width * SCALES[self.scale].slope(self.values(theta))
 
 
+class Together:
+    """Several unknowns at once: the parameters of all, one after the other."""
+
+    def __init__(self, unknowns: Sequence[Unknown]) -> None:
+        self.names = tuple(name for one in unknowns for name in one.names)
+        self.of = [k for k, one in enumerate(unknowns) for _ in one.names]
+        """(names,) whose parameter each is."""
+        self._origin = np.concatenate([np.zeros(0), *(one._origin for one in unknowns)])
+        self._width = np.array([unknowns[k].width for k in self.of])
+        self._least, self._most = np.array(_each(unknowns, "least")), np.array(_each(unknowns, "most"))
+        scales = [unknowns[k].scale for k in self.of]
+        self._places = [
+            (SCALES[scale], np.array([k for k, one in enumerate(scales) if one == scale]))
+            for scale in dict.fromkeys(scales)
+        ]
+
+    def values(self, theta: Floats) -> Floats:
+        """(names,) see `Unknown.values`; θ of each unknown."""
+        along = self._origin + self._width * theta[self.of]
+        for scale, places in self._places:
+            along[places] = scale.back(along[places])
+        return np.clip(along, self._least, self._most)
+
+    def slopes(self, theta: Floats) -> Floats:
+        """(names,) see `Unknown.slopes`."""
+        found = self.values(theta)
+        for scale, places in self._places:
+            found[places] = scale.slope(found[places])
+        return self._width * found
+
+
 def moved_together(group: Sequence[Unknown]) -> Unknown:
     """One unknown of several: all move by the same factor, or by the same amount.
 
@@ -117,4 +148,8 @@ def moved_together(group: Sequence[Unknown]) -> Unknown:
 
 def _each(group: Sequence[Unknown], end: str) -> tuple[float, ...]:
     """That bound of every name."""
-    return tuple(float(one) for of in group for one in np.broadcast_to(getattr(of, end), len(of.names)))
+    found: list[float] = []
+    for of in group:
+        own = getattr(of, end)
+        found += own * (len(of.names) // len(own))
+    return tuple(found)
