@@ -83,11 +83,15 @@ macro_rules! ports {
             pub fn bend(&mut self, place: S, amount: S) {
                 let factor = amount.exp();
                 for (k, (port, spec)) in self.each().into_iter().zip(PORTS).enumerate() {
+                    let here = is_place(place, k);
+                    if !here.any() {
+                        continue; // as nearly all: all lanes of a run name the same
+                    }
                     let bent = match spec.join {
                         Join::Sum => *port + amount,
                         Join::Factor => *port * factor,
                     };
-                    *port = S::select(is_place(place, k), bent, *port);
+                    *port = S::select(here, bent, *port);
                 }
             }
         }

@@ -53,14 +53,20 @@ impl<S: Scalar> FreeResponse<S> {
         super::spline(&self.times, distance * self.inverse_range)
     }
 
+    /// What is left of a distance after `h` [s].
+    // No closure: such would be compiled without the lanes' vectors.
+    #[inline(always)]
+    fn left(distance: S, time: S, h: S) -> S {
+        distance * (-(h / time.max(S::constant(SHORTEST)))).exp()
+    }
+
     /// Where the distance is left after `h` [s], and its sum over that time [A s].
     #[inline(always)]
     fn onward(&self, distance: S, h: S) -> (S, S) {
         let (half, sixth) = (S::constant(0.5), S::constant(1.0 / 6.0));
-        let left = |time: S| distance * (-(h / time.max(S::constant(SHORTEST)))).exp();
         let before = self.time(distance);
-        let foreseen = left(before);
-        let after = left(self.time(half * (distance + foreseen)));
+        let foreseen = Self::left(distance, before, h);
+        let after = Self::left(distance, self.time(half * (distance + foreseen)), h);
         // ∫ d dt = ∫ τ dd, by Simpson's rule over the distances that are passed.
         let middle = self.time(half * (distance + after));
         let mean = sixth * (before + S::constant(4.0) * middle + self.time(after));

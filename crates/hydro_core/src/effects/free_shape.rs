@@ -5,7 +5,7 @@ use crate::mast::{Bus, Lift, LiftName};
 use crate::outputs::{Quantity, OUTPUTS};
 use crate::parameters::{Origin, ParameterSpec, Scale};
 use crate::ports::{is_place, port, PORTS};
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 
 /// f = Σ c_k·B_k(y), times what is typical at the port, joins a sum, or the logarithm of a factor. y, between 0 and
 /// 1, is where the variable lies between `lower` and `upper`, after a lag. Of a shape that fades it is where the
@@ -103,9 +103,16 @@ const fn variable(name: &str) -> usize {
     k
 }
 
+const VELOCITY: usize = variable("velocity");
+const SPEED: usize = variable("speed");
+const PRESSURE: usize = variable("pressure");
+const OIL_TEMPERATURE: usize = variable("oil_temperature");
+const LOAD: usize = variable("load");
+const COMMAND: usize = variable("command");
 const OTHER_VELOCITY: usize = variable("other_velocity");
-const OTHER_COMMAND: usize = variable("other_command");
 const TIME_AT_REST: usize = variable("time_at_rest");
+const TIME_SINCE_COMMAND: usize = variable("time_since_command");
+const OTHER_COMMAND: usize = variable("other_command");
 
 const COEFFICIENTS: usize = 7;
 /// Of the curve that follows what repeats along a stroke: a period of 0.19 m has seven intervals on a way of one
@@ -161,31 +168,42 @@ impl<S: Scalar, const N: usize> Curve<S, N> {
     }
 
     /// Where the chosen variable lies between `lower`, 0, and `upper`, 1.
-    // Not inlined, like what calls it: it is long, and is called thrice.
-    #[inline(never)]
+    // Long, and called thrice; but compiled by itself it would be compiled without the lanes' vectors.
+    #[inline(always)]
     fn spot<const L: usize>(&self, bus: &Bus<S, L>, own: &[S]) -> S {
         let s = &bus.lifts[self.place];
-        let slow = S::constant(SLOW);
-        let fresh = (S::one() - own[2]).max(S::constant(1.0 / std::f64::consts::E));
-        let time = -(S::constant(LONGEST) * fresh.ln());
-        let values: [S; VARIABLES.len()] = [
-            s.x,
-            s.v,
-            (s.v * s.v + slow * slow).sqrt() - slow,
-            s.p_a,
-            bus.oil_temperature_degc,
-            self.load,
-            bus.command[self.place],
-            if L == 2 { bus.lifts[1 - self.place].v } else { S::zero() },
-            time,
-            time,
-            if L == 2 { bus.command[1 - self.place] } else { S::zero() },
-        ];
-        let mut chosen = values[0];
-        for (k, &value) in values.iter().enumerate().skip(1) {
-            chosen = S::select(is_place(self.variable, k), value, chosen);
+        let mut chosen = s.x;
+        chosen = self.if_named(VELOCITY, s.v, chosen);
+        chosen = self.if_named(PRESSURE, s.p_a, chosen);
+        chosen = self.if_named(OIL_TEMPERATURE, bus.oil_temperature_degc, chosen);
+        chosen = self.if_named(LOAD, self.load, chosen);
+        chosen = self.if_named(COMMAND, bus.command[self.place], chosen);
+        if L == 2 {
+            chosen = self.if_named(OTHER_VELOCITY, bus.lifts[1 - self.place].v, chosen);
+            chosen = self.if_named(OTHER_COMMAND, bus.command[1 - self.place], chosen);
+        }
+        if is_place(self.variable, SPEED).any() {
+            let slow = S::constant(SLOW);
+            chosen = self.if_named(SPEED, (s.v * s.v + slow * slow).sqrt() - slow, chosen);
+        }
+        if is_place(self.variable, TIME_AT_REST).or(is_place(self.variable, TIME_SINCE_COMMAND)).any() {
+            let fresh = (S::one() - own[2]).max(S::constant(1.0 / std::f64::consts::E));
+            let time = -(S::constant(LONGEST) * fresh.ln());
+            chosen = self.if_named(TIME_AT_REST, time, chosen);
+            chosen = self.if_named(TIME_SINCE_COMMAND, time, chosen);
         }
         (chosen - self.lower) * self.inverse_width
+    }
+
+    /// The value where `variable` names the `k`-th, else the other. What no lane names costs a comparison.
+    #[inline(always)]
+    fn if_named(&self, k: usize, value: S, other: S) -> S {
+        let here = is_place(self.variable, k);
+        if here.any() {
+            S::select(here, value, other)
+        } else {
+            other
+        }
     }
 
     #[inline(always)]

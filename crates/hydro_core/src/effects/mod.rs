@@ -7,7 +7,7 @@
 use crate::mast::{Bus, Lift, LiftName};
 use crate::parameters::ParameterSpec;
 use crate::ports::Open;
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 
 /// Where an effect sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,7 +125,11 @@ fn spline<S: Scalar, const N: usize>(coefficients: &[S; N], y: S) -> S {
     let y = S::constant((N - 3) as f64) * y.clamp_to(S::zero(), S::one());
     let mut sum = S::zero();
     for (k, &c) in coefficients.iter().enumerate() {
-        sum = sum + c * bell(y - S::constant(k as f64 - 1.0));
+        let t = y - S::constant(k as f64 - 1.0);
+        // Only four of them are not zero anywhere.
+        if t.abs().lt(S::constant(2.0)).any() {
+            sum = sum + c * bell(t);
+        }
     }
     sum
 }
