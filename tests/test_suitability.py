@@ -226,7 +226,7 @@ EFFECTS = (
     kind=st.sampled_from(["prms", "staircase"]),
     loads=st.tuples(st.floats(0.0, 2000.0), st.floats(0.0, 2000.0)),
     temperature=st.floats(0.0, 70.0),
-    duration_s=st.floats(4.0, 30.0),
+    duration_s=st.floats(6.0, 30.0),  # shorter ones may open the valve to one level only
 )
 def test_recordings_of_any_truck_of_the_make_are_fit(
     seed, lift, effect, kind, loads, temperature, duration_s

@@ -97,10 +97,12 @@ proptest! {
         truck in trucks(),
         recordings in prop::collection::vec(recordings(), 1..20),
         substeps in 1usize..6,
+        threads in 1usize..5,
     ) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let given: Vec<Case> = recordings.iter().map(Recorded::case).collect();
         let alone = given.iter().map(|case| differentiate(&truck, case, substeps, &[], &|| false));
-        match differentiate_all(&truck, &given, substeps, &[], &|| false) {
+        match pool.install(|| differentiate_all(&truck, &given, substeps, &[], &|| false)) {
             Ok(beside) => {
                 for (k, (beside, alone)) in beside.iter().zip(alone).enumerate() {
                     let alone = alone.unwrap();

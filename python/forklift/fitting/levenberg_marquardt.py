@@ -137,15 +137,15 @@ def _taken(problem: Problem, here: Point, limits: Limits, damping: float, straig
     def bent() -> Floats:
         return limits.step(matrix, 0.5 * _curvature(problem, here, straight), here.x + straight)
 
-    # The bent step first; the straight one where the bend is not to be trusted: over the smallest steps it
-    # is lost in the simulation's own roughness.
+    # The bent step first; the straight one only where the bend is not to be trusted: over the smallest steps
+    # it is lost in the simulation's own roughness. Where a bend that is to be trusted leads nowhere, a
+    # straight step hardly ever leads further.
     for bend in (bent, lambda: np.zeros_like(straight)):
         try:
             second = bend()
             if 2.0 * np.linalg.norm(second) <= BENT * np.linalg.norm(straight):
                 then: Floats = np.clip(here.x + straight + second, *problem.bounds())  # against rounding
-                if cost(problem, then) < here.cost:
-                    return then
+                return then if cost(problem, then) < here.cost else None
         except ForkliftError:  # no way there
             continue
     return None

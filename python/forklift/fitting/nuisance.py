@@ -11,6 +11,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.fitting import levenberg_marquardt
 from forklift.fitting.criteria import NUISANCE_GAIN
+from forklift.fitting.search import STAGES
 
 TEMPERS = (30.0, 3.0, 1.0)
 """The noise is so many times too large, stage by stage: from a temperature that is ten kelvin off the way to
@@ -32,6 +33,9 @@ def sought(problem: Any, x: Floats) -> Floats:
     )
     shared = len(held.unknowns)
     for temper in TEMPERS:
-        weighted = pinned.weighted({name: temper * sigma for name, sigma in problem.sigma.items()})
+        # What coarse substeps leave over is far below noise that is too large.
+        substeps = min(problem.substeps, STAGES[0].substeps) if temper > 1.0 else problem.substeps
+        weights = {name: temper * sigma for name, sigma in problem.sigma.items()}
+        weighted = pinned.weighted(weights, substeps)
         at = levenberg_marquardt.descend(weighted, at, EVALUATIONS, NUISANCE_GAIN, lambda cost, x: None)
     return np.concatenate([x[: len(problem.unknowns)], at[shared:]])
