@@ -12,6 +12,7 @@ _Steps = NDArray[np.int64]
 __all__ = [
     "CONTROL_TICK_S",
     "ENCODER_COUNT_M",
+    "HUBER",
     "LANES",
     "PRESSURE_STEP_PA",
     "SINGLE_LANES",
@@ -52,6 +53,7 @@ __all__ = [
 __version__: str
 CONTROL_TICK_S: float  # from one call of the controller to the next
 ENCODER_COUNT_M: float  # travel per count of a position encoder
+HUBER: float  # standard deviations beyond which a residual counts by its distance
 LANES: int  # members that fill this processor's registers: 16 with AVX-512, 8 with AVX2, else 1
 SINGLE_LANES: int  # the same in single precision: 32 with AVX-512, else 1
 PRESSURE_STEP_PA: float  # resolution of a pressure sensor

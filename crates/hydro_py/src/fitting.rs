@@ -1,6 +1,6 @@
 //! Residuals of recordings and their derivatives.
 
-use fit_core::likelihood::{Interval, Rule};
+use fit_core::likelihood::{Interval, Rule, HUBER};
 use fit_core::linearised::{linearised, residuals, Chain, Channel, Said, Slopes};
 use hydro_core::error::Error;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
@@ -141,6 +141,7 @@ fn all_linearised<'py>(
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("HUBER", HUBER)?;
     m.add_function(wrap_pyfunction!(misfit, m)?)?;
     m.add_function(wrap_pyfunction!(interval_cost, m)?)?;
     m.add_function(wrap_pyfunction!(all_residuals, m)?)?;

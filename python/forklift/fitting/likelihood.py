@@ -12,7 +12,7 @@ import numpy as np
 from forklift import _core
 from forklift.base.arrays import Floats
 
-HUBER = 4.0
+HUBER = _core.HUBER
 """Residuals, in standard deviations, beyond which a sample counts by its distance and not by its square."""
 
 

@@ -205,7 +205,7 @@ def _settled(
             break
         part, here = _part(problem, x, far)
         own = np.concatenate([np.zeros(len(problem.unknowns)), *(_own(problem, steps[k]) for k in far)])
-        before = _squares(part, here, [np.concatenate([*runs[k].residual.values()]) for k in far])
+        before = _squares(part, here, [_stacked(runs[k]) for k in far])
         there = _towards(part, here, np.clip(here + own, *part.bounds()), before)
         _put(problem, x, far, part, there)
         for k, run, step in zip(far, *_stepped(part, there, covariance), strict=True):
@@ -276,6 +276,11 @@ def _towards(problem: Problem, x: Floats, there: Floats, before: Floats) -> Floa
             there[own] = half[own]
             squares[k] = halved[k]
     return there
+
+
+def _stacked(at: Linearised) -> Floats:
+    """The residuals of all channels; none where nothing was read."""
+    return np.concatenate([np.zeros(0), *at.residual.values()])
 
 
 def _squares(problem: Problem, x: Floats, residuals: Sequence[Floats]) -> Floats:
