@@ -1,5 +1,5 @@
 //! Recordings that run side by side are each alone to the bit: whatever their lengths, loads, temperatures, starts
-//! and clocks, and whatever effects the truck has.
+//! and clocks, whichever lifts they command, and whatever effects the truck has.
 
 mod common;
 
@@ -7,7 +7,8 @@ use common::space::{cases, plausible};
 use common::truck_with;
 use hydro_core::effects::Instance;
 use hydro_core::mast::LiftName;
-use hydro_core::run::sensitivity::{differentiate, differentiate_all, Case};
+use hydro_core::outputs::OUTPUTS;
+use hydro_core::run::sensitivity::{differentiate, differentiate_all, Case, Direction};
 use hydro_core::run::Inputs;
 use hydro_core::truck::Truck;
 use proptest::prelude::*;
@@ -39,14 +40,17 @@ impl Recorded {
     }
 }
 
-/// On the usual clock, on one that starts later, on one that jitters, or read off between its ticks.
+/// On the usual clock, on one that starts later, on one that jitters, or read off between its ticks; of both lifts, or
+/// of one while the other rests.
 fn recordings() -> impl Strategy<Value = Recorded> {
     let conditions = (0.0..1500.0, -3.0..3.0, 0.0..2.0, 0.3..1.0, 0.5..2.0);
     let steps = prop::collection::vec((0.0..1.2, 0.0..1.2, 1usize..30), 1..6);
-    (0usize..6, steps, -5.0..50.0, conditions).prop_map(|(clock, steps, degc, conditions)| {
+    let moves = prop::sample::select(vec![[1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]);
+    (0usize..6, steps, moves, -5.0..50.0, conditions).prop_map(|(clock, steps, moves, degc, conditions)| {
         let (load_kg, warmer, warming, free, main) = conditions;
-        let command: Vec<[f64; 2]> =
-            steps.iter().flat_map(|&(free, main, ticks)| std::iter::repeat_n([free, main], ticks)).collect();
+        let held =
+            |&(free, main, ticks): &(f64, f64, usize)| std::iter::repeat_n([moves[0] * free, moves[1] * main], ticks);
+        let command: Vec<[f64; 2]> = steps.iter().flat_map(held).collect();
         let at = |k: usize| match clock {
             3 => k as f64 * TICK + 1.0,
             4 => k as f64 * TICK + if k % 3 == 1 { 0.001 } else { 0.0 },
@@ -140,4 +144,42 @@ fn a_recording_that_no_run_takes_is_told_by_its_place() {
     let (place, error) = differentiate_all(&truck, &[at(0.0), at(500.0)], 4, &[], &|| true).unwrap_err();
     assert_eq!(place, 0);
     assert!(error.to_string().contains("interrupt"), "{error}");
+}
+
+/// What any sensor shows: 0.1 mm, 0.1 mm/s, 1 kPa.
+fn seen(unit: &str) -> f64 {
+    match unit {
+        "Pa" => 1e3,
+        _ => 1e-4,
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
+    /// One that no command moves is stepped once a tick. A command too small to bend its valve's hysteresis has it stepped
+    /// as finely as one that moves.
+    #[test]
+    fn a_lift_that_rests_is_as_if_finely_stepped(
+        mut recorded in recordings(),
+        lift in prop::sample::select(LiftName::BOTH.to_vec()),
+        substeps in 2usize..10,
+    ) {
+        let (truck, place) = (truck_with(&[]), usize::from(lift == LiftName::Main));
+        let along = [Direction::Load, Direction::OilTemperature, Direction::Start(lift)];
+        let mut run = |command: f64| {
+            recorded.command.iter_mut().for_each(|both| both[place] = command);
+            differentiate(&truck, &recorded.case(), substeps, &along, &|| false).unwrap()
+        };
+        let (resting, fine) = (run(0.0), run(1e-12));
+        for (k, (coarse, fine)) in resting.outputs.iter().zip(&fine.outputs).enumerate() {
+            let output = OUTPUTS[k % OUTPUTS.len()];
+            prop_assert!((coarse - fine).abs() < 0.1 * seen(output.unit), "{}: {coarse} and {fine}", output.name);
+        }
+        // Along 100 kg, 1 K and 1 mm.
+        for (k, (coarse, fine)) in resting.derivatives.iter().zip(&fine.derivatives).enumerate() {
+            let (output, by) = (OUTPUTS[k / along.len() % OUTPUTS.len()], [100.0, 1.0, 1e-3][k % along.len()]);
+            let apart = by * (coarse - fine).abs();
+            prop_assert!(apart < 0.1 * seen(output.unit), "{}: {coarse} and {fine}", output.name);
+        }
+    }
 }

@@ -3,9 +3,10 @@
 An encoder's wrong scale is for the most part a machine whose areas, openings and masses are others. The fit
 of the machine alone has gone there, so that no linear step from where it ended promises what the scale itself
 explains: all parameters would have to come back. So where no names explain everything, the gains of sensors
-are searched for from the start machine too. One counts if it explains everything by itself, nearly as well
-as any curve does. The same is asked where little was left over, and a name was found that explains it: it is
-one, too, that a linear step from the bent machine promised.
+are searched for from the start machine too; all at once first, as what they leave over together, each of them
+does. One counts if it explains everything by itself, nearly as well as any curve does. The same is asked
+where little was left over, and a name was found that explains it: it is one, too, that a linear step from the
+bent machine promised.
 """
 
 from __future__ import annotations
@@ -36,42 +37,60 @@ def gains(
     """Gains that were tried alone, and the one that explains everything, if any does.
 
     `names` and `curves` are what was tried beside nothing. Gains of which the recordings say nothing, as of a
-    lift that stands still, are not asked for. The others are few, and take no work from all else. None is
-    tried of a machine that is not expected to reach its sensors' noise: none could explain everything.
+    lift that stands still, are not asked for; but all of them are where all recordings had to be asked: the
+    machine's parameters have then gone so far that nothing shows. They are few, and take no work from all
+    else. None is tried of a machine that is not expected to reach its sensors' noise: none could explain all.
     """
     refits: list[Refit] = []
     doubted = baseline.slight and best.hypotheses and not any(map(is_gain, best.hypotheses))
     own = [one for one in hypotheses if is_gain(one)]
     if not own or race.refitter.strict or (best.complete and not doubted):
         return refits, None
-    least = _least(race, baseline, best, curves)
     with race.refitter.work.beside():
         everywhere = baseline.quiet or baseline.held_out_alone
         at = race.refitter.everywhere(baseline) if everywhere else baseline.told_from
-        for screened in screen(at.problem, at.x, own, 0, slow=baseline.quiet).singles:
-            if screened.evidence <= 0.0:
-                continue
-            found = race.cold(baseline, screened.hypotheses[0], [*names, *curves, *refits])
+        singles = screen(at.problem, at.x, own, 0, slow=baseline.quiet).singles
+        asked = [one.hypotheses[0] for one in singles if one.evidence > 0.0 or best.foretold]
+        if len(asked) > 1:
+            asked = _that_may(race, baseline, asked, [*names, *curves])
+        for one in asked:
+            found = race.cold(baseline, (one,), [*names, *curves, *refits])
             refits = found[len(names) + len(curves) :]
-            if _explains(refits[-1:], least):
+            if _explains(race, baseline, best, curves, refits[-1:]):
                 break
-    return refits, min(_explains(refits, least), key=lambda one: one.squares, default=None)
+        told = _explains(race, baseline, best, curves, refits)
+    return refits, min(told, key=lambda one: one.squares, default=None)
 
 
-def _explains(refits: Sequence[Refit], least: float) -> list[Refit]:
-    """Those that explain everything, are there, and leave no more than this over."""
-    return [one for one in refits if one.complete and one.identifiable and one.squares <= least]
+def _that_may(
+    race: Race, baseline: Refit, asked: Sequence[Hypothesis], ended: Sequence[Refit]
+) -> list[Hypothesis]:
+    """Those of them that may explain everything: none if all together do not, and of these only who is told
+    from none beside the others."""
+    together = race.cold(baseline, tuple(asked), ended)[len(ended)]
+    return [one for one in asked if together.complete and together.clear(one)]
 
 
-def _least(race: Race, baseline: Refit, best: Refit, curves: Sequence[Refit]) -> float:
-    """The sum of squares that a gain may leave: it removes nearly as much as any curve that explains
-    everything, whose many numbers follow a little more; and where names do, it leaves less than they by twice
-    what a sensor must promise where nothing shows."""
-    told = [
+def _explains(
+    race: Race, baseline: Refit, best: Refit, curves: Sequence[Refit], refits: Sequence[Refit]
+) -> list[Refit]:
+    """Those that explain everything, are there, and do nearly as well as any curve that explains everything,
+    whose many numbers follow a little more; and better than names, by what a sensor must promise where
+    nothing shows. What all recordings had to be asked for is compared by all of them, else by those held
+    out."""
+    told = [one for one in refits if one.finished and one.complete and one.identifiable]
+    if not told:
+        return []
+    margin = race.refitter.together * ALARM_SENSOR
+    if best.foretold:
+        gained = race.refitter.gained(baseline, best)
+        least = ANOTHER_SHAPE * gained if best in curves else gained + margin
+        return [one for one in told if race.refitter.gained(baseline, one) >= least]
+    most = [
         baseline.squares - ANOTHER_SHAPE * (baseline.squares - one.squares)
         for one in curves
         if one.finished and one.complete
     ]
     if best.complete:
-        told.append(best.squares - 2.0 * race.refitter.together * ALARM_SENSOR)
-    return min(told, default=float("inf"))
+        most.append(best.squares - 2.0 * margin)
+    return [one for one in told if one.squares <= min(most, default=float("inf"))]

@@ -79,12 +79,11 @@ class Race:
                 break
         return self.finished(best, rough, refits)
 
-    def cold(self, best: Refit, hypothesis: Hypothesis, ended: Sequence[Refit]) -> list[Refit]:
-        """`ended`, and one more beside the best, from the start machine."""
-        several = (*best.hypotheses, hypothesis)
-        if not self.begins("trying from the start", (hypothesis,)):
+    def cold(self, best: Refit, hypotheses: tuple[Hypothesis, ...], ended: Sequence[Refit]) -> list[Refit]:
+        """`ended`, and one more with these beside the best, from the start machine."""
+        if not self.begins("trying from the start", hypotheses):
             return list(ended)
-        rough = self.refitter.cold([several], best, self.bars(best, ended))
+        rough = self.refitter.cold([(*best.hypotheses, *hypotheses)], best, self.bars(best, ended))
         return self.finished(best, [rough], ended)
 
     def beside(self, best: Refit, hypothesis: Hypothesis, ended: Sequence[Refit]) -> list[Refit]:

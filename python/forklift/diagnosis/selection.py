@@ -139,23 +139,29 @@ def select(
     race = Race(refitter, clock)
     faint = faint_curve(race, baseline, general)
     promised = max((one.gain for one in screening.singles[:1]), default=0.0)
-    curve = None
+    curve = gain = None
+    steps: list[Step] = []
     if faint and baseline.quiet and faint.heard >= AHEAD * promised:
         curve = _with_faint(race, baseline, faint)
-        found = _unseen(race, baseline, curve, Step(screening, (), None))
-        if found:
+        steps = [Step(screening, (), None)]
+        found = _unseen(race, baseline, curve, *steps)
+        gain = _gain_for_curve(race, found, steps, hypotheses) if found else None
+        if found and not gain:
             return found
     elif faint and has_more_evidence(faint, screening, baseline):
         curve = _with_faint(race, baseline, faint)  # before names have used up the work
-    best, steps, shapes = _named(race, baseline, [], screening, hypotheses, general)
-    if faint and best is baseline:
-        curve = curve or _with_faint(race, baseline, faint)
-        found = _unseen(race, baseline, curve, *steps)
-        if found:
-            return found
-    if best is not baseline and not best.hypotheses:
-        return Selection(best, (), best, skipped=tuple(race.skipped))
-    gain = _gain_instead(race, baseline, best, steps, shapes, hypotheses)
+    best, shapes = baseline, list[Refit]()
+    if not gain:
+        best, steps, shapes = _named(race, baseline, [], screening, hypotheses, general)
+        if faint and best is baseline:
+            curve = curve or _with_faint(race, baseline, faint)
+            found = _unseen(race, baseline, curve, *steps)
+            gain = _gain_for_curve(race, found, steps, hypotheses) if found else None
+            if found and not gain:
+                return found
+        if best is not baseline and not best.hypotheses:
+            return Selection(best, (), best, skipped=tuple(race.skipped))
+        gain = gain or _gain_instead(race, baseline, best, steps, shapes, hypotheses)
     if gain:
         faint, best, steps = None, gain.accepted or best, [gain]
         screening = _screened(race, best, _beside(best, hypotheses), general)
@@ -249,6 +255,14 @@ def _gain_instead(
     refits, accepted = gains(race, baseline, best, hypotheses, names, shapes)
     refits = sorted([*names, *refits], key=rank)
     return Step(first.screening, tuple(refits), accepted) if accepted else None
+
+
+def _gain_for_curve(
+    race: Race, found: Selection, steps: Sequence[Step], hypotheses: Sequence[Hypothesis]
+) -> Step | None:
+    """The same in the place of a curve that nothing but all recordings together show: what the machine's own
+    parameters have made up for leaves as little, and shows in as many."""
+    return _gain_instead(race, found.baseline, found.final, steps, [found.final], hypotheses)
 
 
 def _promised(named: Sequence[Refit], steps: Sequence[Step]) -> float:
@@ -400,7 +414,7 @@ def _near(
     entered = screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]
     race.clock.plan(len(entered))
     for screened in entered:
-        refits = race.cold(best, screened.hypotheses[0], refits)
+        refits = race.cold(best, screened.hypotheses[:1], refits)
         if refits and refits[-1].complete and refits[-1].identifiable:
             break
     refits = refits[len(beside) :]

@@ -10,6 +10,7 @@ pub mod drive;
 mod late;
 pub mod lowering;
 pub mod responses;
+mod resting;
 pub mod sensing;
 pub mod sensitivity;
 mod side_by_side;
