@@ -149,3 +149,27 @@ def test_work_of_another_input_is_replaced(bench, whole, tmp_path):
     with pytest.raises(Enough):
         diagnose(plant, read(bench, plant).recordings[:3], out=out, progress=progress)
     assert json.loads(of.read_text()) != before
+
+
+@pytest.mark.parametrize(
+    ("first", "ends"),
+    [
+        pytest.param("from forklift import _core", "done", id="before"),
+        pytest.param("pass", "KeyboardInterrupt", id="while"),
+    ],
+)
+def test_ctrl_c_while_numpy_is_looked_up_is_an_interrupt_and_no_panic(first, ends):
+    """What looks NumPy's version up is interrupted: after the module was imported nobody asks any more."""
+    script = f"""
+import numpy.lib
+{first}
+def interrupted(*given):
+    raise KeyboardInterrupt
+numpy.lib.NumpyVersion = interrupted
+from forklift import _core
+_core.quantise_current(numpy.zeros(3))
+print("done")
+"""
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (ended.stdout + ended.stderr).splitlines()[-1] == ends
+    assert "panic" not in ended.stderr.lower()

@@ -14,8 +14,17 @@ mod watch;
 
 use pyo3::prelude::*;
 
+/// Looks NumPy's functions up while the module is imported: at their first use Python code would run, and panic where a
+/// Ctrl-C falls into it.
+fn find_numpy(py: Python) -> PyResult<()> {
+    numpy::get_array_module(py)?;
+    numpy::npyffi::is_numpy_2(py);
+    Ok(())
+}
+
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    find_numpy(m.py())?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<truck::PyTruck>()?;
     m.add_class::<case::PyCase>()?;
