@@ -64,6 +64,8 @@ def instead(found: Diagnosis, told: Mapping[str, Any]) -> Fact:
             if told["verdict"] == "no-mismatch"
             else "Nothing that was begun came near it."
             if count["given_up"]
+            else "Nothing that was tried comes near it."
+            if not found.unexplained and _made_up_for(told)
             else "Nothing else comes near it, by a linear estimate."
             if not found.unexplained
             else "Nothing that was tried explains it."
@@ -153,8 +155,8 @@ def _given_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
     return [f"Begun, and given up far behind{best}: {some(names, between=', ')}."] if names else []
 
 
-def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
-    """What promised most of what was not even begun."""
+def _next(told: Mapping[str, Any]) -> tuple[Mapping[str, Any], float] | None:
+    """What promised most of what was not even begun, and how much of what was found."""
     named = max((one["promised"] or 0.0 for one in told["hypotheses"] if one["named"]), default=0.0)
     other = next(
         (
@@ -164,12 +166,28 @@ def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
         ),
         None,
     )
-    if not other or not named:
+    return (other, (other["promised"] or 0.0) / named) if other and named else None
+
+
+def _made_up_for(told: Mapping[str, Any]) -> bool:
+    """Whether what was found promised less than others: the machine's parameters had made up for it."""
+    following = _next(told)
+    return following is not None and following[1] > 1.0
+
+
+def _runner_up(found: Diagnosis, told: Mapping[str, Any]) -> list[str]:
+    following = _next(told)
+    if following is None:
         return []
-    return [
-        f"Next best, and not tried: {found.machine.words.at(other['name'], other['where'])}. By a linear "
-        f"estimate it could explain {100.0 * (other['promised'] or 0.0) / named:.0f} % as much (list below)."
-    ]
+    other, share = following
+    words = found.machine.words
+    best = f"Next best, and not tried: {words.at(other['name'], other['where'])}."
+    if _made_up_for(told):
+        return [
+            f"{best} No linear estimate compares them: the {words.noun}'s parameters had made up for what "
+            "was found, so that such a step promised little of it (list below)."
+        ]
+    return [f"{best} By a linear estimate it could explain {100.0 * share:.0f} % as much (list below)."]
 
 
 def untold(count: Mapping[str, int]) -> list[str]:
