@@ -16,7 +16,7 @@ from forklift.diagnosis.numbers import Number
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.rules import rivals
 from forklift.diagnosis.screening import Screened, Screening
-from forklift.diagnosis.selection import Selection, Step
+from forklift.diagnosis.selected import Selection, Step
 from forklift.plant.forklift.hypotheses import hypotheses
 from forklift.plant.forklift.truck import Truck
 from forklift.plant.protocol import Kind

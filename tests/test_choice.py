@@ -40,7 +40,8 @@ from forklift.diagnosis.rules import (
     stands_alone,
 )
 from forklift.diagnosis.screening import Screened, Screening
-from forklift.diagnosis.selection import Selection, alarming, needed
+from forklift.diagnosis.selected import Selection
+from forklift.diagnosis.selection import alarming, needed
 from forklift.plant.forklift.unnamed import curves
 from forklift.plant.protocol import Addition, Hypothesis
 

@@ -17,7 +17,7 @@ from forklift.diagnosis.criteria import (
 from forklift.diagnosis.numbers import Number, of_hypothesis
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.rules import credibility, labels, lost
-from forklift.diagnosis.selection import Selection
+from forklift.diagnosis.selected import Selection
 from forklift.plant.protocol import Hypothesis
 
 Form = Literal["complete", "uncertain"]

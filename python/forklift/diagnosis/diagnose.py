@@ -30,7 +30,7 @@ from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.regimes import Regimes, regimes
 from forklift.diagnosis.result import Diagnosis
-from forklift.diagnosis.selection import Selection
+from forklift.diagnosis.selected import Selection
 from forklift.diagnosis.unfinished import Unfinished
 from forklift.fitting.agreement import Agreement, agreement
 from forklift.fitting.clocks import clock_cautions

@@ -15,7 +15,8 @@ from forklift.diagnosis.progress import FITTING, TRYING, Clock
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.screening import Screening, screen
-from forklift.diagnosis.selection import Selection, alarming, select
+from forklift.diagnosis.selected import Selection
+from forklift.diagnosis.selection import alarming, select
 from forklift.plant.protocol import Hypothesis, Machine
 
 Verdict = Literal["no-mismatch", "missing-physics", "unknown-effect", "parameter-error", "sensor-fault"]

@@ -14,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from forklift.diagnosis.criteria import ALARM_SENSOR, ANOTHER_SHAPE
-from forklift.diagnosis.race import Race
+from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.screening import screen
+from forklift.diagnosis.selected import Selection, Step
 from forklift.plant.protocol import Hypothesis
 from forklift.plant.sensor_faults import SensorUnknown
 
@@ -24,6 +25,32 @@ from forklift.plant.sensor_faults import SensorUnknown
 def is_gain(hypothesis: Hypothesis) -> bool:
     """Whether it is a sensor's gain, or scale."""
     return any(isinstance(one, SensorUnknown) and one.fault == "gain" for one in hypothesis.addition.free)
+
+
+def gain_instead(
+    race: Race,
+    baseline: Refit,
+    best: Refit,
+    steps: Sequence[Step],
+    shapes: Sequence[Refit],
+    hypotheses: Sequence[Hypothesis],
+) -> Step | None:
+    """A round with a sensor's gain alone in the place of all so far, if these explain less than that does."""
+    if not steps:
+        return None
+    first = steps[0]
+    names = [one for one in first.refits if not any(map(is_gain, one.hypotheses))]
+    refits, accepted = gains(race, baseline, best, hypotheses, names, shapes)
+    refits = sorted([*names, *refits], key=rank)
+    return Step(first.screening, tuple(refits), accepted) if accepted else None
+
+
+def gain_for_curve(
+    race: Race, found: Selection, steps: Sequence[Step], hypotheses: Sequence[Hypothesis]
+) -> Step | None:
+    """The same in the place of a curve that nothing but all recordings together show: what the machine's own
+    parameters have made up for leaves as little, and shows in as many."""
+    return gain_instead(race, found.baseline, found.final, steps, [found.final], hypotheses)
 
 
 def gains(
@@ -56,10 +83,9 @@ def gains(
         for one in asked:
             found = race.cold(baseline, (one,), [*names, *curves, *refits])
             refits = found[len(names) + len(curves) :]
-            if _explains(race, baseline, best, curves, refits[-1:]):
-                break
-        told = _explains(race, baseline, best, curves, refits)
-    return refits, min(told, key=lambda one: one.squares, default=None)
+            if _explains(race, baseline, best, curves, refits[-1]):
+                return refits, refits[-1]
+    return refits, None
 
 
 def _that_may(
@@ -71,26 +97,23 @@ def _that_may(
     return [one for one in asked if together.complete and together.clear(one)]
 
 
-def _explains(
-    race: Race, baseline: Refit, best: Refit, curves: Sequence[Refit], refits: Sequence[Refit]
-) -> list[Refit]:
-    """Those that explain everything, are there, and do nearly as well as any curve that explains everything,
-    whose many numbers follow a little more; and better than names, by what a sensor must promise where
-    nothing shows. What all recordings had to be asked for is compared by all of them, else by those held
-    out."""
-    told = [one for one in refits if one.finished and one.complete and one.identifiable]
-    if not told:
-        return []
+def _explains(race: Race, baseline: Refit, best: Refit, curves: Sequence[Refit], one: Refit) -> bool:
+    """Whether a gain explains everything, is there, and does nearly as well as any curve that explains
+    everything, whose many numbers follow a little more; and better than names, by what a sensor must promise
+    where nothing shows. What all recordings had to be asked for is compared by all of them, else by those
+    held out."""
+    if not (one.finished and one.complete and one.identifiable):
+        return False
     margin = race.refitter.together * ALARM_SENSOR
     if best.foretold:
         gained = race.refitter.gained(baseline, best)
         least = ANOTHER_SHAPE * gained if best in curves else gained + margin
-        return [one for one in told if race.refitter.gained(baseline, one) >= least]
+        return race.refitter.gained(baseline, one) >= least
     most = [
-        baseline.squares - ANOTHER_SHAPE * (baseline.squares - one.squares)
-        for one in curves
-        if one.finished and one.complete
+        baseline.squares - ANOTHER_SHAPE * (baseline.squares - curve.squares)
+        for curve in curves
+        if curve.finished and curve.complete
     ]
     if best.complete:
         most.append(best.squares - 2.0 * margin)
-    return [one for one in told if one.squares <= min(most, default=float("inf"))]
+    return one.squares <= min(most, default=float("inf"))

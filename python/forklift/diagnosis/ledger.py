@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.criteria import LEAST_FAULT, alarm
 from forklift.diagnosis.screening import Screened, Screening
-from forklift.diagnosis.selection import Selection
+from forklift.diagnosis.selected import Selection
 from forklift.plant.protocol import Hypothesis
 
 if TYPE_CHECKING:

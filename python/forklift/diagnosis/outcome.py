@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from forklift.diagnosis.next_recording import Proposal
     from forklift.diagnosis.regimes import Regimes
     from forklift.diagnosis.screening import Screening
-    from forklift.diagnosis.selection import Selection
+    from forklift.diagnosis.selected import Selection
     from forklift.fitting.agreement import Agreement
 
 

@@ -14,7 +14,7 @@ from forklift.diagnosis.engine import verdict
 from forklift.diagnosis.next_recording import Candidate, Proposal, part, tell
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
-from forklift.diagnosis.selection import Selection
+from forklift.diagnosis.selected import Selection
 from forklift.diagnosis.sentences import look_at, shown_alone
 from forklift.fitting.sample import observing
 from forklift.plant.findings import Findings

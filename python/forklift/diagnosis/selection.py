@@ -7,7 +7,7 @@ complete only if nothing above the sensors' noise is left in any channel of any 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from forklift.diagnosis.criteria import (
     AHEAD,
@@ -40,7 +40,7 @@ from forklift.diagnosis.curve_trials import (
     with_curve,
     without_names,
 )
-from forklift.diagnosis.gains import gains, is_gain
+from forklift.diagnosis.gains import gain_for_curve, gain_instead
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit
@@ -69,40 +69,8 @@ from forklift.diagnosis.rules import (
     stands_alone,
 )
 from forklift.diagnosis.screening import Screened, Screening, screen
+from forklift.diagnosis.selected import Selection, Step
 from forklift.plant.protocol import Hypothesis
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One round: what was screened, who was tried, who was accepted."""
-
-    screening: Screening
-    refits: tuple[Refit, ...]
-    """Those that explain everything first, then by what they leave over."""
-    accepted: Refit | None
-
-
-@dataclass(frozen=True, eq=False)
-class Selection:
-    """All rounds."""
-
-    baseline: Refit
-    steps: tuple[Step, ...]
-    final: Refit
-    """The last that was accepted, without hypotheses that it does not need."""
-    unnamed: tuple[Refit, ...] = ()
-    """What was tried that has no name."""
-    curve: Screened | None = None
-    """Of one name that explains everything: a curve that promises to mend its law, whether or not recordings
-    held out bear it out."""
-    skipped: tuple[tuple[Hypothesis, ...], ...] = ()
-    """What was not tried within the work that a diagnosis may do, see
-    `forklift.diagnosis.criteria.BUDGET`."""
-
-    @property
-    def explains_most(self) -> bool:
-        """Whether the last removes most of what the machine alone leaves over, or leaves next to nothing."""
-        return self.final.quiet or explains(self.final, self.baseline)
 
 
 def alarming(screening: Screening) -> Screening:
@@ -145,7 +113,7 @@ def select(
         curve = _with_faint(race, baseline, faint)
         steps = [Step(screening, (), None)]
         found = _unseen(race, baseline, curve, *steps)
-        gain = _gain_for_curve(race, found, steps, hypotheses) if found else None
+        gain = gain_for_curve(race, found, steps, hypotheses) if found else None
         if found and not gain:
             return found
     elif faint and has_more_evidence(faint, screening, baseline):
@@ -156,12 +124,12 @@ def select(
         if faint and best is baseline:
             curve = curve or _with_faint(race, baseline, faint)
             found = _unseen(race, baseline, curve, *steps)
-            gain = _gain_for_curve(race, found, steps, hypotheses) if found else None
+            gain = gain_for_curve(race, found, steps, hypotheses) if found else None
             if found and not gain:
                 return found
         if best is not baseline and not best.hypotheses:
             return Selection(best, (), best, skipped=tuple(race.skipped))
-        gain = gain or _gain_instead(race, baseline, best, steps, shapes, hypotheses)
+        gain = gain or gain_instead(race, baseline, best, steps, shapes, hypotheses)
     if gain:
         faint, best, steps = None, gain.accepted or best, [gain]
         screening = _screened(race, best, _beside(best, hypotheses), general)
@@ -237,32 +205,6 @@ def _tested(
     if final is not best:
         final = needed(race, final, kept=settled_names(best, baseline))
     return Selection(baseline, tuple(steps), final, unnamed, curve, tuple(race.skipped))
-
-
-def _gain_instead(
-    race: Race,
-    baseline: Refit,
-    best: Refit,
-    steps: Sequence[Step],
-    shapes: Sequence[Refit],
-    hypotheses: Sequence[Hypothesis],
-) -> Step | None:
-    """A round with a sensor's gain alone in the place of all so far, if these explain less than that does."""
-    if not steps:
-        return None
-    first = steps[0]
-    names = [one for one in first.refits if not any(map(is_gain, one.hypotheses))]
-    refits, accepted = gains(race, baseline, best, hypotheses, names, shapes)
-    refits = sorted([*names, *refits], key=rank)
-    return Step(first.screening, tuple(refits), accepted) if accepted else None
-
-
-def _gain_for_curve(
-    race: Race, found: Selection, steps: Sequence[Step], hypotheses: Sequence[Hypothesis]
-) -> Step | None:
-    """The same in the place of a curve that nothing but all recordings together show: what the machine's own
-    parameters have made up for leaves as little, and shows in as many."""
-    return _gain_instead(race, found.baseline, found.final, steps, [found.final], hypotheses)
 
 
 def _promised(named: Sequence[Refit], steps: Sequence[Step]) -> float:
