@@ -313,6 +313,25 @@ def test_another_seed_or_a_folder_of_others_is_refused(tmp_path, monkeypatch):
         prove.prove(5, 0, tmp_path / "none")
 
 
+def test_a_folder_is_one_calls_until_it_ends(tmp_path, monkeypatch):
+    """A second call in the same folder would seal the campaigns that the first diagnoses anew."""
+    stubbed(monkeypatch)
+    out, diagnosed, refused = tmp_path / "proof", prove.diagnosed, []
+
+    def meanwhile(*given):
+        with pytest.raises(ForkliftError) as raised:
+            prove.prove(5, 2, out)
+        refused.append(raised.value)
+        return diagnosed(*given)
+
+    monkeypatch.setattr(prove, "diagnosed", meanwhile)
+    prove.prove(5, 1, out)
+    assert [one.code for one in refused] == ["folder-in-use"]
+    assert str(out) in str(refused[0])
+    stubbed(monkeypatch)
+    assert len(prove.prove(5, 2, out).results) == 2
+
+
 def test_bounds_are_never_moved_on_a_reporting_seed(tmp_path):
     with pytest.raises(ForkliftError, match="only ever moved"):
         sensitivity.sensitivity(DEVELOPMENT, 1, tmp_path)

@@ -50,44 +50,47 @@ def score_open(
     ------
     ForkliftError
         ``"answers-unreadable"``, also of a campaign that is named and cannot be read; ``"not-writable"``;
-        ``"output-exists"`` if `out` holds another proof, or anything else.
+        ``"output-exists"`` if `out` holds another proof, or anything else; ``"folder-in-use"``.
     """
     folder, out = Path(folder), Path(out)
     path = Path(answers) if answers else folder / ANSWERS
     told = read(path)
-    begun(out, {"answers": hashlib.sha256(path.read_bytes()).hexdigest()}, "results", "diagnoses")
-    wanted = set(only.split(",")) if only else None
-    numbers = []
-    for number, given in enumerate(told):
-        if wanted is not None and given["folder"] not in wanted:
-            continue
-        numbers.append(number)
-        place = out / "results" / f"{number:05d}.json"
-        if place.exists():
-            continue
-        answer = whole(number, given, folder)
-        campaign, found = folder / given["folder"], out / "diagnoses" / given["folder"]
-        found.parent.mkdir(parents=True, exist_ok=True)
-        said = diagnosed(campaign.resolve(), found.resolve(), answer["entered_degc"], 1, limit_s)
-        truth = predictions(folder / given["truth"]) if given.get("truth") else {}
-        before, after = (
-            {file: one for file, one in predictions(found / "predictions" / side).items() if file in truth}
-            for side in ("baseline", "final")
-        )
-        result = {
-            "number": number,
-            "answer": answer,
-            "told": said,
-            "judged": judged(answer, said),
-            "intervals": intervals(answer, said),
-            "removed": removed(answer, truth, before, after),
-            "baselines": baselines.answers(campaign, found, answer, said),
-            "seconds": said["seconds"],
-            "package": package_hash(),
-        }
-        output.write_text(place, json.dumps(result, indent=1, ensure_ascii=False) + "\n")
-        progress(line(result))
-    return scored(out, None, numbers, only)
+    with begun(out, {"answers": hashlib.sha256(path.read_bytes()).hexdigest()}, "results", "diagnoses"):
+        wanted = set(only.split(",")) if only else None
+        numbers = []
+        for number, given in enumerate(told):
+            if wanted is not None and given["folder"] not in wanted:
+                continue
+            numbers.append(number)
+            place = out / "results" / f"{number:05d}.json"
+            if not place.exists():
+                result = _one(number, given, folder, out / "diagnoses" / given["folder"], limit_s)
+                output.write_text(place, json.dumps(result, indent=1, ensure_ascii=False) + "\n")
+                progress(line(result))
+        return scored(out, None, numbers, only)
+
+
+def _one(number: int, given: Mapping[str, Any], folder: Path, found: Path, limit_s: float) -> dict[str, Any]:
+    """One campaign of `folder` from its answer to its result; its diagnosis is kept in `found`."""
+    answer, campaign = whole(number, given, folder), folder / given["folder"]
+    found.parent.mkdir(parents=True, exist_ok=True)
+    said = diagnosed(campaign.resolve(), found.resolve(), answer["entered_degc"], 1, limit_s)
+    truth = predictions(folder / given["truth"]) if given.get("truth") else {}
+    before, after = (
+        {file: one for file, one in predictions(found / "predictions" / side).items() if file in truth}
+        for side in ("baseline", "final")
+    )
+    return {
+        "number": number,
+        "answer": answer,
+        "told": said,
+        "judged": judged(answer, said),
+        "intervals": intervals(answer, said),
+        "removed": removed(answer, truth, before, after),
+        "baselines": baselines.answers(campaign, found, answer, said),
+        "seconds": said["seconds"],
+        "package": package_hash(),
+    }
 
 
 def read(path: Path) -> list[dict[str, Any]]:

@@ -12,8 +12,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from forklift.base import output
+from forklift.base.alone import alone_in
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.ensemble.proof import baselines, kinds
@@ -115,27 +117,38 @@ def prove(
     ------
     ForkliftError
         ``"argument-invalid"``; ``"extra-missing"``, ``"compiler-missing"``; ``"output-exists"`` if `out`
-        holds the proof of another seed; ``"not-writable"``; ``"seal-broken"``.
+        holds the proof of another seed; ``"folder-in-use"``; ``"not-writable"``; ``"seal-broken"``.
     """
     _check(seed, campaigns, jobs)
     check_tools()
     out = Path(out)
     numbers = list(chosen(seed, campaigns, only))
-    begun(out, {"seed": seed}, "results", "sealed")
-    paths = {number: out / "results" / f"{number:05d}.json" for number in numbers}
-    left = [number for number in numbers if not paths[number].exists()]
+    with begun(out, {"seed": seed}, "results", "sealed"):
+        paths = {number: out / "results" / f"{number:05d}.json" for number in numbers}
+        left = [number for number in numbers if not paths[number].exists()]
+        if len(left) < len(numbers):
+            progress(f"{len(numbers) - len(left)} of {len(numbers)} campaigns are there.")
+        seal, processes = Seal(), Processes()
+
+        def run_one(number: int) -> dict[str, Any]:
+            given = draw(seed, number)
+            result = one(given, seal, out, jobs, keep, limit_s, judge_hidden, environment or {}, processes)
+            output.write_text(paths[number], json.dumps(result, indent=1, ensure_ascii=False) + "\n")
+            return result
+
+        _side_by_side(run_one, left, jobs, processes, progress)
+        return scored(out, seed, numbers, only)
+
+
+def _side_by_side(
+    run_one: Callable[[int], dict[str, Any]],
+    left: Sequence[int],
+    jobs: int,
+    processes: Processes,
+    progress: Callable[[str], None],
+) -> None:
+    """Run each campaign that is left, `jobs` at a time; where one fails or Ctrl-C comes, all are ended."""
     began, done = time.monotonic(), 0
-    processes = Processes()
-    if len(left) < len(numbers):
-        progress(f"{len(numbers) - len(left)} of {len(numbers)} campaigns are there.")
-    seal = Seal()
-
-    def run_one(number: int) -> dict[str, Any]:
-        given = draw(seed, number)
-        result = one(given, seal, out, jobs, keep, limit_s, judge_hidden, environment or {}, processes)
-        output.write_text(paths[number], json.dumps(result, indent=1, ensure_ascii=False) + "\n")
-        return result
-
     pool = ThreadPoolExecutor(jobs)
     try:
         queue = iter(left)
@@ -158,7 +171,6 @@ def prove(
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-    return scored(out, seed, numbers, only)
 
 
 def chosen(seed: int, campaigns: int, only: str | None) -> Iterator[int]:
@@ -354,8 +366,9 @@ def _check(seed: int, campaigns: int, jobs: int) -> None:
             )
 
 
-def begun(out: Path, of: Mapping[str, object], *folders: str) -> None:
-    """`out`, with these folders in it, is the result of a call of the same, or becomes one."""
+@contextmanager
+def begun(out: Path, of: Mapping[str, object], *folders: str) -> Iterator[None]:
+    """`out`, this call's alone, with these folders in it: what an earlier call of the same made, or empty."""
     mark = out / MARK
     if mark.exists():
         other = json.loads(mark.read_text(encoding="utf-8"))
@@ -378,8 +391,10 @@ def begun(out: Path, of: Mapping[str, object], *folders: str) -> None:
         raise ForkliftError(
             "not-writable", f"{out} cannot be written ({error.strerror}); name another folder", file=str(out)
         ) from None
-    if not mark.exists():
-        output.write_text(mark, json.dumps(of) + "\n")
+    with alone_in(out):
+        if not mark.exists():
+            output.write_text(mark, json.dumps(of) + "\n")
+        yield
 
 
 def _named(of: Mapping[str, object]) -> str:
