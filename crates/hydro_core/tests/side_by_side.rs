@@ -7,8 +7,7 @@ use common::space::{cases, plausible};
 use common::truck_with;
 use hydro_core::effects::Instance;
 use hydro_core::mast::LiftName;
-use hydro_core::outputs::OUTPUTS;
-use hydro_core::run::sensitivity::{differentiate, differentiate_all, Case, Direction};
+use hydro_core::run::sensitivity::{differentiate, differentiate_all, Case};
 use hydro_core::run::Inputs;
 use hydro_core::truck::Truck;
 use proptest::prelude::*;
@@ -144,42 +143,4 @@ fn a_recording_that_no_run_takes_is_told_by_its_place() {
     let (place, error) = differentiate_all(&truck, &[at(0.0), at(500.0)], 4, &[], &|| true).unwrap_err();
     assert_eq!(place, 0);
     assert!(error.to_string().contains("interrupt"), "{error}");
-}
-
-/// What any sensor shows: 0.1 mm, 0.1 mm/s, 1 kPa.
-fn seen(unit: &str) -> f64 {
-    match unit {
-        "Pa" => 1e3,
-        _ => 1e-4,
-    }
-}
-
-proptest! {
-    #![proptest_config(cases(64))]
-    /// One that no command moves is stepped once a tick. A command too small to bend its valve's hysteresis has it stepped
-    /// as finely as one that moves.
-    #[test]
-    fn a_lift_that_rests_is_as_if_finely_stepped(
-        mut recorded in recordings(),
-        lift in prop::sample::select(LiftName::BOTH.to_vec()),
-        substeps in 2usize..10,
-    ) {
-        let (truck, place) = (truck_with(&[]), usize::from(lift == LiftName::Main));
-        let along = [Direction::Load, Direction::OilTemperature, Direction::Start(lift)];
-        let mut run = |command: f64| {
-            recorded.command.iter_mut().for_each(|both| both[place] = command);
-            differentiate(&truck, &recorded.case(), substeps, &along, &|| false).unwrap()
-        };
-        let (resting, fine) = (run(0.0), run(1e-12));
-        for (k, (coarse, fine)) in resting.outputs.iter().zip(&fine.outputs).enumerate() {
-            let output = OUTPUTS[k % OUTPUTS.len()];
-            prop_assert!((coarse - fine).abs() < 0.1 * seen(output.unit), "{}: {coarse} and {fine}", output.name);
-        }
-        // Along 100 kg, 1 K and 1 mm.
-        for (k, (coarse, fine)) in resting.derivatives.iter().zip(&fine.derivatives).enumerate() {
-            let (output, by) = (OUTPUTS[k / along.len() % OUTPUTS.len()], [100.0, 1.0, 1e-3][k % along.len()]);
-            let apart = by * (coarse - fine).abs();
-            prop_assert!(apart < 0.1 * seen(output.unit), "{}: {coarse} and {fine}", output.name);
-        }
-    }
 }

@@ -10,7 +10,6 @@ pub mod drive;
 mod late;
 pub mod lowering;
 pub mod responses;
-mod resting;
 pub mod sensing;
 pub mod sensitivity;
 mod side_by_side;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::drive::{Drive, Replay};
 use super::ticks::{Oil, Ticks, Warmer};
-use super::{check, commanded_names, commands_of, resting, side_by_side, Inputs, Lifts, Solver};
+use super::{check, commanded_names, commands_of, side_by_side, Inputs, Lifts, Solver};
 use crate::dual::Dual;
 use crate::error::Error;
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput};
@@ -244,13 +244,6 @@ impl<'a> Task<'a> {
         parts.map(|(k, part)| Job { which, along: part.to_vec(), values: k == 0 }).collect()
     }
 
-    fn substeps_of(&self, job: &Job) -> usize {
-        match job.along.iter().any(|&d| matches!(self.directions[d], Direction::Input(_))) {
-            true => self.substeps,
-            false => resting::substeps(self.truck, job.which, self.case, self.substeps),
-        }
-    }
-
     fn share(&self, job: &Job) -> Result<Share, Error> {
         match job.which {
             Lifts::Both => self.of_lifts(LiftName::BOTH, job),
@@ -374,7 +367,7 @@ impl<'a> Task<'a> {
             oil: Oil::Warmer(warmer),
             start: &start,
             wanted: self.case.wanted,
-            substeps: self.substeps_of(job),
+            substeps: self.substeps,
             record: &mut record,
             carry_on: false,
             interrupt: self.interrupt,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::drive::Drive;
 use super::sensitivity::Case;
 use super::ticks::{substep_s, Clock, Oil, Stopped, Ticks, Warmer};
-use super::{check, commands_of, resting, Interrupt, Lifts, Solver};
+use super::{check, commands_of, Interrupt, Lifts, Solver};
 use crate::error::Error;
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
@@ -29,30 +29,30 @@ pub(super) fn outputs(
     substeps: usize,
     interrupt: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Option<Vec<f64>>> {
+    let mut found = vec![None; cases.len()];
     let width = Precision::Double.widest();
     if width == Width::One {
-        return vec![None; cases.len()];
+        return found;
     }
-    let values = truck.values();
-    let tasks: Vec<Together> =
-        runs.iter().flat_map(|&which| blocks(truck, which, cases, substeps, width.lanes())).collect();
-    let run = |task: &Together| {
-        let lanes = task.places.iter().map(|&place| Lane { values: &values, case: cases[place] }).collect();
-        with_registers(width, Block { truck, which: task.which, lanes, substeps: task.substeps, interrupt })
+    let (values, blocks) = (truck.values(), blocks(cases, substeps, width.lanes()));
+    let tasks: Vec<(usize, Lifts)> =
+        (0..blocks.len()).flat_map(|k| runs.iter().map(move |&which| (k, which))).collect();
+    let run = |&(k, which): &(usize, Lifts)| {
+        let lanes = blocks[k].iter().map(|&place| Lane { values: &values, case: cases[place] }).collect();
+        with_registers(width, Block { truck, which, lanes, substeps, interrupt })
     };
-    let found: Vec<Result<Vec<Found>, Error>> = tasks.par_iter().map(run).collect();
-    let mut shares: Vec<Vec<Found>> = vec![Vec::new(); cases.len()];
-    for (task, found) in tasks.iter().zip(found) {
-        for (&place, found) in task.places.iter().zip(found.into_iter().flatten()) {
-            shares[place].push(found);
+    let shares: Vec<Result<Vec<Found>, Error>> = tasks.par_iter().map(run).collect();
+    for (places, shares) in blocks.iter().zip(shares.chunks_exact(runs.len())) {
+        for (lane, &place) in places.iter().enumerate() {
+            let own = shares.iter().map(|share| Some(&share.as_ref().ok()?[lane]).filter(|found| found.finite));
+            found[place] = own.collect::<Option<Vec<_>>>().map(|own| sum(&own));
         }
     }
-    let whole = |own: &Vec<Found>| own.len() == runs.len() && own.iter().all(|found| found.finite);
-    shares.iter().map(|own| whole(own).then(|| sum(own))).collect()
+    found
 }
 
 /// What the lifts come to together.
-fn sum(shares: &[Found]) -> Vec<f64> {
+fn sum(shares: &[&Found]) -> Vec<f64> {
     let mut all = vec![0.0; shares[0].outputs.len()];
     for share in shares {
         for (all, own) in all.iter_mut().zip(&share.outputs) {
@@ -62,34 +62,22 @@ fn sum(shares: &[Found]) -> Vec<f64> {
     all
 }
 
-/// Cases of which the same lifts run side by side.
-struct Together {
-    which: Lifts,
-    substeps: usize,
-    /// Of the cases, the longest first.
-    places: Vec<usize>,
-}
-
-/// Who runs side by side: all but those that have nobody to run beside, or that no run takes.
-fn blocks(truck: &Truck, which: Lifts, cases: &[Case], usual: usize, lanes: usize) -> Vec<Together> {
-    let taken = |case: &Case| check(&case.inputs, case.wanted, Solver::Fixed { substeps: usual }).is_ok();
+/// Places of cases that run side by side, the longest first; in none those that have nobody to run beside, or that
+/// no run takes.
+fn blocks(cases: &[Case], substeps: usize, lanes: usize) -> Vec<Vec<usize>> {
+    let taken = |case: &Case| check(&case.inputs, case.wanted, Solver::Fixed { substeps }).is_ok();
     let mut order: Vec<usize> = (0..cases.len()).filter(|&k| taken(&cases[k]) && !cases[k].wanted.is_empty()).collect();
     order.sort_by_key(|&k| std::cmp::Reverse(cases[k].inputs.time.len()));
-    let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
     for k in order {
-        let substeps = resting::substeps(truck, which, &cases[k], usual);
-        let beside = |(steps, group): &&mut (usize, Vec<usize>)| {
-            *steps == substeps && begins(&cases[group[0]], &cases[k], substeps)
-        };
-        match groups.iter_mut().find(beside) {
-            Some((_, group)) => group.push(k),
-            None => groups.push((substeps, vec![k])),
+        match groups.iter_mut().find(|group| begins(&cases[group[0]], &cases[k], substeps)) {
+            Some(group) => group.push(k),
+            None => groups.push(vec![k]),
         }
     }
-    let even = |(substeps, group): &(usize, Vec<usize>)| {
+    let even = |group: &Vec<usize>| {
         let size = group.len().div_ceil(group.len().div_ceil(lanes));
-        let blocks = group.chunks(size).filter(|block| block.len() >= LEAST);
-        blocks.map(|block| Together { which, substeps: *substeps, places: block.to_vec() }).collect::<Vec<_>>()
+        group.chunks(size).filter(|block| block.len() >= LEAST).map(<[usize]>::to_vec).collect::<Vec<_>>()
     };
     groups.iter().flat_map(even).collect()
 }
