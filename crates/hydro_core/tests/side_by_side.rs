@@ -3,13 +3,14 @@
 
 mod common;
 
-use common::space::{cases, plausible};
+use common::space::{cases, plausible, values_near_the_thesis};
 use common::truck_with;
 use hydro_core::effects::Instance;
 use hydro_core::mast::LiftName;
+use hydro_core::outputs::OUTPUTS;
 use hydro_core::run::sensitivity::{differentiate, differentiate_all, Case};
 use hydro_core::run::Inputs;
-use hydro_core::truck::Truck;
+use hydro_core::truck::{Truck, Value};
 use proptest::prelude::*;
 
 const TICK: f64 = 0.02;
@@ -143,4 +144,41 @@ fn a_recording_that_no_run_takes_is_told_by_its_place() {
     let (place, error) = differentiate_all(&truck, &[at(0.0), at(500.0)], 4, &[], &|| true).unwrap_err();
     assert_eq!(place, 0);
     assert!(error.to_string().contains("interrupt"), "{error}");
+}
+
+proptest! {
+    #![proptest_config(cases(128))]
+    /// It seeps, and swings on its oil by a few millimetres at most: in the middle of its stroke and on either stop,
+    /// however light it is, for any truck whose parameters a fit may come by.
+    #[test]
+    fn a_lift_that_no_command_moves_stays_where_it_is(
+        values in values_near_the_thesis(1.6),
+        mut recorded in recordings(),
+        lift in prop::sample::select(LiftName::BOTH.to_vec()),
+        light in any::<bool>(),
+        place in prop_oneof![2 => 0.0..1.0, 1 => Just(0.0), 1 => Just(1.0)],
+        substeps in 3usize..9,
+    ) {
+        let k = usize::from(lift == LiftName::Main);
+        let lift = lift.as_str();
+        let stop = |end: &str| match values[&format!("{lift}.cylinder.stroke_{end}")] {
+            Value::Number(at) => at,
+            Value::Table(_) => unreachable!(),
+        };
+        let (lower, upper) = (stop("lower"), stop("upper"));
+        recorded.start[k] = lower + place * (upper - lower);
+        recorded.command.iter_mut().for_each(|both| both[k] = 0.0);
+        if light {
+            recorded.load_kg = 0.0;
+        }
+        let truck = Truck::from_values(values).unwrap();
+        let run = differentiate(&truck, &recorded.case(), substeps, &[], &|| false).unwrap();
+        let name = format!("position_{lift}_m");
+        let column = OUTPUTS.iter().position(|output| output.name == name).unwrap();
+        let began = run.outputs[column];
+        for row in run.outputs.chunks_exact(OUTPUTS.len()) {
+            let moved = row[column] - began;
+            prop_assert!(moved.abs() < 5e-3, "{name} moves by {moved} m");
+        }
+    }
 }
