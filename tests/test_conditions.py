@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from forklift import Campaign, Truck
-from forklift.diagnosis.conditions import offsets
+from forklift.diagnosis.conditions import follow_what_was_entered, offsets
 from forklift.diagnosis.files import files as diagnosis_files
 from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.numbers import numbers, of_hypothesis
@@ -196,3 +196,32 @@ def test_an_oil_temperature_that_was_entered_counts_among_those_that_differ(ente
     ]
     *_, findings = subject(Truck.read("thesis"), oil_temperature_degc=entered).examined(recordings)
     assert (("oil_temperature_degc", "free") in findings.same) is alike
+
+
+@pytest.mark.parametrize(
+    ("off", "follow"),
+    [
+        (
+            lambda degc, k: 0.25 * (degc - 40.0),
+            True,
+        ),  # a viscosity that falls less with temperature does as much
+        (lambda degc, k: [5.0, -4.0, -3.0, -5.0, 6.0, 4.0][k], False),
+        (lambda degc, k: degc - STANDS_AT, False),  # a sensor that stands still
+    ],
+    ids=["over the temperature", "by chance", "read alike"],
+)
+def test_differences_over_what_was_entered_are_a_law(off, follow):
+    """An oil that is warmer than what was read where it is warm, and colder where it is cold, is no error of
+    each recording's."""
+    truck, recordings = Truck.read("thesis"), Campaign.read(NULL).recordings
+    files = [f"free_prms1_{load}kg_{degc}c.csv" for load in (0, 800, 1500) for degc in (20, 60)]
+    wrong = []
+    for k, file in enumerate(files):
+        right = next(one for one in recordings if one.file == file)
+        degc = right["oil_temperature_degc"]
+        wrong.append(replace(right, channels={**right.channels, "oil_temperature_degc": degc - off(degc, k)}))
+    every = sensors(wrong)
+    everyone = pose(subject(truck), wrong, unknowns(truck, ["free"]), every)
+    (warm,) = [one for one in hypotheses(truck, ["free"], list(every), {}) if one.id == "temperature_offset"]
+    refitter = Refitter(everyone, everyone, every)
+    assert follow_what_was_entered(refitter.rough((warm,)), warm) == follow

@@ -11,16 +11,22 @@ The recordings may tell how these offsets differ, and not their level: an oil th
 alike is one of a lower viscosity. Then each o_k is known as badly as ō, and what is told is
 
     o_k − ō,    var = A C_o Aᵀ,    A = I − 1 1ᵀ / K.
+
+Nor do they tell differences that are a function of what was entered, o_k = a + b T_k, from a law over that:
+oil that is taken for 9 K colder where it is warm, and for 8 K warmer where it is cold, has another viscosity.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from scipy.special import fdtrc
 
 from forklift.base.arrays import Floats
+from forklift.diagnosis.criteria import LAW_BY_CHANCE
 from forklift.diagnosis.doubted import places, widths
 from forklift.diagnosis.refit import Refit
 from forklift.fitting.intervals import QUANTILE, TOLD
@@ -70,7 +76,23 @@ def offsets(refit: Refit, hypothesis: Hypothesis) -> Iterator[Offset]:
     doubted = [name for name, _ in hypothesis.addition.widened] if hypothesis.amplitude is None else []
     for name in doubted:
         own = _Own.of(refit, name)
-        yield from own.told() if own.level < TOLD * own.width else own.differences()
+        yield from own.told() if own.has_level else own.differences()
+
+
+def follow_what_was_entered(refit: Refit, hypothesis: Hypothesis) -> bool:
+    """Whether only differences of a condition that the hypothesis doubts are told, and these are a straight
+    line over a condition as it was entered (F-test)."""
+    if hypothesis.amplitude is not None:
+        return False
+    problem: Any = refit.found.problem
+    entered = [problem.machine.conditions(sample.recording, {}) for sample in problem.samples]
+    doubted = [_Own.of(refit, name) for name, _ in hypothesis.addition.widened]
+    return any(
+        _line_by_chance([one[name] for one in entered], own.values) < LAW_BY_CHANCE
+        for own in doubted
+        if not own.has_level
+        for name in entered[0]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +134,11 @@ class _Own:
         return float(np.sqrt((self.noise + self.held).sum())) / len(self.values)
 
     @property
+    def has_level(self) -> bool:
+        """Whether the recordings tell the mean of all."""
+        return self.level < TOLD * self.width
+
+    @property
     def reach(self) -> Floats:
         """Half-widths of the intervals."""
         return QUANTILE * np.asarray(np.sqrt(np.diag(self.noise + self.held)))
@@ -149,3 +176,12 @@ class _Own:
     def _row(self, file: str, value: float, reach: float, ends: Floats) -> Offset:
         lower, upper = np.clip([value - reach, value + reach], *ends).tolist()
         return Offset(self.name, self.unit, file, float(value), lower, upper)
+
+
+def _line_by_chance(at: Sequence[float], values: Floats) -> float:
+    """Probability with which values that do not depend on `at` lie as near a straight line over it."""
+    free = len(values) - 2
+    if free < 1 or not np.isfinite(at).all() or np.allclose(at, at[0]):
+        return 1.0
+    explained = float(np.corrcoef(at, values)[0, 1]) ** 2
+    return float(fdtrc(1, free, free * explained / max(1.0 - explained, np.finfo(float).eps)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from forklift.diagnosis.conditions import follow_what_was_entered
 from forklift.diagnosis.criteria import (
     AHEAD,
     AS_NEAR,
@@ -437,10 +438,15 @@ def _helping(
     screening: Screening,
     general: General,
 ) -> list[Refit]:
-    """Those that help. A second name that helps only in that it leaves nothing over of what is faint must
-    have more evidence than every curve that would mend the first one's law."""
+    """Those that help, but for conditions that differ as a law would have them. A second name that helps only
+    in that it leaves nothing over of what is faint must have more evidence than every curve that would mend
+    the first one's law."""
     refitter = race.refitter
-    found = helping(refits, best, refitter, shapes)
+    found = [
+        refit
+        for refit in helping(refits, best, refitter, shapes)
+        if not any(follow_what_was_entered(refit, one) for one in refit.hypotheses)
+    ]
     faint = [refit for refit in found if not helps(refit, best, share_asked(best, refitter))]
     if not best.hypotheses or not faint:
         return found
