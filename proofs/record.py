@@ -6,8 +6,9 @@
     python proofs/record.py together proofs/records/*.json.xz [--out together.json]
 
 What `keep` writes holds every result of a folder. `unpack` makes a folder of it that `forklift prove` goes on
-with. Only the sealed boxes are not in it: each result has what was committed to. `together` prints README's
-table, seeds side by side and as one; ``--out`` keeps the score of all as one, for `proofs/picture.py`.
+with. Only the sealed boxes are not in it: each result has what was committed to. `together` prints the
+table of README and docs/proof.md, seeds side by side and as one; ``--out`` keeps the score of all as one, for
+`proofs/picture.py`.
 """
 
 from __future__ import annotations
