@@ -201,10 +201,7 @@ def test_an_oil_temperature_that_was_entered_counts_among_those_that_differ(ente
 @pytest.mark.parametrize(
     ("off", "follow"),
     [
-        (
-            lambda degc, k: 0.25 * (degc - 40.0),
-            True,
-        ),  # a viscosity that falls less with temperature does as much
+        (lambda degc, k: 0.25 * (degc - 40.0), True),  # as a viscosity that falls less with temperature
         (lambda degc, k: [5.0, -4.0, -3.0, -5.0, 6.0, 4.0][k], False),
         (lambda degc, k: degc - STANDS_AT, False),  # a sensor that stands still
     ],

@@ -6,12 +6,9 @@ import json
 import os
 import pickle
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -583,36 +580,3 @@ def test_the_score_counts_what_is_asked():
         ("complete", 1, 3, 0),
         ("uncertain", 0, 1, 1),
     ]
-
-
-@pytest.mark.parametrize("status", [130, 143, -15])
-def test_a_diagnosis_that_someone_ended_is_no_answer(monkeypatch, tmp_path, status):
-    """It is diagnosed again by the next call, as after a kill."""
-    monkeypatch.setattr(Processes, "run", lambda *_, **__: (status, "forklift: interrupted"))
-    with pytest.raises(KeyboardInterrupt):
-        prove.diagnosed(tmp_path, tmp_path / "found", None, 1, 10.0)
-
-
-def test_no_diagnosis_outlives_the_proof_that_is_told_to_stop(tmp_path):
-    """Nor is one begun after that."""
-    processes, script = Processes(), "import time; open('here', 'w').close(); time.sleep(600)"
-
-    def run():
-        return processes.run([sys.executable, "-c", script], cwd=tmp_path, environment={}, limit_s=600.0)
-
-    with ThreadPoolExecutor(1) as pool:
-        running = pool.submit(run)
-        while not (tmp_path / "here").exists() and not running.done():
-            time.sleep(0.05)
-        processes.end()
-        status, _ = running.result(timeout=60.0)
-    assert status == -signal.SIGTERM
-    with pytest.raises(KeyboardInterrupt):
-        run()
-
-
-def test_a_diagnosis_beyond_its_time_is_killed(tmp_path):
-    with pytest.raises(subprocess.TimeoutExpired):
-        Processes().run(
-            [sys.executable, "-c", "import time; time.sleep(600)"], cwd=tmp_path, environment={}, limit_s=1.0
-        )
