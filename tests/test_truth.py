@@ -139,8 +139,19 @@ def test_trucks_far_apart_are_followed_along_their_bend(beside, hidden):
     assert (left <= 20.0) is hidden
 
 
+def test_a_law_that_does_as_much_as_one_parameter_far_away_is_followed_from_there():
+    """What is left swings on the way: from the middle each step only leads into the next trough."""
+
+    def answers(thetas):
+        return [100.0 * np.array([one[0], 2.0 * np.sin(4.0 * one[0])]) for one in thetas]
+
+    at_none, (d,) = np.zeros(2), answers([np.array([2.2])])
+    assert imitation.least(d, answers, at_none, 1, 20.0) > 1000.0
+    assert imitation.least(d, answers, at_none, 1, 20.0, [np.ones(1)]) < 20.0
+
+
 def test_a_truck_that_no_solver_follows_is_none_that_imitates():
-    """The longest step leads beyond what runs; a shorter one does as well."""
+    """The longest steps lead beyond what runs; a shorter one does as well."""
     asked = []
 
     def answers(thetas):
@@ -151,8 +162,8 @@ def test_a_truck_that_no_solver_follows_is_none_that_imitates():
 
     left = imitation.least(np.array([60.0]), answers, np.zeros(1), 1, 20.0)
     assert left <= 20.0
-    assert len(imitation.DAMPINGS) in asked  # all were tried together, and the longest dropped
-    assert len(imitation.DAMPINGS) - 1 in asked
+    assert len(imitation.DAMPINGS) in asked  # all were tried together, and then in parts
+    assert len(imitation.DAMPINGS) // 2 in asked
 
 
 def test_another_truck_has_rising_openings_and_differs():
