@@ -21,7 +21,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from forklift.ensemble.proof.prove import MARK, Proof, scored
+from forklift.ensemble.proof.prove import MARK, Proof, judged_now, scored
 from forklift.ensemble.proof.score import GOALS, score
 from forklift.report.of_proof import proof_text
 
@@ -77,13 +77,20 @@ def together(runs: Mapping[int, Sequence[Mapping[str, Any]]]) -> tuple[dict[str,
         rows.append([name, *(f"{rate['right']} of {rate['of']}" for rate in rates), _ends(rates[-1]), goal])
     certain = [next(row for row in one["reliability"] if row["from"] == CERTAIN) for one in scores]
     own = [f"{row['right']} of {row['of']}" for row in certain]
-    rows.append([f"credibility of {CERTAIN} or more, and that name", *own, _ends(certain[-1]), "≥ 85 %"])
+    rows.append(
+        [
+            f"names told with a credibility of {CERTAIN} or more that are right",
+            *own,
+            _ends(certain[-1]),
+            "≥ 85 %",
+        ]
+    )
     place = [f"{row['right'] + row['by_another_law']} of {row['of']}" for row in certain]
-    rows.append(["the same, or its place by another law", *place, "", ""])
+    rows.append(["the same, or a stranger's place by another law", *place, "", ""])
     for form in ("complete", "uncertain"):
         told = [next(row for row in one["forms"] if row["form"] == form) for one in scores]
         own = [f"{row['right']} of {row['of']}" for row in told]
-        rows.append([f"form {form}, and that name", *own, _ends(told[-1]), ""])
+        rows.append([f"names told with their form {form} that are right", *own, _ends(told[-1]), ""])
     return head | whole, "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
@@ -111,7 +118,7 @@ def main() -> None:
         file, folder = given.places
         unpack(file, folder)
     elif given.what == "together":
-        runs = dict(map(read, given.places))
+        runs = {seed: list(map(judged_now, results)) for seed, results in map(read, given.places)}
         found, table = together(runs)
         every = [one for results in runs.values() for one in results]
         print(table, proof_text(Proof(found, every)), sep="\n\n")

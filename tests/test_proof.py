@@ -451,7 +451,7 @@ def test_of_two_both_must_be_told_but_a_hidden_one_need_not():
     alone = whole("leakage", hidden=["leakage"])
     nothing = said(verdict="no-mismatch")
     assert judged(alone, nothing)["all"]
-    assert judged(alone, nothing)["false_alarm"] is False
+    assert judged(alone, nothing)["false_alarm"] is None  # its name would be right as well
     assert judged(alone, said("leakage"))["all"]
     assert not judged(alone, said("valve_lag"))["all"]
 
@@ -465,6 +465,14 @@ def test_a_complete_truck_wants_no_alarm_and_a_stuck_pressure_may_be_told():
     missing = {**stuck, "verdict": "unknown-effect"}  # beside it, something that has no cause
     assert judged(whole(tolerated=["sensor_stuck"]), missing)["false_alarm"]
     assert judged(whole(), {"verdict": "refused", "said": "x", "causes": []})["false_alarm"]
+
+
+def test_a_refusal_answers_nothing_that_was_asked():
+    refusal = {"verdict": "refused", "said": "x", "causes": []}
+    of_stranger = judged(whole("rail_waviness"), refusal)
+    assert (of_stranger["unknown"], of_stranger["cause"], of_stranger["location"]) == (False, None, False)
+    of_effect = judged(whole("leakage"), refusal)
+    assert (of_effect["unknown"], of_effect["cause"], of_effect["false_alarm"]) == (None, False, None)
 
 
 def test_a_stranger_wants_unknown_or_another_law_at_its_place_and_no_complete_name():

@@ -118,8 +118,8 @@ gone to its bound, or it is unlikely."""
 LAW = 15.0
 """Likewise, of a curve beside a name that explains everything."""
 LAW_BY_CHANCE = 0.01
-"""Probability below which what conditions differ by is no chance, but a law over what was entered: one of a
-hundred campaigns whose conditions differ by chance is told as a law."""
+"""Probability below which what conditions differ by is no chance, but a law over one of those entered: for
+each of these, one of a hundred campaigns whose conditions differ by chance is told as a law."""
 MOST_ACCEPTED = 3
 REDRAWS = 2000
 """Of the recordings held out, for the credibility."""

@@ -25,7 +25,8 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
     """What is right of a diagnosis, as data.
 
     ``verdict``, ``location``, ``cause`` are true, false or None where nothing is to be asked: of a complete
-    truck there is no place and no cause, and of a stranger no name.
+    truck there is no place and no cause, of a stranger no name, and of a law that no recording shows no false
+    alarm, as its name is right as well.
     """
     causes = [cause for cause in answer["causes"] if not cause["hidden"]]
     hidden = [cause for cause in answer["causes"] if cause["hidden"]]
@@ -55,9 +56,9 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
             "verdict": fine,
             "location": asked,
             "place": asked,
-            "cause": asked,
-            "false_alarm": not causes and not hidden,
-            "unknown": None,
+            "cause": None if strangers else asked,
+            "false_alarm": None if answer["causes"] else True,
+            "unknown": asked if strangers else None,
             "all": fine,
         }
     verdict = _verdict(told, named, answer)
@@ -69,7 +70,7 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
             "place": None,
             "cause": None,
             "unknown": None,
-            "false_alarm": verdict != "no-mismatch" and not hidden,
+            "false_alarm": None if hidden else verdict != "no-mismatch",
             "all": fine,
         }
     verdict_right = verdict in set().union(*(one["verdicts"] for one in causes))

@@ -305,12 +305,12 @@ def predictions(folder: Path) -> dict[str, dict[str, Floats]]:
 
 
 def scored(out: Path, seed: int | None, numbers: list[int] | None = None, only: str | None = None) -> Proof:
-    """The score of all results in `out`; writes ``score.json``."""
+    """The score of all results in `out`, judged by the rules as they are now; writes ``score.json``."""
     paths = sorted((out / "results").glob("*.json"))
     if numbers is not None:
         wanted = {f"{number:05d}.json" for number in numbers}
         paths = [path for path in paths if path.name in wanted]
-    results = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    results = [judged_now(json.loads(path.read_text(encoding="utf-8"))) for path in paths]
     found = score(results)
     head = {
         "seed": seed,
@@ -322,6 +322,11 @@ def scored(out: Path, seed: int | None, numbers: list[int] | None = None, only: 
     found = head | found
     output.write_text(out / SCORE, json.dumps(found, indent=1, ensure_ascii=False) + "\n")
     return Proof(found, results)
+
+
+def judged_now(result: dict[str, Any]) -> dict[str, Any]:
+    """A result, judged by the rules as they are now."""
+    return result | {"judged": judged(result["answer"], result["told"])}
 
 
 def line(result: Mapping[str, Any]) -> str:
