@@ -58,7 +58,7 @@ def picture(score: Mapping[str, Any], path: Path) -> None:
         _rates(rates, score)
         _ways(ways, score)
         if score["seed"] is None:
-            run = f"{score['campaigns']} campaigns of seeds {', '.join(map(str, score['seeds']))}"
+            run = f"{score['campaigns']} campaigns of {len(score['seeds'])} seeds"
         else:
             run = f"forklift prove --seed {score['seed']} --campaigns {score['campaigns']}"
         figure.suptitle(f"{run}: sealed campaigns of an independent plant", fontsize=9.5)
