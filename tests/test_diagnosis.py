@@ -13,7 +13,7 @@ import pytest
 from campaigns import CAMPAIGNS
 from diagnosed import diagnosed
 from forklift import Campaign, Truck
-from forklift.diagnosis.criteria import ALARM
+from forklift.diagnosis.criteria import ALARM_PHYSICS
 from forklift.diagnosis.selection import alarming
 from forklift.fitting.metrics import nrmse
 from forklift.fitting.residuals import AT_NOISE
@@ -31,7 +31,7 @@ def test_a_complete_truck_raises_no_alarm():
     assert found.final.worst.mean_square <= AT_NOISE
     assert found.sentence.startswith("No mismatch")
     promised = [one.gain for one in found.screening.singles if one.hypotheses[0].kind == "physics"]
-    assert max(promised) < 0.5 * ALARM["physics"]
+    assert max(promised) < 0.5 * ALARM_PHYSICS
 
 
 @pytest.mark.parametrize("name", ["null", *CONCEALED])

@@ -24,8 +24,8 @@ class Searched(Refitter):
     def _from(self, hypotheses: Any, after: Any = None) -> Any:
         return None, None
 
-    def _searched(self, problem: Any, x: Any, stages: Any, bars: Any = ()) -> Any:
-        return "first", self.cost  # type: ignore[attr-defined]
+    def search(self, problem: Any, x: Any, stages: Any, bars: Any = ()) -> Any:
+        return SimpleNamespace(cost=self.cost)  # type: ignore[attr-defined]
 
     def _stopped(self, hypotheses: Any, found: Any, costs: Any) -> Any:
         return "stopped"

@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from forklift.diagnosis import curve_trials, selection, sentences
-from forklift.diagnosis.criteria import ALARM, CONFIRMED
+from forklift.diagnosis.criteria import ALARM_CONDITION, ALARM_PHYSICS, CONFIRMED
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
@@ -108,7 +108,7 @@ def test_a_second_cause_that_shows_in_no_channel_is_asked_for_beside_a_first_tha
 
 
 def test_it_must_promise_as_much_as_where_nothing_shows(selected):
-    assert selected(screened(SECOND, 0.9 * ALARM["physics"], 8.0), curve=0.0) == {FIRST}
+    assert selected(screened(SECOND, 0.9 * ALARM_PHYSICS, 8.0), curve=0.0) == {FIRST}
 
 
 def test_where_another_law_of_the_first_promises_more_no_second_name_is_asked_for(selected):
@@ -116,7 +116,7 @@ def test_where_another_law_of_the_first_promises_more_no_second_name_is_asked_fo
 
 
 def test_a_condition_is_asked_for_whatever_a_curve_promises(selected):
-    assert LOAD in selected(screened(SECOND, 0.0, 0.0), curve=14.0, load=2.0 * ALARM["parameter"])
+    assert LOAD in selected(screened(SECOND, 0.0, 0.0), curve=14.0, load=2.0 * ALARM_CONDITION)
 
 
 @pytest.mark.parametrize(

@@ -487,3 +487,10 @@ def test_a_number_that_cannot_be_meant_is_refused(change):
         sweep(document(**change))
     assert caught.value.code == "value-invalid"
     assert next(iter(change)) in caught.value.message
+
+
+def test_a_sweep_in_which_nothing_varies_but_the_noise_is_kept_and_shown(tmp_path):
+    found = sweep(document(vary={}, members=5, worst=2), out=tmp_path / "sweep")
+    told = json.loads((found.folder / "result.json").read_text(encoding="utf-8"))
+    assert told["map"]["axes"] == []
+    assert told["members"] == 5

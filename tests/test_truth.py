@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from forklift.ensemble.proof import amplitude, imitation, kinds
-from forklift.ensemble.proof.truth import drive, model, others, run, sensors, strangers
+from forklift.ensemble.proof.truth import drive, effects, model, others, run, sensors, strangers
 from forklift.ensemble.proof.truth.truck import THESIS, scattered
 from reference.witness import FREE, MAIN
 
@@ -187,3 +187,15 @@ def test_every_law_can_be_run_at_its_most_from_cold_to_warm(name):
     for one in run.simulate(THESIS, (law,), given, 1e-3):
         assert np.isfinite(one.v).all()
         assert np.isfinite(one.p_A).all()
+
+
+@pytest.mark.parametrize("module", [effects, others, strangers])
+def test_every_law_acts_at_a_place_that_the_model_asks(module):
+    """A method of another name would never be called, and the law do nothing."""
+    known = {*model.PLACES, *vars(model.Law)}
+    laws = [one for one in vars(module).values() if isinstance(one, type) and issubclass(one, model.Law)]
+    assert len(laws) > 5
+    for law in laws:
+        own = {name for name, what in vars(law).items() if callable(what) and not name.startswith("_")}
+        assert own <= known, f"{law.__name__}: {own - known}"
+        assert own & {*model.PLACES, "lagrange"} or law.seen or law.shown or law.dead_time or law is model.Law

@@ -5,12 +5,14 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from campaigns import CAMPAIGNS
 from forklift import Campaign, Truck
-from forklift.diagnosis.criteria import ALARM, CONFIRMED
+from forklift.diagnosis import criteria
+from forklift.diagnosis.criteria import ALARM_CURVE, CONFIRMED
 from forklift.diagnosis.engine import investigate, verdict
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refitter import Refitter
@@ -55,9 +57,21 @@ def test_a_complete_truck_offers_no_curve_that_counts():
     assert found.causes == ()
     assert found.selection.unnamed == ()
     assert found.inputs  # it was asked
-    assert ALARM["unknown"] * refitter.together > 0.0
+    assert ALARM_CURVE * refitter.together > 0.0
 
 
-@pytest.mark.parametrize("kind", ["physics", "parameter", "sensor", "unknown"])
-def test_every_kind_has_an_alarm_that_can_be_reached(kind):
-    assert 0.0 < ALARM[kind] < float("inf")
+@pytest.mark.parametrize(
+    ("kind", "amplitude", "bound"),
+    [
+        ("physics", "size", "ALARM_PHYSICS"),
+        ("parameter", "size", "ALARM_PHYSICS"),
+        ("parameter", None, "ALARM_CONDITION"),
+        ("sensor", "size", "ALARM_SENSOR"),
+        ("unknown", None, "ALARM_CURVE"),
+    ],
+)
+def test_every_kind_has_an_alarm_and_a_bound_that_is_moved_moves_it(monkeypatch, kind, amplitude, bound):
+    one = SimpleNamespace(kind=kind, amplitude=amplitude)
+    assert 0.0 < criteria.alarm(one) < float("inf")
+    monkeypatch.setattr(criteria, bound, 7.0)
+    assert criteria.alarm(one) == 7.0

@@ -26,6 +26,13 @@ from forklift.recordings.channels import LIFTS, Lift
 Integers = NDArray[np.int32]
 
 TICK_S = _core.CONTROL_TICK_S
+LOADS_KG = (0.0, 800.0, 1500.0)
+TEMPERATURES_DEGC = (20.0, 40.0, 60.0)
+"""Of tables 5.6 and 5.7."""
+SIGNALS = (1, 2)
+"""Of `requests`, those of the NRMSE and of the swing."""
+STEADY, TOP = 3, 4
+"""Those of the steady error and of the highest speed, which must not stay above the limit."""
 DELAY_TICKS: dict[Lift, int] = {"free": 2, "main": 1}
 """From reading the sensors to the valve's coil [ticks]. The thesis's truck itself answers a step of current
 by half after 118 ms (free lift) and 138 ms (main lift); with these the whole comes to the 160 ms of section

@@ -22,7 +22,19 @@ from forklift.base.errors import ForkliftError
 from forklift.base.numbers import all_defined
 from forklift.base.result_files import PAGE
 from forklift.control import transition
-from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowered, Lowering, lower, requests
+from forklift.control.closed_loop import (
+    DELAY_TICKS,
+    LOADS_KG,
+    SIGNALS,
+    STEADY,
+    TEMPERATURES_DEGC,
+    TICK_S,
+    TOP,
+    Lowered,
+    Lowering,
+    lower,
+    requests,
+)
 from forklift.control.controller import Controller, shipped
 from forklift.control.metrics import (
     LIMIT_M_S,
@@ -36,12 +48,6 @@ from forklift.control.metrics import (
 from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lift
 
-LOADS_KG = (0.0, 800.0, 1500.0)
-TEMPERATURES_DEGC = (20.0, 40.0, 60.0)
-SIGNALS = (1, 2)
-"""Those of the NRMSE and of the swing."""
-STEADY, TOP = 3, 4
-"""Those of the steady error and of the highest speed."""
 FILES = (PAGE, "compare.json", "compare.txt")
 
 MEASURED = {
@@ -266,7 +272,7 @@ def control_comparison(
         controllers, truck, LIFTS, LOADS_KG, TEMPERATURES_DEGC, later_ticks, seed, floating=False
     )
     found, passages = [], []
-    points = [(t, load) for t in transition.TEMPERATURES_DEGC for load in transition.LOADS_KG]
+    points = [(t, load) for t in transition.TEMPERATURES_DEGC for load in LOADS_KG]
     for level in transition.LEVELS_MM_S:
         lowerings, run = transition.run_transitions(
             controllers, truck, level, points, later_ticks=later_ticks, seed=seed

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
-from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Integers, Lowered, Lowering, lower
+from forklift.control.closed_loop import DELAY_TICKS, LOADS_KG, TICK_S, Integers, Lowered, Lowering, lower
 from forklift.control.controller import Controller
 from forklift.plant.forklift.truck import Truck
 
-LOADS_KG = (0.0, 800.0, 1500.0)
 TEMPERATURES_DEGC = (20.0, 60.0)
 LEVELS_MM_S = (300, 500)
 """Speeds asked for."""
@@ -69,9 +68,6 @@ def transitions(
     controllers: Sequence[Controller],
     truck: Truck,
     *,
-    loads_kg: Sequence[float] = LOADS_KG,
-    oil_temperatures_degc: Sequence[float] = TEMPERATURES_DEGC,
-    levels_mm_s: Sequence[int] = LEVELS_MM_S,
     later_ticks: int = 0,
     seed: int = 0,
 ) -> list[Transition]:
@@ -88,12 +84,12 @@ def transitions(
         As `forklift.control.closed_loop.lower`.
     """
     rows = []
-    for level in levels_mm_s:
+    for level in LEVELS_MM_S:
         lowerings, run = run_transitions(
             controllers,
             truck,
             level,
-            [(t, load) for t in oil_temperatures_degc for load in loads_kg],
+            [(t, load) for t in TEMPERATURES_DEGC for load in LOADS_KG],
             later_ticks=later_ticks,
             seed=seed,
         )

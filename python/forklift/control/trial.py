@@ -12,15 +12,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from forklift.base.arrays import Floats
-from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Integers, Lowering, lower, requests
+from forklift.control.closed_loop import (
+    DELAY_TICKS,
+    LOADS_KG,
+    SIGNALS,
+    STEADY,
+    TEMPERATURES_DEGC,
+    TICK_S,
+    TOP,
+    Integers,
+    Lowering,
+    lower,
+    requests,
+)
 from forklift.control.controller import Controller
 from forklift.control.metrics import nrmse_percent, plateaus
 from forklift.control.transition import LEVELS_MM_S, transitions
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS, Lift
 
-TEMPERATURES_DEGC = (20.0, 40.0, 60.0)
-LOADS_KG = (0.0, 800.0, 1500.0)
 FACTORS = (0.8, 1.2)
 """Of a load: the controller is not told it."""
 DELAYS = (-1, 1)
@@ -45,9 +55,6 @@ SPREADS = {
 }
 """Standard deviations of the logarithm of a lift's parameters. Chosen: a truck of the same make, with another
 oil and other seals."""
-SIGNALS = (1, 2)
-STEADY, TOP = 3, 4
-"""The signals on which the steady speed is measured, and on which it must not stay above the limit."""
 SUBSTEPS = 2
 """Of a tick, while one searches."""
 

@@ -17,12 +17,20 @@ import numpy as np
 from forklift import __version__, _core
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
-from forklift.control.closed_loop import DELAY_TICKS, TICK_S, Lowering, lower, requests
+from forklift.control.closed_loop import (
+    DELAY_TICKS,
+    SIGNALS,
+    TEMPERATURES_DEGC,
+    TICK_S,
+    Lowering,
+    lower,
+    requests,
+)
 from forklift.control.controller import Controller, Shaper, Swing
 from forklift.control.metrics import WINDOW_S, plateaus
 from forklift.control.presets import today
 from forklift.control.search import Journal, Sought, minimised
-from forklift.control.trial import SIGNALS, SUBSTEPS, TEMPERATURES_DEGC, TRUCKS, Trial
+from forklift.control.trial import SUBSTEPS, TRUCKS, Trial
 from forklift.plant.forklift.truck import Truck, truck_of
 from forklift.recordings.channels import LIFTS, Lift
 

@@ -35,18 +35,17 @@ in all of them. A curve has several unknowns too, and is the best of some two hu
 counts, and of what encoders alone show of it more than the 107 that they promise of a scale that is off by
 next to nothing. What 35 complete trucks promise by chance:
 ``python proofs/chance.py --seed 2000001 --campaigns 138``."""
-ALARM: Mapping[Kind, float] = {
-    "physics": ALARM_PHYSICS,
-    "parameter": ALARM_CONDITION,
-    "sensor": ALARM_SENSOR,
-    "unknown": ALARM_CURVE,
-}
-"""By kind."""
 
 
 def alarm(one: Hypothesis) -> float:
     """Of a hypothesis. A condition that is off by one number in all recordings promises what physics does."""
-    return ALARM_PHYSICS if one.kind == "parameter" and one.amplitude else ALARM[one.kind]
+    by_kind: Mapping[Kind, float] = {
+        "physics": ALARM_PHYSICS,
+        "parameter": ALARM_PHYSICS if one.amplitude else ALARM_CONDITION,
+        "sensor": ALARM_SENSOR,
+        "unknown": ALARM_CURVE,
+    }
+    return by_kind[one.kind]
 
 
 LEAST_FAULT = 0.02
@@ -116,7 +115,7 @@ SIMPLER = 0.05
 """Share of what the best explanation gains that a simpler one may gain less, where a number of the best has
 gone to its bound, or it is unlikely."""
 LAW = 15.0
-"""Likewise, of a curve beside a name that explains everything."""
+"""Fall of −ln posterior that a curve beside a name must promise to be asked for."""
 LAW_BY_CHANCE = 0.01
 """Probability below which what conditions differ by is no chance, but a law over one of those entered: for
 each of these, one of a hundred campaigns whose conditions differ by chance is told as a law."""
@@ -178,8 +177,8 @@ act goes first: what enters between a valve's current and its flow looks much th
 MOVES_AT_ALL = 1e-6
 """Share of its size by which a variable moves if it is one."""
 TELLING = 0.05
-"""An input of which a variable explains less than this share in recordings left out is no function of it; and
-what a variable was a while ago must explain so much more than one of the moment to be told before it."""
+"""Share of an input by which what a variable was a while ago must explain more of it, in recordings left out,
+than one of the moment, to be told before it."""
 STANDS = 0.9
 """Share of an accepted hypothesis's effect, or of a curve's evidence, from which on another stands for it."""
 FORETOLD = 1.0

@@ -162,7 +162,7 @@ def without_names(
 
 def curve_beside(refitter: Refitter, best: Refit, general: General) -> Screened | None:
     """What explains everything may still have another law: the curve beside it that promises most over all
-    recordings, if that is as much as is asked of a hypothesis where no channel shows anything."""
+    recordings, if that is `LAW`."""
     at = refitter.everywhere(best)
     promised = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
     return next((one for one in promised if one.gain >= LAW), None)

@@ -70,7 +70,6 @@ class First(NamedTuple):
 
     hypotheses: Sequence[Hypothesis]
     found: Found
-    cost: float
 
 
 @dataclass(frozen=True)
@@ -114,8 +113,8 @@ class Refitter:
     def beside(self, hypotheses: Sequence[Hypothesis], after: Refit, bars: Bars = NO_BARS) -> Refit:
         """The second tempered stage alone, from where another refit left it: a curve acts nearly linearly."""
         problem, x = self._from(hypotheses, after)
-        found, cost = self._searched(problem, x, ROUGH[1:], bars[1:])
-        return self._stopped(hypotheses, found, (after.costs[0], cost))
+        found = self.search(problem, x, AGAIN, bars[1:])
+        return self._stopped(hypotheses, found, (after.costs[0], found.cost))
 
     def rough(
         self, hypotheses: Sequence[Hypothesis], after: Refit | None = None, bars: Bars = NO_BARS
@@ -127,10 +126,10 @@ class Refitter:
     def quick(self, hypotheses: Sequence[Hypothesis], after: Refit, bars: Bars) -> Refit:
         """A few evaluations from where another refit left them; fewer where the first ones do not come down
         to the first of `bars`."""
-        found, first = self._searched(*self._from(hypotheses, after), QUICK[:1])
-        if first > bars[0]:
-            return self._stopped(hypotheses, found, (first, np.inf))
-        return self._led_on(First(hypotheses, found, first), stages=QUICK[1:])
+        found = self.search(*self._from(hypotheses, after), QUICK[:1])
+        if found.cost > bars[0]:
+            return self._stopped(hypotheses, found, (found.cost, np.inf))
+        return self._led_on(First(hypotheses, found), stages=QUICK[1:])
 
     def ahead(
         self,
@@ -179,7 +178,7 @@ class Refitter:
     def afresh(self, refit: Refit) -> Refit:
         """The same hypotheses from the start machine, to the end; the refit itself if it came from there."""
         first = self._first(refit.hypotheses)
-        return refit if first.cost == refit.costs[0] else self.finish(self._led_on(first))
+        return refit if first.found.cost == refit.costs[0] else self.finish(self._led_on(first))
 
     def slightly(self, hypotheses: Sequence[Hypothesis], after: Refit) -> Refit:
         """From where a refit ended that leaves little over, at the sensors' own noise: what hardly shows in
@@ -228,29 +227,22 @@ class Refitter:
         self, hypotheses: Sequence[Hypothesis], at: tuple[Problem, Floats], bars: Sequence[float]
     ) -> First:
         """The first tempered stage from there."""
-        return First(hypotheses, *self._searched(*at, ROUGH[:1], bars[:1]))
+        return First(hypotheses, self.search(*at, ROUGH[:1], bars[:1]))
 
     def _furthest(self, firsts: Sequence[First], bars: Bars) -> Refit:
         """Led on by the second stage, without those that are clearly behind after the first."""
-        least = min(first.cost for first in firsts)
-        near = [first for first in firsts if first.cost <= max(BEHIND * least, least + BEHIND)]
+        least = min(first.found.cost for first in firsts)
+        near = [first for first in firsts if first.found.cost <= max(BEHIND * least, least + BEHIND)]
         return min((self._led_on(first, bars) for first in near), key=lambda one: one.rough)
 
-    def _led_on(self, first: First, bars: Bars = NO_BARS, stages: tuple[Stage, ...] = ROUGH[1:]) -> Refit:
-        found, cost = self._searched(first.found.problem, first.found.x, stages, bars[1:])
-        return self._stopped(first.hypotheses, _after(first.found, found), (first.cost, cost))
+    def _led_on(self, first: First, bars: Bars = NO_BARS, stages: tuple[Stage, ...] = AGAIN) -> Refit:
+        found = self.search(first.found.problem, first.found.x, stages, bars[1:])
+        return self._stopped(first.hypotheses, _after(first.found, found), (first.found.cost, found.cost))
 
     def _from(self, hypotheses: Sequence[Hypothesis], after: Refit | None = None) -> tuple[Problem, Floats]:
         problem = with_hypotheses(self.start, hypotheses)
         x = carry(after.early.x, after.early.problem, problem) if after else np.zeros(problem.starts[-1])
         return problem, x
-
-    def _searched(
-        self, problem: Problem, x: Floats, stages: tuple[Stage, ...], bars: Sequence[float] = ()
-    ) -> tuple[Found, float]:
-        """Where these stages end, and at which cost."""
-        found = self.search(problem, x, stages, bars)
-        return found, found.cost
 
     def baseline(self) -> Refit:
         """The machine without any hypothesis."""
@@ -402,8 +394,8 @@ class Refitter:
         rest = tuple(one for one in refit.hypotheses if one is not hypothesis)
         problem = with_hypotheses(self.start, rest)
         x = carry(refit.found.x, refit.found.problem, problem)
-        found, cost = self._searched(problem, x, AGAIN)
-        return self.finish(self._stopped(rest, found, (np.inf, cost)))
+        found = self.search(problem, x, AGAIN)
+        return self.finish(self._stopped(rest, found, (np.inf, found.cost)))
 
     def simpler(self, refit: Refit, before: Refit) -> Refit | None:
         """The hypotheses of `before` alone, searched for again from where a refit with more of them ended.
@@ -415,11 +407,11 @@ class Refitter:
         problem = with_hypotheses(self.start, before.hypotheses)
         x = carry(refit.early.x, refit.early.problem, problem)
         bar = before.rough - max(ALIKE * (before.rough - refit.rough), LEAST_ROUGH)
-        found, cost = self._searched(problem, x, AGAIN, (bar,))
-        if cost > bar:
+        found = self.search(problem, x, AGAIN, (bar,))
+        if found.cost > bar:
             return None
-        _, first = self._searched(problem, found.x, (replace(ROUGH[0], evaluations=1),))
-        return self.finish(self._stopped(before.hypotheses, found, (first, cost)))
+        first = self.search(problem, found.x, (replace(ROUGH[0], evaluations=1),)).cost
+        return self.finish(self._stopped(before.hypotheses, found, (first, found.cost)))
 
     def _stopped(self, hypotheses: Sequence[Hypothesis], found: Found, costs: tuple[float, float]) -> Refit:
         """Judged as it stands after the tempered stages."""

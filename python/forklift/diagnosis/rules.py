@@ -1,6 +1,7 @@
 """Which of several refits is taken, and which stand beside or in place of it: rules over what they leave.
 
-Every bound stands in `criteria.py`; nothing here fits anything but `foresees`, which leaves groups out.
+Every bound stands in `criteria.py`. Only `foresees` fits, which leaves groups out, and `foretells_better`,
+which asks all recordings.
 """
 
 from __future__ import annotations

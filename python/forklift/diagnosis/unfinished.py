@@ -54,16 +54,15 @@ class Unfinished:
         Where they are kept; None: nowhere.
     of
         Digest of what the diagnosis is made of; work of anything else is removed.
-    asked, again
-        How many searches were asked for, and how many of these were found again.
+    asked
+        How many searches were asked for.
     spared_s
-        How many seconds those took when they were made.
+        How many seconds those that were found again took when they were made.
     """
 
     folder: Path | None = None
     of: str = ""
     asked: int = 0
-    again: int = 0
     spared_s: float = 0.0
 
     @classmethod
@@ -94,7 +93,6 @@ class Unfinished:
         asked = _digest(problem, x, stages, bars)
         known = self._read(_name(number))
         if known and known.get("asked") == asked:
-            self.again += 1
             self.spared_s += known["seconds"]
             return _again(problem, known)
         began = time.monotonic()

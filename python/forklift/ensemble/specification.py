@@ -185,7 +185,7 @@ class Specification(BaseModel):
         After a step of what is asked for, how long it has to stand to be steady, and the error that counts
         as settled: of the measures, not of the requirements.
     worst
-        How many members with the least scaled margin are kept with their trajectories.
+        How many members with the least scaled margin are kept.
     chunk
         Members of a file; no number depends on it.
     """
@@ -214,7 +214,10 @@ class Specification(BaseModel):
 
     @property
     def sha256(self) -> str:
-        """A hash of everything that a member's numbers depend on, and of nothing else."""
+        """A hash of all but `worst`, and what stands at a default that came later.
+
+        Truck and controller are in it by name: their numbers are compared beside it.
+        """
         # What is drawn alone has the hash that it had before there was a choice.
         unused = {"worst"} if self.correlate else {"worst", "correlate"}
         if self.precision == "double":

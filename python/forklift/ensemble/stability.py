@@ -31,7 +31,7 @@ SETTLING_S = 8.0
 PIECE_S = 0.25
 """Of that, without an end of the stroke on the way: a cylinder at 1 m/s travels a quarter of a metre."""
 UNSTABLE = 1e-6
-"""An eigenvalue this far outside the unit circle grows by less than a thousandth in a minute: the position's
+"""An eigenvalue this far outside the unit circle grows by less than a hundredth in a minute: the position's
 lies on it but for rounding."""
 POINTS = 4000
 """Frequencies at which margins are looked for, even in the logarithm up to half the sampling rate."""

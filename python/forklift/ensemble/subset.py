@@ -6,8 +6,7 @@ propose by conditional sampling in standard normal space (Papaioannou et al. 201
 and moves with it, as an independent proposal. Where margins jump, ties are broken by one more uniform number
 of the member that moves too, so that every level has the share it is meant to have (Walter 2015).
 
-Every random number is a function of seed, run, level and step: a run that was broken off goes on where it
-stood, to the bit.
+Every random number is a function of seed, run, level and step.
 """
 
 from __future__ import annotations
@@ -132,23 +131,21 @@ def levels(
     seed: int,
     run: int,
     members: int = 1000,
-    after: Level | None = None,
 ) -> Iterator[Level]:
-    """One run, level by level; the last has its probability. `after` goes on from a level that was kept."""
+    """One run, level by level; the last has its probability."""
     seeds = round(SHARE * members)
     if seeds < 1 or members % seeds:
         raise ValueError(
             f"{members} members cannot be chains of {seeds} seeds; take a multiple of {1 / SHARE:g}"
         )
-    if after is None:
-        draw = _numbers(seed, run, 0, 0)
-        u = draw.standard_normal((members, dimensions))
-        stream, jitter = _streams(draw, members), draw.random(members)
-        after = _judged(Level(0, u, stream, jitter, margin(u, stream)))
-        yield after
-    while after.probability is None:
-        after = _judged(_next(margin, after, seed, run, seeds))
-        yield after
+    draw = _numbers(seed, run, 0, 0)
+    u = draw.standard_normal((members, dimensions))
+    stream, jitter = _streams(draw, members), draw.random(members)
+    level = _judged(Level(0, u, stream, jitter, margin(u, stream)))
+    yield level
+    while level.probability is None:
+        level = _judged(_next(margin, level, seed, run, seeds))
+        yield level
 
 
 def _likeliest(last: Sequence[Level]) -> tuple[Floats, int] | None:

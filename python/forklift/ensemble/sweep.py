@@ -174,7 +174,7 @@ class Sweep:
                 "axes": [{"name": axis.name, "edges": axis.edges.tolist()} for axis in tally.axes],
                 "members": tally.seen.tolist(),
                 "failures": tally.failed.tolist(),
-                "least_scaled_margin": [_finite(row) for row in tally.least.tolist()],
+                "least_scaled_margin": _finite(tally.least.tolist()),
             },
             "worst": [
                 {key: defined(value) for key, value in row.items()}
@@ -368,5 +368,5 @@ def _tupled(value: Any) -> Any:
 
 
 def _finite(value: Any) -> Any:
-    """A number or a row of numbers, None for those that are not finite."""
-    return [defined(x) for x in value] if isinstance(value, list) else defined(value)
+    """A number or rows of numbers, None for those that are not finite."""
+    return [_finite(x) for x in value] if isinstance(value, list) else defined(value)

@@ -109,12 +109,13 @@ def _recordings(folder: Path, found: Path, answer: Mapping[str, Any]) -> Any:
     for plan in answer["recordings"]:
         side = found / "predictions" / "baseline" / plan["file"]
         if side.exists():
-            measured, told = _columns(folder / plan["file"]), _columns(side)
+            measured, told = columns(folder / plan["file"]), columns(side)
             n = min(len(measured["time_s"]), len(told["time_s"]))
             yield plan, {k: v[:n] for k, v in measured.items()}, {k: v[:n] for k, v in told.items()}
 
 
-def _columns(path: Path) -> dict[str, Floats]:
+def columns(path: Path) -> dict[str, Floats]:
+    """The columns of a table of numbers, NaN where a cell is empty."""
     with path.open(encoding="utf-8", newline="") as lines:
         rows = csv.reader(lines)
         names = next(rows)

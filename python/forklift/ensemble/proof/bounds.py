@@ -1,4 +1,5 @@
-"""The bounds that decide answers: the upper-case numbers of the diagnosis's one module of criteria."""
+"""The bounds that decide answers: the upper-case numbers of the diagnosis's one module of criteria, but for
+those that count something."""
 
 from __future__ import annotations
 
@@ -13,13 +14,9 @@ VARIABLE = "FORKLIFT_CRITERIA"
 
 
 def bounds() -> dict[str, float]:
-    """Every bound by its name; empty where the module is not there."""
-    try:
-        module = import_module(CRITERIA)
-    except ModuleNotFoundError:
-        return {}
+    """Every bound by its name that is no whole number."""
     return {
         name: float(value)
-        for name, value in vars(module).items()
+        for name, value in vars(import_module(CRITERIA)).items()
         if name.isupper() and isinstance(value, float) and not name.startswith("_")
     }

@@ -3,7 +3,7 @@ number)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -80,7 +80,6 @@ class Draw:
     nuisances: Nuisances
     entered_degc: float | None = None
     """What is entered for recordings without an oil temperature."""
-    facts: dict[str, float] = field(default_factory=dict)
 
 
 def kind_of(seed: int, number: int) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import os
@@ -214,9 +213,8 @@ def one(
         commitment = out / "sealed" / f"{given.number:05d}"
         output.write_file(commitment.with_suffix(".box"), lambda path: _bytes(path, sealed.box))
         output.write_text(commitment.with_suffix(".sha256"), sealed.commitment + "\n")
-        entered, del_made = given.entered_degc, made
-        del made, del_made  # from here on the answer is in the box alone
-        told = diagnosed(folder, found, entered, jobs, limit_s, environment, processes)
+        del made  # from here on the answer is in the box alone
+        told = diagnosed(folder, found, given.entered_degc, jobs, limit_s, environment, processes)
         answer, truth = seal.open(
             Sealed(
                 commitment.with_suffix(".box").read_bytes(),
@@ -294,14 +292,7 @@ def diagnosed(
 
 def predictions(folder: Path) -> dict[str, dict[str, Floats]]:
     """By file, the columns of a folder of predictions."""
-    found: dict[str, dict[str, Floats]] = {}
-    for path in sorted(folder.glob("*.csv")) if folder.is_dir() else ():
-        with path.open(encoding="utf-8", newline="") as lines:
-            rows = csv.reader(lines)
-            names = next(rows)
-            values = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows], float)
-        found[path.name] = {name: values[:, n] for n, name in enumerate(names)}
-    return found
+    return {path.name: baselines.columns(path) for path in sorted(folder.glob("*.csv"))}
 
 
 def scored(out: Path, seed: int | None, numbers: list[int] | None = None, only: str | None = None) -> Proof:

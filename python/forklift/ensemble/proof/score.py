@@ -115,7 +115,7 @@ def _kind_of(results: Sequence[Result], name: str) -> str:
 
 
 def confusion(results: Sequence[Result]) -> list[dict[str, Any]]:
-    """What was concealed, and what was told first: counts."""
+    """What was concealed, and what was told: itself if it is among the causes, else the first. Counts."""
     pairs: Counter[tuple[str, str]] = Counter()
     for one in results:
         shown = [cause["id"] for cause in one["answer"]["causes"] if not cause["hidden"]]

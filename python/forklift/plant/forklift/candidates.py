@@ -53,8 +53,8 @@ SETTLING_S = 2.0
 class Limits:
     """Between which loads and oil temperatures recordings can be made."""
 
-    load_kg: tuple[float, float] = LOADS_KG
-    oil_temperature_degc: tuple[float, float] = TEMPERATURES_DEGC
+    load_kg: tuple[float, float]
+    oil_temperature_degc: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,6 @@ def candidates(
     recordings: Sequence[Recording],
     trucks: Sequence[Truck],
     case: Callable[[Recording], Case],
-    within: Limits | None = None,
 ) -> tuple[Possible, ...]:
     """Every command with every load and temperature, of the lifts that these recordings command, and of both.
 
@@ -132,10 +131,8 @@ def candidates(
     trucks
         As each of the explanations has it: where a command would take one to the end of a stroke, with any
         load and temperature, the valve is shut before.
-    within
-        By default `limits` of the recordings.
     """
-    within = within or limits(recordings)
+    within = limits(recordings)
     loads = np.linspace(*within.load_kg, LEVELS)
     temperatures = np.linspace(*within.oil_temperature_degc, LEVELS)
     single = {which for found in recordings for which in commanded(found.lift)}
@@ -206,9 +203,7 @@ def before_the_end(
     return Command(command.time_s[:kept], *currents)
 
 
-def elsewhere(
-    recordings: Sequence[Recording], what: str, lift: Lift, within: Limits | None = None
-) -> NextRecording | None:
+def elsewhere(recordings: Sequence[Recording], what: str, lift: Lift) -> NextRecording | None:
     """The richest recording of a lift once more, with another load or another oil temperature.
 
     For what all recordings that are fitted have in common, so that no effect of it can be told: `what` is
@@ -217,7 +212,7 @@ def elsewhere(
     told = [found for found in recordings if lift in commanded(found.lift) and found.role == "estimate"]
     if not told:
         return None
-    within = within or limits(recordings)
+    within = limits(recordings)
     rich = max(told, key=lambda found: float(np.abs(np.diff(found[f"current_{lift}_a"])).sum()))
     temperature = mean_temperature(rich, float(np.mean(TEMPERATURES_DEGC)))
     now = rich.load_kg if what == "load_kg" else temperature
