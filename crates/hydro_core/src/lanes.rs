@@ -1,9 +1,9 @@
 //! N independent numbers that go through the same arithmetic: the SIMD scalar.
 //!
-//! [`Lanes`] are plain loops over an array; the compiler turns them into vectors. Eight lanes have a
-//! scalar of their own where the processor has AVX-512 ([`with_eight`]), and sixteen are two of
-//! these side by side ([`with_sixteen`]). Every lane's bits are those of the `f64` run, whatever its
-//! neighbours hold. In single precision ([`Single`]) a register holds twice as many, and a lane's bits are those of the
+//! [`Lanes`] are plain loops over an array; the compiler turns them into vectors. Where the processor has AVX2,
+//! eight lanes are two registers of four side by side, and with AVX-512 sixteen are two of eight
+//! ([`with_registers`]; [`with_eight`] and [`with_sixteen`] are for benches, which also measure one register of
+//! eight). Every lane's bits are those of the `f64` run, whatever its neighbours hold. In single precision ([`Single`]) a register holds twice as many, and a lane's bits are those of the
 //! run of one [`Single`].
 
 #[cfg(target_arch = "x86_64")]
@@ -442,6 +442,16 @@ mod tests {
         }
     }
 
+    /// The same work on eight lanes as runs have them on a processor with AVX2.
+    fn on_avx2<W: LaneWork<8>>(work: W) -> Option<W::Output> {
+        #[cfg(target_arch = "x86_64")]
+        if Width::Eight.is_here() {
+            return Some(work.run::<pair::Pair<avx2::Four>>());
+        }
+        let _ = work;
+        None
+    }
+
     /// Beside its mirror image, so that both halves of sixteen hold other numbers at each place.
     fn twice(a: [f64; 8]) -> [f64; 16] {
         std::array::from_fn(|k| if k < 8 { a[k] } else { a[15 - k] })
@@ -450,13 +460,16 @@ mod tests {
     proptest! {
         #[test]
         fn every_operation_on_lanes_is_that_on_each_number_infinities_included(a in numbers(), b in numbers()) {
-            let wide = with_eight(Operations(a, b));
+            let (wide, pair) = (with_eight(Operations(a, b)), on_avx2(Operations(a, b)));
             let wider = with_sixteen(Operations(twice(a), twice(b)));
             let together = operations(Lanes(a), Lanes(b));
             for lane in 0..8 {
                 for (k, alone) in operations(a[lane], b[lane]).into_iter().enumerate() {
                     prop_assert_eq!(bits(together[k].0[lane]), bits(alone), "operation {} in lane {}", k, lane);
                     prop_assert_eq!(bits(wide[k][lane]), bits(alone), "operation {} in lane {} of eight", k, lane);
+                    if let Some(pair) = &pair {
+                        prop_assert_eq!(bits(pair[k][lane]), bits(alone), "operation {} in lane {} of 2 x 4", k, lane);
+                    }
                     for lane in [lane, 15 - lane] {
                         prop_assert_eq!(bits(wider[k][lane]), bits(alone), "operation {} in lane {} of 16", k, lane);
                     }
@@ -466,13 +479,16 @@ mod tests {
 
         #[test]
         fn every_function_on_lanes_is_that_on_each_number(a in proptest::array::uniform8(1e-3..700.0f64)) {
-            let wide = with_eight(Functions(a));
+            let (wide, pair) = (with_eight(Functions(a)), on_avx2(Functions(a)));
             let wider = with_sixteen(Functions(twice(a)));
             let together = functions(Lanes(a));
             for lane in 0..8 {
                 for (k, alone) in functions(a[lane]).into_iter().enumerate() {
                     prop_assert_eq!(together[k].0[lane].to_bits(), alone.to_bits(), "function {} in lane {}", k, lane);
                     prop_assert_eq!(wide[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of eight", k, lane);
+                    if let Some(pair) = &pair {
+                        prop_assert_eq!(pair[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of 2 x 4", k, lane);
+                    }
                     for lane in [lane, 15 - lane] {
                         prop_assert_eq!(wider[k][lane].to_bits(), alone.to_bits(), "function {} in lane {} of 16", k, lane);
                     }
