@@ -56,7 +56,11 @@ def page(folder: Path) -> str:
     parts = [HEAD]
     for title, rows in (
         ("Files and entries: `compare`, `convert`, `fit` and `diagnose` refuse them", _rows_of_files(folder)),
-        ("Recordings: `fit` refuses them, `compare` and `convert` tell it first", _rows_of_recordings()),
+        (
+            "Recordings: `fit` refuses them (`diagnose` but for three, [](errors.md)), "
+            "`compare` and `convert` tell it first",
+            _rows_of_recordings(),
+        ),
     ):
         lines = [f"## {title}", "", "| what is wrong | code | what is said |", "|---|---|---|"]
         lines += [f"| {_cell(name)} | `{code}` | {_cell(said)} |" for name, code, said in rows]
