@@ -3,8 +3,8 @@
 //! [`Lanes`] are plain loops over an array; the compiler turns them into vectors. Where the processor has AVX2,
 //! eight lanes are two registers of four side by side, and with AVX-512 sixteen are two of eight
 //! ([`with_registers`]; [`with_eight`] and [`with_sixteen`] are for benches, which also measure one register of
-//! eight). Every lane's bits are those of the `f64` run, whatever its neighbours hold. In single precision ([`Single`]) a register holds twice as many, and a lane's bits are those of the
-//! run of one [`Single`].
+//! eight). Every lane's bits are those of the `f64` run, whatever its neighbours hold. In single precision
+//! ([`Single`]) a register holds twice as many, and a lane's bits are those of the run of one [`Single`].
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
