@@ -33,14 +33,14 @@ def investigated(recordings):
     fitted = [one for one in everyone.samples if one.recording.role == "estimate"]
     refitter = Refitter(everyone.over(fitted), everyone, sensors)
     found = investigate(refitter, (), model, Clock())
-    return refitter, found, verdict(found.selection, found.causes)
+    return found, verdict(found.selection, found.causes)
 
 
 def test_a_faint_law_without_a_name_is_told_with_its_place_and_its_variable(tmp_path):
     made = next(one for one in cases.variations(["effects"]) if one.name == "effects-viscosity_law-2")
     law = cases.law_of("viscosity_law", made.case.lift, made.case.seed, 0.5 * cases.most("viscosity_law"))
     campaign.record(replace(made.case, laws=(law,)), tmp_path / "campaign")
-    _, found, said = investigated(Campaign.read(tmp_path / "campaign"))
+    found, said = investigated(Campaign.read(tmp_path / "campaign"))
     assert found.selection.baseline.complete
     assert said == "unknown-effect"
     (cause,) = found.causes
@@ -52,7 +52,7 @@ def test_a_faint_law_without_a_name_is_told_with_its_place_and_its_variable(tmp_
 
 
 def test_a_complete_truck_offers_no_curve_that_counts():
-    _, found, said = investigated(Campaign.read(CAMPAIGNS / "null"))
+    found, said = investigated(Campaign.read(CAMPAIGNS / "null"))
     assert said == "no-mismatch"
     assert found.causes == ()
     assert found.selection.unnamed == ()
