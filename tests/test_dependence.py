@@ -1,11 +1,11 @@
-"""Of which variable an unknown input is a function."""
+"""Where an unknown input acts, and of which variable it is a function."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from forklift.diagnosis.dependence import dependences
-from forklift.diagnosis.locate import UnknownInput
+from forklift.diagnosis.locate import UnknownInput, sensors_behind
 
 
 def test_a_variable_that_not_all_recordings_have_is_none():
@@ -30,3 +30,13 @@ def test_what_was_a_while_ago_comes_first_only_if_it_explains_clearly_more():
 
     assert order(0.05) == ["now", "earlier"]
     assert order(1.0) == ["earlier", "now"]
+
+
+def test_a_sensor_is_told_where_no_place_of_the_machine_explains_nearly_as_much():
+    def told(**evidence: float) -> list[str]:
+        inputs = [UnknownInput(port, each, 1.0, 1.0, (), (), ()) for port, each in evidence.items()]
+        return [one.port for one in sensors_behind(inputs, ["pressure", "position"])]
+
+    assert told(pressure=1137.0, force=1116.0, friction=973.0) == ["force", "pressure", "friction"]
+    assert told(pressure=1137.0, position=1130.0, force=800.0) == ["pressure", "position", "force"]
+    assert told(force=900.0, pressure=899.0) == ["force", "pressure"]

@@ -10,7 +10,7 @@ from forklift.diagnosis.causes import Cause, causes, told
 from forklift.diagnosis.criteria import BUDGET, DOUBTFUL
 from forklift.diagnosis.curves import FreeCurves, over_variables
 from forklift.diagnosis.dependence import Dependence
-from forklift.diagnosis.locate import UnknownInput, unknown_inputs
+from forklift.diagnosis.locate import UnknownInput, sensors_behind, unknown_inputs
 from forklift.diagnosis.progress import FITTING, TRYING, Clock
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
@@ -111,7 +111,7 @@ def _from(
             early = baseline.early
             places = [*(one.name for one in machine.places), *refitter.sensors]
             width_s = machine.hat_width_s(early.problem.samples)
-            inputs = unknown_inputs(early.problem, early.x, places, width_s)
+            inputs = sensors_behind(unknown_inputs(early.problem, early.x, places, width_s), refitter.sensors)
             seen = over_variables(baseline, inputs[0], machine.part_of(inputs[0].port))
         with clock.stage(TRYING):
             general.known[baseline] = inputs

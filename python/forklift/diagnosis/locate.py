@@ -12,7 +12,7 @@ state in turn; here solved as a smoother). A sensor is its own rival: hats on it
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +24,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from forklift.base.arrays import Floats
 from forklift.base.threads import one_thread
-from forklift.diagnosis.criteria import MEMORY
+from forklift.diagnosis.criteria import MEMORY, STANDS
 from forklift.diagnosis.rounding import rounded
 from forklift.fitting.interface import Problem, Sample
 from forklift.fitting.linearised import Linearised
@@ -113,6 +113,14 @@ def unknown_inputs(problem: Problem, x: Floats, ports: Sequence[str], width_s: f
             if answer:
                 found.append(answer)
     return sorted(found, key=lambda one: -one.evidence)
+
+
+def sensors_behind(inputs: Sequence[UnknownInput], sensors: Collection[str]) -> list[UnknownInput]:
+    """The most credible first; and before a sensor a place of the machine that stands for it. Every fault of
+    a sensor has a name, by which it was asked for, and what acts on one signal follows it the most freely."""
+    least = STANDS * inputs[0].evidence
+    first = next((one for one in inputs if one.port not in sensors and one.evidence >= least), inputs[0])
+    return [first, *(one for one in inputs if one is not first)]
 
 
 def hats(sample: Sample, width_s: float) -> Floats:

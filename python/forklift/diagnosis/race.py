@@ -142,6 +142,16 @@ class Race:
             refits += self.alone_of(best, refits[-1])
         return refits
 
+    def led_on(self, best: Refit, refits: Sequence[Refit], least: float) -> list[Refit]:
+        """Where none helps: of those given up, who removes most of what the best leaves over on recordings
+        held out, fitted to the end, if that is as much as is asked."""
+        given_up = [one for one in refits if not one.finished]
+        first = min(given_up, key=lambda one: one.squares, default=None)
+        if first is None or best.squares - first.squares < least or self.refitter.work.spent:
+            return list(refits)
+        self.say(f"fitting {_words(first.hypotheses)}")
+        return [self.to_the_end(best, one) if one is first else one for one in refits]
+
     def to_the_end(self, best: Refit, refit: Refit) -> Refit:
         """What explains nearly everything, but not all, may have ended beside the place where it explains
         all."""

@@ -427,6 +427,10 @@ def _round(
             break
     refits = refits[len(shapes) :]
     accepted = choice(_helping(race, refits, best, shapes, screening, general), best)
+    if accepted is None and not best.quiet:
+        least = max(CLEARLY, share_asked(best, race.refitter) * best.excess)
+        refits = race.led_on(best, refits, least)
+        accepted = choice(_helping(race, refits, best, shapes, screening, general), best)
     return Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
 
