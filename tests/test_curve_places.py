@@ -60,6 +60,24 @@ def test_where_an_accepted_name_acts_a_curve_is_screened_however_credible_the_pl
     assert screened == ["own", *names[1:CURVES_AT]]
 
 
+def test_how_near_a_name_acts_is_told_by_the_most_credible_input_where_it_acts():
+    """A chassis that gives way acts where no input may enter, so that no place speaks against it."""
+    ports = ["stiffness", "flow", "current", "friction", "dry_friction", "opening"]
+    places = [SimpleNamespace(name=one, part="main", equation=one.removeprefix("dry_")) for one in ports]
+    acts = {"air": ("stiffness",), "hose": ("flow", "current"), "dwell": ("friction", "dry_friction")}
+    machine = SimpleNamespace(
+        places=places, acted_on=lambda one: {**acts, "chassis": (), "limit": ("opening",)}[one]
+    )
+    evidences = [200.0, 150.0, 160.0, 100.0, 120.0, 90.0]
+    inputs = [SimpleNamespace(port=port, evidence=one) for port, one in zip(ports, evidences, strict=True)]
+    refit = cast(Any, object())
+    near = curves.FreeCurves(
+        cast(Any, machine), {refit: cast(Any, sorted(inputs, key=lambda one: -one.evidence))}
+    ).near
+    shares = [near(refit, cast(Any, one)) for one in ("air", "hose", "dwell", "chassis", "limit")]
+    assert shares == [1.0, 0.8, 0.6, 1.0, 0.0]
+
+
 @dataclass(frozen=True, eq=False)
 class Named:
     """A fit with a name."""

@@ -55,10 +55,11 @@ def test_a_step_left_out_is_left_out_and_put_back(step):
 
 def test_who_offers_no_shapes_offers_them_as_those_who_do():
     asked = [name for name in vars(General) if not name.startswith("_") or name == "__call__"]
-    assert asked == ["__call__", "beside", "faint", "twins", "located"]
+    assert asked == ["__call__", "beside", "faint", "twins", "near"]
     none = without.NoShapes(("free",), {})
-    assert none(None) == none.beside(None) == none.twins(None, None) == none.located(None) == []
+    assert none(None) == none.beside(None) == none.twins(None, None) == []
     assert none.faint(None, None) is None
+    assert none.near(None, None) == 0.0
 
 
 def test_without_recordings_held_out_only_fitted_ones_are_seen():

@@ -43,8 +43,9 @@ class General(Protocol):
     def twins(self, refit: Refit, curve: Hypothesis) -> Sequence[Hypothesis]:
         """The same curve at the same place of other parts of the machine."""
 
-    def located(self, refit: Refit) -> Sequence[tuple[str, str]]:
-        """Where and in which equation something acts that a refit leaves over, the most credible first."""
+    def near(self, refit: Refit, one: Hypothesis) -> float:
+        """Of the evidence of the place where something acts that a refit leaves over most credibly, the share
+        that the place has where this acts; 0.0 of what acts at none of the most credible."""
 
 
 def faint_curve(race: Race, baseline: Refit, general: General) -> Screened | None:

@@ -20,6 +20,7 @@ from forklift.diagnosis.criteria import (
     MOST_PAST,
     MOST_PLACES,
     MOVES_AT_ALL,
+    NEAR_PLACES,
     STANDS,
 )
 from forklift.diagnosis.dependence import Dependence, dependences
@@ -133,10 +134,23 @@ class FreeCurves:
         """Whether it yields to those that promise nearly as much: it is far behind, or unlikely."""
         return one.evidence < CURVE_TIE * best.evidence or one.hypotheses[0].unlikely
 
-    def located(self, refit: Refit) -> list[tuple[str, str]]:
-        """The part and the equation of each place, the most credible first."""
-        places = [self._place(one.port) for one in self._inputs(refit)]
-        return [(one.part, one.equation) for one in places]
+    def near(self, refit: Refit, one: Hypothesis) -> float:
+        """Of the greatest evidence of an unknown input, the share of the input where the hypothesis acts, if
+        that is among the `NEAR_PLACES` most credible places. No place speaks against what acts at none, as a
+        chassis that gives way does."""
+        acted_on, inputs = self.machine.acted_on(one), self._inputs(refit)
+        places = list(dict.fromkeys(self._equation(found.port) for found in inputs))[:NEAR_PLACES]
+        shares = [
+            found.evidence / inputs[0].evidence
+            for found in inputs
+            if found.port in acted_on and self._equation(found.port) in places
+        ]
+        return max(shares, default=0.0) if acted_on else 1.0
+
+    def _equation(self, name: str) -> tuple[str, str]:
+        """The part and the equation of a place."""
+        place = self._place(name)
+        return place.part, place.equation
 
     def beside(self, refit: Refit) -> list[Hypothesis]:
         """The coarsest curve over every variable of the moment at each place where the refit's hypotheses

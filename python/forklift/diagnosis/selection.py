@@ -16,6 +16,7 @@ from forklift.diagnosis.criteria import (
     BEYOND_DOUBT,
     CLEARLY,
     CONFIRMED,
+    CURVE_TIE,
     FIRST,
     FURTHER,
     LEAST_FAULT,
@@ -26,7 +27,6 @@ from forklift.diagnosis.criteria import (
     MOST_NEAR,
     MOST_NEAR_MORE,
     MOST_OF,
-    NEAR_PLACES,
     PAIR,
     WORTH,
     alarm,
@@ -47,6 +47,7 @@ from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
 from forklift.diagnosis.rules import (
+    by_chance,
     choice,
     excess_screened,
     explains,
@@ -328,11 +329,11 @@ def _near(
     """Where something is left over, physics at the most credible places, from the start machine.
 
     The parameters may have bent so far to make up for what is missing that no linear step from there promises
-    anything of it. Those that were searched for from the start machine are not tried again.
+    anything of it: so what acts at places as credible as the first comes before what promises more. Those
+    that were searched for from the start machine are not tried again.
     """
-    if len(best.hypotheses) >= MOST_ACCEPTED or best.worst.mean_square <= MISFIT:
-        return None  # nothing has bent far to make up for what hardly shows
-    places = list(dict.fromkeys(general.located(best)))[:NEAR_PLACES]
+    if len(best.hypotheses) >= MOST_ACCEPTED or by_chance(best):
+        return None
     own = {one.label for one in best.hypotheses}
     tried = {
         one.label
@@ -345,16 +346,15 @@ def _near(
     left = [
         one
         for one in _beside(best, hypotheses)
-        if one.kind == "physics"
-        and one.label not in tried
-        and any(equation in one.equations and one.where in (where, "") for where, equation in places)
+        if one.kind == "physics" and one.label not in tried and general.near(best, one)
     ]
     if not left:
         return None
     screening = screen(best.told_from.problem, best.told_from.x, left)
     beside = [refit for refit in shapes if refit.finished and own <= labels(refit)]
     refits = list(beside)
-    entered = screening.singles[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]
+    ranked = sorted(screening.singles, key=lambda one: general.near(best, one.hypotheses[0]) < CURVE_TIE)
+    entered = ranked[: MOST_NEAR_MORE if best.hypotheses else MOST_NEAR]
     race.clock.plan(len(entered))
     for screened in entered:
         refits = race.cold(best, screened.hypotheses[:1], refits)
@@ -386,8 +386,8 @@ def _round(
     """
     gains = [found.gain for found in screening.singles]
     least = WORTH * max(gains, default=0.0)
-    if not best.quiet:
-        least = max(least, LITTLE * excess_screened(best, screening))
+    little = 0.0 if best.quiet else LITTLE * excess_screened(best, screening)
+    least = max(least, little)
     led = any(helps(refit, best, share_asked(best, race.refitter)) for refit in shapes)
     filtered = measures(best, shapes)
     ranked = [
@@ -413,7 +413,8 @@ def _round(
     race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
         before = len(refits)
-        refits = race.run(best, entered, screening, refits, again=place == 0 and not led)
+        again = place == 0 and not led and max(gains, default=0.0) >= little
+        refits = race.run(best, entered, screening, refits, again=again)
         accepted = choice(_helping(race, refits[len(shapes) :], best, shapes, screening, general), best)
         astray = None if asked else _astray(race, best, accepted, refits[before:], screening)
         if astray is not None and not _outdone(astray.accepted, shapes):
