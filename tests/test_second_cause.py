@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from forklift.diagnosis import curve_trials, selection, sentences
+from forklift.diagnosis import selection, sentences
 from forklift.diagnosis.criteria import ALARM_CONDITION, ALARM_PHYSICS, CONFIRMED
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Refit
@@ -76,8 +76,7 @@ def selected(monkeypatch):
         def screen(problem, x, hypotheses, most=8, slow=False):
             return Screening(0.0, tuple(promised[one] for one in hypotheses), (), ())
 
-        for module in (selection, curve_trials):
-            monkeypatch.setattr(module, "screen", screen)
+        monkeypatch.setattr(selection, "screen", screen)
         refitter: Any = SimpleNamespace(
             together=1.0,
             later=0.5,
@@ -88,7 +87,9 @@ def selected(monkeypatch):
             rough=lambda hypotheses, after: Fitted(tuple(hypotheses)),
             finish=lambda refit: refit,
         )
-        general: Any = SimpleNamespace(beside=lambda refit: [CURVE], faint=lambda *given: None)
+        general: Any = SimpleNamespace(
+            laws=lambda refit, at, slow=False: screen(None, None, [CURVE]), faint=lambda *given: None
+        )
         start = Screening(0.0, (screened(FIRST, 1e4, 1e4),), (), ())
         found = selection.select(
             cast(Refitter, refitter),

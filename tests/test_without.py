@@ -55,9 +55,10 @@ def test_a_step_left_out_is_left_out_and_put_back(step):
 
 def test_who_offers_no_shapes_offers_them_as_those_who_do():
     asked = [name for name in vars(General) if not name.startswith("_") or name == "__call__"]
-    assert asked == ["__call__", "beside", "faint", "twins", "near"]
+    assert asked == ["__call__", "laws", "faint", "twins", "near"]
     none = without.NoShapes(("free",), {})
-    assert none(None) == none.beside(None) == none.twins(None, None) == []
+    assert none(None) == none.twins(None, None) == []
+    assert none.laws(None, None).ranked == ()
     assert none.faint(None, None) is None
     assert none.near(None, None) == 0.0
 

@@ -34,8 +34,8 @@ class General(Protocol):
     def __call__(self, refit: Refit) -> Sequence[Screened]:
         """For what a refit leaves over, those of the greatest evidence first."""
 
-    def beside(self, refit: Refit) -> Sequence[Hypothesis]:
-        """That would mend the law of what the refit has, where it acts."""
+    def laws(self, refit: Refit, at: Found, *, slow: bool = False) -> Screening:
+        """That would mend the law of what the refit has, where it acts; screened at where it ended."""
 
     def faint(self, refit: Refit, everywhere: Found) -> Screened | None:
         """Where next to nothing is left over: the one of the greatest evidence over all recordings."""
@@ -165,7 +165,7 @@ def curve_beside(refitter: Refitter, best: Refit, general: General) -> Screened 
     """What explains everything may still have another law: the curve beside it that promises most over all
     recordings, if that is `LAW`."""
     at = refitter.everywhere(best)
-    promised = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
+    promised = general.laws(best, at, slow=True).singles
     return next((one for one in promised if one.gain >= LAW), None)
 
 

@@ -27,7 +27,7 @@ from forklift.diagnosis.dependence import Dependence, dependences
 from forklift.diagnosis.foreseen import foreseen
 from forklift.diagnosis.locate import UnknownInput, hats, unknown_inputs
 from forklift.diagnosis.refit import Refit
-from forklift.diagnosis.screening import Screened, screen, screen_both
+from forklift.diagnosis.screening import Screened, Screening, screen, screen_both
 from forklift.fitting.interface import Problem
 from forklift.fitting.search import Found
 from forklift.plant.protocol import Hypothesis, Machine, Place
@@ -49,6 +49,8 @@ class FreeCurves:
     known: dict[Refit, Sequence[UnknownInput]]
     offered: dict[Refit, list[Screened]] = field(default_factory=dict)
     """What was offered already, by refit."""
+    weighed: dict[tuple[Refit, bool], tuple[Found, Screening]] = field(default_factory=dict)
+    """What was screened to mend a refit's law, and where; by refit, and whether slow noise was taken off."""
     made: dict[Hypothesis, tuple[str, float, float]] = field(default_factory=dict)
     """Of every curve its variable, and from where to where it goes."""
 
@@ -151,6 +153,14 @@ class FreeCurves:
         """The part and the equation of a place."""
         place = self._place(name)
         return place.part, place.equation
+
+    def laws(self, refit: Refit, at: Found, *, slow: bool = False) -> Screening:
+        """Those `beside` a refit, screened at a place where it ended; worked out once."""
+        key = refit, slow
+        if key not in self.weighed or self.weighed[key][0] is not at:
+            screened = screen(at.problem, at.x, self.beside(refit), 0, slow=slow)
+            self.weighed[key] = at, screened
+        return self.weighed[key][1]
 
     def beside(self, refit: Refit) -> list[Hypothesis]:
         """The coarsest curve over every variable of the moment at each place where the refit's hypotheses

@@ -305,8 +305,7 @@ def _beyond_its_law(race: Race, best: Refit, screening: Screening, general: Gene
     """
     if all(one.hypotheses[0].amplitude is None for one in screening.singles):
         return screening
-    at = race.refitter.everywhere(best)
-    curves = screen(at.problem, at.x, general.beside(best), 0, slow=True).singles
+    curves = general.laws(best, race.refitter.everywhere(best), slow=True).singles
     law = max((one.evidence for one in curves), default=0.0)
     left = [one for one in screening.singles if one.hypotheses[0].amplitude is None or one.evidence > law]
     return screening.only(left)
@@ -455,8 +454,7 @@ def _helping(
     faint = [refit for refit in found if not helps(refit, best, share_asked(best, refitter))]
     if not best.hypotheses or not faint:
         return found
-    at = best.told_from
-    curves = screen(at.problem, at.x, general.beside(best), 0, slow=best.quiet).singles
+    curves = general.laws(best, best.told_from, slow=best.quiet).singles
     law = max((one.evidence for one in curves), default=0.0)
     evidence = {
         frozenset(one.label for one in screened.hypotheses): screened.evidence
@@ -516,7 +514,7 @@ def _law_instead(
         return None
     law = min(laws, key=lambda refit: refit.squares)
     at = law.found if law.finished else law.early
-    curves = screen(at.problem, at.x, general.beside(law), 0).ranked
+    curves = general.laws(law, at).ranked
     if not curves:
         return None
     curve = max(curves, key=lambda one: one.evidence).hypotheses[0]
