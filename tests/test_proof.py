@@ -465,6 +465,10 @@ def test_a_complete_truck_wants_no_alarm_and_a_stuck_pressure_may_be_told():
     missing = {**stuck, "verdict": "unknown-effect"}  # beside it, something that has no cause
     assert judged(whole(tolerated=["sensor_stuck"]), missing)["false_alarm"]
     assert judged(whole(), {"verdict": "refused", "said": "x", "causes": []})["false_alarm"]
+    both = whole("sensor_stuck", tolerated=["sensor_stuck"])  # concealed in one recording, spoilt in another
+    twice = {**stuck, "causes": stuck["causes"] * 2}
+    assert judged(both, twice)["all"]
+    assert judged(both, stuck)["verdict"] is judged(both, stuck)["cause"] is False
 
 
 def test_a_refusal_answers_nothing_that_was_asked():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -31,8 +31,8 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
     causes = [cause for cause in answer["causes"] if not cause["hidden"]]
     hidden = [cause for cause in answer["causes"] if cause["hidden"]]
     refused = told["verdict"] in ("refused", "none", "timeout")
-    named = [one for one in told.get("causes", ()) if one["id"] not in answer["tolerated"]]
     wanted = set().union(*(one["names"] for one in answer["causes"]), ())
+    named = _beyond_tolerated(told.get("causes", ()), answer["tolerated"], wanted)
     wrong = [one for one in named if not _is_unnamed(one) and one["id"] not in wanted]
     strangers = [one for one in causes if one["kind"] == "stranger"]
     unseen = [one for one in hidden if one["kind"] == "stranger"]
@@ -88,6 +88,17 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
     out["first"] = bool(named) and _is_one(causes, named[0])
     out["all"] = all(one is not False for one in right) and not out["spurious"]
     return out
+
+
+def _beyond_tolerated(told: Sequence[Told], tolerated: Sequence[str], wanted: Collection[str]) -> list[Told]:
+    """What is told but for what may stand beside anything. Where that is concealed as well, the first of it
+    is the spoilt recording's, and only what is told beyond it counts."""
+    found, left = [], set(tolerated)
+    for one in told:
+        if one["id"] not in tolerated or (one["id"] in wanted and one["id"] not in left):
+            found.append(one)
+        left.discard(one["id"])
+    return found
 
 
 def _verdict(told: Told, named: Sequence[Told], answer: Answer) -> str:
