@@ -141,13 +141,15 @@ class FreeCurves:
         that is among the `NEAR_PLACES` most credible places. No place speaks against what acts at none, as a
         chassis that gives way does."""
         acted_on, inputs = self.machine.acted_on(one), self._inputs(refit)
+        if not acted_on or not any(found.evidence for found in inputs[:1]):
+            return 1.0
         places = list(dict.fromkeys(self._equation(found.port) for found in inputs))[:NEAR_PLACES]
-        shares = [
-            found.evidence / inputs[0].evidence
+        own = [
+            found.evidence
             for found in inputs
             if found.port in acted_on and self._equation(found.port) in places
         ]
-        return max(shares, default=0.0) if acted_on else 1.0
+        return own[0] / inputs[0].evidence if own else 0.0
 
     def _equation(self, name: str) -> tuple[str, str]:
         """The part and the equation of a place."""
