@@ -78,6 +78,24 @@ def test_how_near_a_name_acts_is_told_by_the_most_credible_input_where_it_acts()
     assert shares == [1.0, 0.8, 0.6, 1.0, 0.0]
 
 
+def test_what_would_mend_a_law_is_screened_once_at_a_place(monkeypatch):
+    screened: list[str] = []
+
+    def screen(problem: str, x: Any, hypotheses: Any, most: int, slow: bool) -> tuple[str, bool]:
+        screened.append(problem)
+        return problem, slow
+
+    monkeypatch.setattr(curves, "screen", screen)
+    machine = SimpleNamespace(places=(), acted_on=lambda one: ())
+    refit, offered = cast(Any, Named(None, None, ())), curves.FreeCurves(cast(Any, machine), {})
+    here, there = (cast(Any, SimpleNamespace(problem=name, x=None)) for name in ("here", "there"))
+    assert offered.laws(refit, here, slow=True) == offered.laws(refit, here, slow=True) == ("here", True)
+    assert screened == ["here"]
+    assert offered.laws(refit, there, slow=True) == ("there", True)
+    assert offered.laws(refit, there) == ("there", False)
+    assert screened == ["here", "there", "there"]
+
+
 @dataclass(frozen=True, eq=False)
 class Named:
     """A fit with a name."""

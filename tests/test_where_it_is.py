@@ -10,7 +10,7 @@ from typing import Any, cast
 import pytest
 
 from forklift.diagnosis import selection
-from forklift.diagnosis.criteria import CURVE_TIE, DOUBTFUL, LITTLE, MISFIT, MOST_NEAR, SLIGHT
+from forklift.diagnosis.criteria import CURVE_TIE, DOUBTFUL, LITTLE, MISFIT, MOST_NEAR
 from forklift.diagnosis.curve_trials import General
 from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.refit import Refit
@@ -160,13 +160,14 @@ def test_what_acts_beside_the_best_place_comes_later_and_far_from_it_not_at_all(
 
 
 def test_what_may_be_chance_is_left_alone(tried):
-    assert SLIGHT < MISFIT
     refitter, found = tried(AIR, 0.99 * DOUBTFUL)
     assert found == ()
     assert refitter.cold_ones == []
 
 
-def test_who_promises_little_is_not_tried_from_the_start_machine_for_that(tried):
-    assert max(PROMISED.values()) < LITTLE * LEFT
+@pytest.mark.parametrize(("promised", "again"), [(0.9, False), (1.1, True)])
+def test_who_promises_little_is_not_tried_from_the_start_for_that(tried, monkeypatch, promised, again):
+    monkeypatch.setitem(PROMISED, HOSE, promised * LITTLE * LEFT)
     refitter, _ = tried(AIR, 2.0 * MISFIT)
-    assert not any(refitter.again)
+    assert refitter.again[0] is again
+    assert not any(refitter.again[1:])

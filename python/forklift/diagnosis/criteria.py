@@ -173,14 +173,16 @@ CURVE_NEAR = 0.7
 linear about the same place."""
 CURVE_TIE = 0.85
 """Of curves whose evidence is this share of the greatest, one at a place where its variable may plausibly
-act goes first: what enters between a valve's current and its flow looks much the same."""
+act goes first: what enters between a valve's current and its flow looks much the same. Of names that are
+tried by where they act, those go first at whose place an unknown input has this share."""
 MOVES_AT_ALL = 1e-6
 """Share of its size by which a variable moves if it is one."""
 TELLING = 0.05
 """Share of an input by which what a variable was a while ago must explain more of it, in recordings left out,
 than one of the moment, to be told before it."""
 STANDS = 0.9
-"""Share of an accepted hypothesis's effect, or of a curve's evidence, from which on another stands for it."""
+"""Share of an accepted hypothesis's effect, or of the evidence of a curve or of an unknown input at a sensor,
+from which on another stands for it."""
 FORETOLD = 1.0
 """A group of recordings is foretold by the others if what these leave unknown of it is less than its noise:
 mean square in units of that."""

@@ -141,7 +141,7 @@ class FreeCurves:
         that is among the `NEAR_PLACES` most credible places. No place speaks against what acts at none, as a
         chassis that gives way does."""
         acted_on, inputs = self.machine.acted_on(one), self._inputs(refit)
-        if not acted_on or not any(found.evidence for found in inputs[:1]):
+        if not acted_on or not inputs or not inputs[0].evidence:
             return 1.0
         places = list(dict.fromkeys(self._equation(found.port) for found in inputs))[:NEAR_PLACES]
         own = [

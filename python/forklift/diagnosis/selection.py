@@ -382,11 +382,12 @@ def _round(
     A name may gain only because the best was caught in a local minimum. So the best is fitted again from
     where the first name that helps ended, or one that gained as much without being there; if that gains half
     as much, it is accepted instead.
+
+    Who promises little is not searched for from the start machine: there the place decides (`_near`).
     """
-    gains = [found.gain for found in screening.singles]
-    least = WORTH * max(gains, default=0.0)
+    most = max((found.gain for found in screening.singles), default=0.0)
     little = 0.0 if best.quiet else LITTLE * excess_screened(best, screening)
-    least = max(least, little)
+    least = max(WORTH * most, little)
     led = any(helps(refit, best, share_asked(best, race.refitter)) for refit in shapes)
     filtered = measures(best, shapes)
     ranked = [
@@ -412,7 +413,7 @@ def _round(
     race.clock.plan(sum(map(len, waves)))
     for place, entered in enumerate(waves):
         before = len(refits)
-        again = place == 0 and not led and max(gains, default=0.0) >= little
+        again = place == 0 and not led and most >= little
         refits = race.run(best, entered, screening, refits, again=again)
         accepted = choice(_helping(race, refits[len(shapes) :], best, shapes, screening, general), best)
         astray = None if asked else _astray(race, best, accepted, refits[before:], screening)
@@ -428,8 +429,8 @@ def _round(
     refits = refits[len(shapes) :]
     accepted = choice(_helping(race, refits, best, shapes, screening, general), best)
     if accepted is None and not best.quiet:
-        least = max(CLEARLY, share_asked(best, race.refitter) * best.excess)
-        refits = race.led_on(best, refits, least)
+        asks = max(CLEARLY, share_asked(best, race.refitter) * best.excess)
+        refits = race.led_on(best, refits, asks)
         accepted = choice(_helping(race, refits, best, shapes, screening, general), best)
     return Step(screening, tuple(sorted(refits, key=rank)), accepted)
 
