@@ -1,5 +1,6 @@
 """What became of every hypothesis is told alike in the list, its title and the JSON."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -102,3 +103,11 @@ def test_where_nothing_is_missing_it_is_told_from_which_size_on_it_would_be_trie
     more = bent(3.0 * least["value"])
     assert [cause.hypothesis.id for cause in more.causes] == ["bend"]
     assert all(row["tried_from"] is None for row in more.to_dict()["hypotheses"])
+
+
+def test_a_hypothesis_fitted_from_another_start_does_not_stand_beside_itself():
+    """Several starts of one hypothesis have one label."""
+    elsewhere = replace(FAR, addition=Addition(values=(("far.at", 1.0),)))
+    found = outcome(refit(CAUSE, finished=True), refit(CAUSE, elsewhere, finished=True))
+    (far,) = (one.to_dict() for one in considered(found) if one.hypothesis.label == "far")
+    assert far["beside"] == ["cause"]

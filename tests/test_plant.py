@@ -208,3 +208,13 @@ def test_a_dead_time_shifts_the_command():
         u, rest = run.held(command, tick, np.array([since]), late, column)
         assert u[:, 0].tolist() == [value, 10.0 * tick]
         assert rest[0] == pytest.approx(until)
+
+
+def test_a_sensor_that_would_fail_after_the_recording_ended_fails_in_its_middle():
+    """What is concealed must be there."""
+    pressure = np.linspace(1e7, 2e7, 150)
+    held = sensors.stuck(pressure, 3.9, 2.0)
+    assert (held[:76] == pressure[:76]).all()
+    assert np.ptp(held[75:]) == 0.0
+    slipped = sensors.slipped(np.linspace(1.0, 0.5, 150), 3.9, 0.1)
+    assert np.flatnonzero(np.diff(slipped) > 0.0).tolist() == [74]

@@ -371,6 +371,9 @@ def test_open_campaigns_are_scored_by_the_same_rules(tmp_path, monkeypatch):
     assert found.score["label"] == "open"
     assert found.results[0]["judged"]["all"]
     assert opened.score_open(folder, tmp_path / "scored").score == found.score
+    assert opened.score_open(folder, tmp_path / "scored", only=" 00 ").score["campaigns"] == 1
+    with pytest.raises(ForkliftError, match="no campaign 02"):
+        opened.score_open(folder, tmp_path / "scored", only="00,02")
     (folder / "answers.json").write_text(json.dumps({"campaigns": []}))
     with pytest.raises(ForkliftError) as other:  # results of those answers say nothing of these
         opened.score_open(folder, tmp_path / "scored")

@@ -45,3 +45,17 @@ def test_a_diagnosis_beyond_its_time_is_killed(tmp_path):
         Processes().run(
             [sys.executable, "-c", "import time; time.sleep(600)"], cwd=tmp_path, environment={}, limit_s=1.0
         )
+
+
+@pytest.mark.parametrize(("status", "verdict"), [(2, "refused"), (None, "timeout")])
+def test_an_earlier_diagnosis_in_the_folder_is_no_answer(monkeypatch, tmp_path, status, verdict):
+    def run(*_, **__):
+        if status is None:
+            raise subprocess.TimeoutExpired("forklift", 10.0)
+        return status, "forklift: refused"
+
+    monkeypatch.setattr(Processes, "run", run)
+    (tmp_path / "found").mkdir()
+    (tmp_path / "found" / "diagnosis.json").write_text('{"verdict": "no-mismatch"}')
+    told = prove.diagnosed(tmp_path, tmp_path / "found", None, 1, 10.0)
+    assert (told["verdict"], told["causes"]) == (verdict, [])

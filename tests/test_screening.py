@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from forklift.base.errors import ForkliftError
-from forklift.diagnosis.hypothesis import Hypothesis
+from forklift.diagnosis.hypothesis import Hypothesis, carry
 from forklift.diagnosis.screening import Screened, Screening, screen, screen_both
 from forklift.fitting.problem import LeastSquares
 from forklift.plant.forklift.hypotheses import hypotheses
@@ -126,3 +126,12 @@ def test_a_law_goes_before_a_condition_that_gains_more_by_a_freedom_in_every_rec
     by_law = Screened((cast(Hypothesis, law),), 987.0, (4.0,), (0.1,), 984.0)
     by_condition = Screened((cast(Hypothesis, temperature),), 1027.0, (np.nan,), (np.nan,), 961.0)
     assert by_law.worth > by_condition.worth
+
+
+def test_a_condition_that_is_as_vague_already_promises_next_to_nothing_more():
+    """Loads that are known no better than a doubt of them would have it."""
+    (load,) = (one for one in every() if one.label == "load_entered")
+    vague = problem().with_addition(load.addition)
+    assert gains(screen(problem(), somewhere(0), [load]))[load] > 0.0
+    again = gains(screen(vague, carry(somewhere(0), problem(), vague), [load]))
+    assert 0.0 <= again[load] < gains(screen(problem(), somewhere(0), [load]))[load]

@@ -111,6 +111,7 @@ def test_the_sentence_says_what_is_missing_first_and_the_sensor_beside_it(
         confounded=(),
         after=SimpleNamespace(predictions=()),
         judged_on="validate",
+        recordings=(),
         findings=SimpleNamespace(unexcited=""),
         final=SimpleNamespace(held_out=(), hypotheses=()),
         baseline=SimpleNamespace(
@@ -155,3 +156,32 @@ def test_what_shows_in_all_recordings_shows_in_none_alone(recordings: str, told:
 )
 def test_what_acts_in_two_places_is_said_once(causes: list[str], said: str) -> None:
     assert sentences.in_one(causes) == said
+
+
+@pytest.mark.parametrize(
+    ("complete", "said"),
+    [
+        (True, "explains all 2 recordings held out down to the sensors' noise."),
+        (False, "held out but for what may be chance, at most 1.6 times the noise power in any signal."),
+    ],
+)
+def test_of_a_sensor_that_stands_still_is_said_what_is_left_without_its_samples(
+    complete: bool, said: str
+) -> None:
+    """Before any fit it was seen; nothing was found beside it, and nothing falls from a number to the same."""
+    worst = SimpleNamespace(mean_square=1.6)
+    baseline = SimpleNamespace(complete=complete, worst=worst, hypotheses=())
+    found = SimpleNamespace(
+        verdict="sensor-fault",
+        causes=(STUCK,),
+        explaining=(),
+        judged_on="validate",
+        recordings=[SimpleNamespace(role=role) for role in ("estimate", "validate", "validate")],
+        findings=SimpleNamespace(unexcited=""),
+        baseline=baseline,
+        final=baseline,
+        confounded=(),
+        machine=SimpleNamespace(words=ForkliftWords()),
+        after=SimpleNamespace(predictions=()),
+    )
+    assert sentences.sentence(cast(Any, found)).endswith(said)

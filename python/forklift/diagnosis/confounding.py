@@ -70,9 +70,8 @@ def confounded(
 def _left(problem: Problem, x: Floats, hypothesis: Hypothesis, effect: Floats) -> tuple[Floats, Floats]:
     """What the model's other unknowns leave of an effect; and an orthonormal basis of how they move what it
     says."""
-    names = [unknown.name for unknown in problem.unknowns]
-    first = str(hypothesis.amplitude).rpartition(".")[0] + "."
-    own = {k for k, name in enumerate(names) if name == hypothesis.amplitude or name.startswith(first)}
+    brought = {one.name for one in hypothesis.addition.free}
+    own = {k for k, unknown in enumerate(problem.unknowns) if unknown.name in brought}
     basis, _ = np.linalg.qr(_slopes(problem, x)[:, [k for k in range(len(x)) if k not in own]])
     return _beyond(basis, effect), basis
 

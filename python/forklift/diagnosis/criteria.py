@@ -1,4 +1,4 @@
-"""Every bound that decides an answer: whom the search tries, where it stops, what is accepted, what is told.
+"""The bounds that decide an answer: whom the search tries, where it stops, what is accepted, what is told.
 
 Bounds in squares or in ln probability hold against the sensors' noise; shares hold of what is left over.
 """
@@ -98,8 +98,12 @@ LEAST_ROUGH = 2.0
 """A hypothesis stays in the race if, after the tempered stages, −ln posterior has fallen by `ALIKE` of what
 it has with the best one, and by no less than this."""
 LEAST_GAIN = 0.1
-"""Share of what is left over that the first explanation must remove; of later ones `Refitter.later`. The same
-is asked again of each name of the last fit. So much must the curve of one lift promise on the other."""
+"""Share of what is left over that the first explanation must remove. The same is asked again of each name of
+the last fit. So much must the curve of one lift promise on the other."""
+LATER, LATER_BEYOND_NOISE = 0.5, 0.2
+"""Likewise of an explanation beside another: half, where the sensors' noise can be reached, since what one
+law of another shape leaves over invites a second that is none; less on a machine whose model never reaches
+it: several effects are the rule there, and a second seldom halves it."""
 CLEARLY = 30.0
 """Least fall of the sum of squares on recordings held out that counts as one. So much better, in ln
 probability, recordings must foretell each other by a name whose size those that were fitted do not tell: two

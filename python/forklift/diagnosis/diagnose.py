@@ -14,7 +14,7 @@ from forklift.base.threads import on_one_thread
 from forklift.diagnosis import files, sentences
 from forklift.diagnosis.causes import Cause
 from forklift.diagnosis.confounding import confounded
-from forklift.diagnosis.criteria import MOVES, NEAR
+from forklift.diagnosis.criteria import LATER, LATER_BEYOND_NOISE, MOVES, NEAR
 from forklift.diagnosis.deficiency import Deficiency, deficiency
 from forklift.diagnosis.dependence import Dependence
 from forklift.diagnosis.engine import investigate, loudest, verdict
@@ -43,11 +43,6 @@ from forklift.fitting.residuals import MOST_MOVES
 from forklift.plant.hypotheses import invalid_hypothesis
 from forklift.plant.subject import Subject
 from forklift.recordings.noise import Sensor
-
-HALF, LATER = 0.5, 0.2
-"""Share of what is left over that an explanation beside another must remove: half, where the sensors' noise
-can be reached, since what one law of another shape leaves over invites a second that is none; less on a
-machine whose model never reaches it: several effects are the rule there, and a second seldom halves it."""
 
 
 @on_one_thread
@@ -109,7 +104,7 @@ def diagnose(
         held=tuple(one for one in model.unknowns() if one.name in findings.held),
         unfinished=unfinished,
         strict=not model.reaches_noise,
-        later=HALF if model.reaches_noise else LATER,
+        later=LATER if model.reaches_noise else LATER_BEYOND_NOISE,
     )
     everybody = model.hypotheses(kept, every)
     asked = tuple(one for one in everybody if not findings.alike(one.needs_two_of, one.where))
@@ -150,32 +145,32 @@ def diagnose(
         )
     )
     return Diagnosis(
-        model,
-        origin,
-        kept,
-        findings,
-        said,
-        where,
-        named,
-        found.doubted,
-        found.inputs,
-        found.dependences,
-        selection,
-        found.screening,
-        unidentifiable,
-        tested,
-        left,
-        agree,
-        groups,
-        stands,
-        proposed.recording,
-        proposed.why,
-        proposed.proposal,
-        before,
-        after,
-        used,
-        every,
-        clock.seconds,
+        machine=model,
+        origin=origin,
+        recordings=kept,
+        findings=findings,
+        verdict=said,
+        location=where,
+        causes=named,
+        doubted=found.doubted,
+        inputs=found.inputs,
+        dependences=found.dependences,
+        selection=selection,
+        screening=found.screening,
+        unidentifiable=unidentifiable,
+        deficiency=tested,
+        misfit=left,
+        regimes=agree,
+        groups=groups,
+        confounded=stands,
+        next_recording=proposed.recording,
+        next_why=proposed.why,
+        proposal=proposed.proposal,
+        before=before,
+        after=after,
+        in_use=used,
+        sensors=every,
+        seconds=clock.seconds,
     )
 
 

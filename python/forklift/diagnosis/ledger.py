@@ -59,7 +59,7 @@ class Considered:
             "fitted": self.fitted is not None and not self.given_up,
             "given_up": self.given_up,
             "left_over": left,
-            "beside": [one.label for one in self.fitted.hypotheses if one is not self.hypothesis]
+            "beside": [one.label for one in self.fitted.hypotheses if one.label != self.hypothesis.label]
             if self.fitted
             else [],
             "named": self.named,

@@ -24,13 +24,11 @@ from scipy.linalg import block_diag
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.threads import one_thread
-from forklift.diagnosis.hypothesis import carry, with_hypotheses
+from forklift.diagnosis.hypothesis import with_hypotheses
 from forklift.diagnosis.refit import Refit
 from forklift.fitting.interface import Problem, Sample
-from forklift.fitting.intervals import knowledge
 from forklift.fitting.linearised import Linearised
 from forklift.fitting.observed import Observed
-from forklift.plant.protocol import Hypothesis
 
 PARTS = 10.0
 """Least expected ln likelihood ratio that is worth a recording: odds of 20,000 to 1."""
@@ -152,8 +150,8 @@ def part(rivals: Sequence[Refit], candidates: Sequence[Candidate]) -> Proposal:
     return Proposal(chosen, f"{chosen.name}: {words}{besides}", partings)
 
 
-def tell(refit: Refit, what: Hypothesis | str, candidates: Sequence[Candidate]) -> Proposal:
-    """The candidate that most narrows one shared unknown of a refit, or the amplitude of another hypothesis.
+def tell(refit: Refit, name: str, candidates: Sequence[Candidate]) -> Proposal:
+    """The candidate that most narrows one shared unknown of a refit.
 
     With the recording added, the information on θ grows by JᵀS⁻¹J with the recording's own unknowns taken
     off, and Σ becomes (Σ⁻¹ + JᵀS⁻¹J)⁻¹ (Bayesian c-optimality; Chaloner & Verdinelli 1995).
@@ -161,25 +159,15 @@ def tell(refit: Refit, what: Hypothesis | str, candidates: Sequence[Candidate]) 
     Raises
     ------
     ValueError
-        If the refit has no such unknown, or the hypothesis no amplitude.
+        If the refit has no such unknown.
     """
-    problem, x = refit.found.problem, refit.found.x
-    name = what if isinstance(what, str) else what.amplitude
-    hypotheses = refit.hypotheses
+    problem, x, covariance = refit.found.problem, refit.found.x, refit.knowledge.covariance
+    names = [unknown.name for unknown in problem.unknowns]
+    if name not in names:
+        raise ValueError(f"the refit has no unknown {name}")
     with one_thread():
-        if isinstance(what, str):
-            covariance = refit.knowledge.covariance
-        else:
-            problem = with_hypotheses(problem.weighted(problem.sigma, COARSE), [what])
-            x = carry(x, refit.found.problem, problem)
-            covariance = knowledge(problem, x).covariance
-            hypotheses = (*hypotheses, what)
-        names = [unknown.name for unknown in problem.unknowns]
-        if name not in names:
-            raise ValueError(f"the refit has no unknown {name}")
-        asked = replace(refit, hypotheses=hypotheses, found=replace(refit.found, problem=problem, x=x))
-        rival = _Rival(_label(refit), asked, _root(covariance))
-        noise = _noise([asked])
+        rival = _Rival(_label(refit), refit, _root(covariance))
+        noise = _noise([refit])
         possible = [k for k, said in enumerate(_values(rival, candidates)) if said is not None]
         if not possible:
             return Proposal(None, f"no candidate can be simulated with {name}")

@@ -217,15 +217,17 @@ class Refit:
         return numbers + conditions * len(self.found.problem.samples)
 
     def by_recording(self) -> dict[str, float]:
-        """Sum of squares of each recording held out, or of each of its stretches that err independently."""
+        """Sum of squares of each recording held out, or of each of its stretches that err independently, with
+        what the freedom of its own unknowns costs, evenly among them: together they are `squares`."""
         sums: dict[str, float] = {}
         for found in self.held_out:
             if found.blocks == 1:
                 sums[found.file] = sums.get(found.file, 0.0) + _told(found.cost)
                 continue
+            own = (found.cost - float(found.left @ found.left)) / found.blocks
             for k, part in enumerate(np.array_split(found.left, found.blocks)):
                 name = f"{found.file}, stretch {k + 1}"
-                sums[name] = sums.get(name, 0.0) + _told(float(part @ part))
+                sums[name] = sums.get(name, 0.0) + _told(float(part @ part) + own)
         return sums
 
 

@@ -15,6 +15,7 @@ from forklift.diagnosis.criteria import (
     BEHIND,
     CLEARLY,
     ENDED,
+    LATER,
     LEAST_ROUGH,
     LESS,
     LIVES_UP,
@@ -85,9 +86,8 @@ class Refitter:
     """Whether recordings held out may move parameters only as far as a complete model's would be uncertain,
     and not by what the fit leaves over: where that is large, a wrong model's would explain anything. What
     they have of their own is then sought to the end."""
-    later: float = 0.5
-    """Share of what is left over that an explanation beside another must remove. Half, where the sensors'
-    noise can be reached: what one law of another shape leaves over invites a second that is none."""
+    later: float = LATER
+    """Share of what is left over that an explanation beside another must remove."""
 
     held: tuple[Unknown, ...] = ()
     """Parameters that no recording tells, so that no refit moves them."""

@@ -376,7 +376,7 @@ def lost(refits: Sequence[Refit]) -> list[Mapping[str, float]]:
     return [refit.by_recording() for refit in refits]
 
 
-def credibility(refits: Sequence[Refit], draws: int = REDRAWS, seed: int = 1) -> list[float]:
+def credibility(refits: Sequence[Refit]) -> list[float]:
     """In which share of resampled sets of held-out recordings each refit leaves the least over.
 
     Whole recordings are resampled: samples of one err together, so that their number proves nothing. See
@@ -385,7 +385,7 @@ def credibility(refits: Sequence[Refit], draws: int = REDRAWS, seed: int = 1) ->
     tables = lost(refits)
     files = sorted(tables[0])
     squares = np.array([[table[file] for file in files] for table in tables])
-    random = np.random.default_rng(seed)
-    drawn = random.integers(len(files), size=(draws, len(files)))
+    random = np.random.default_rng(1)
+    drawn = random.integers(len(files), size=(REDRAWS, len(files)))
     winners = np.argmin(squares[:, drawn].sum(axis=2), axis=0)
-    return [float(count) / draws for count in np.bincount(winners, minlength=len(refits))]
+    return [float(count) / REDRAWS for count in np.bincount(winners, minlength=len(refits))]

@@ -148,10 +148,8 @@ def _screening(
     ]
     pairs.sort(key=lambda found: -found.gain)
     told = {found.hypotheses[0].label for found in singles}
-    unidentifiable = {
-        hypothesis.label: hypothesis for hypothesis in untestable if hypothesis.label not in told
-    }
-    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(unidentifiable.values()), tuple(ranked))
+    without = {hypothesis.label: hypothesis for hypothesis in untestable if hypothesis.label not in told}
+    return Screening(base.cost, tuple(singles), tuple(pairs), tuple(without.values()), tuple(ranked))
 
 
 def loo_log_scores(problem: Problem, x: Floats, hypotheses: Sequence[Hypothesis]) -> Floats:
@@ -278,11 +276,10 @@ def _probe(
     if not all(np.isfinite(jacobian).all() for jacobians in several for jacobian in jacobians):
         return None
     names = [unknown.name for unknown in held.unknowns]
-    return [_columns(problem, refit, group, names, jacobians) for jacobians in several]
+    return [_columns(refit, group, names, jacobians) for jacobians in several]
 
 
 def _columns(
-    problem: Problem,
     refit: Problem,
     group: Sequence[Hypothesis],
     names: Sequence[str],
@@ -295,21 +292,15 @@ def _columns(
             places = [names.index(name) for name in hypothesis.amplitudes]
             blocks = [jacobian[:, places] for jacobian in jacobians]
         else:
-            alone = with_hypotheses(problem, [hypothesis])
+            doubted = hypothesis.addition.widened[0][0]
             blocks = []
-            for k, jacobian in enumerate(jacobians):
-                place = _wider(problem, alone, k)
-                column = len(names) + int(np.flatnonzero(refit.samples[k].free == place)[0])
+            for sample, jacobian in zip(refit.samples, jacobians, strict=True):
+                place = sample.names.index(doubted)
+                column = len(names) + int(np.flatnonzero(sample.free == place)[0])
                 blocks.append(jacobian[:, column][:, None])
         if any(block.any() for block in blocks):
             columns.append(_Column(hypothesis, blocks, hypothesis.amplitude is None))
     return columns
-
-
-def _wider(problem: Problem, refit: Problem, k: int) -> int:
-    """Which of a recording's own conditions the hypothesis widens."""
-    was, now = problem.samples[k].width, refit.samples[k].width
-    return int(np.flatnonzero(now > was)[0])
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ class Gain(NamedTuple):
 
 def sentence(found: Outcome) -> str:
     """The verdict in one sentence."""
-    judged = len({one.file for one in found.final.held_out})
+    judged = sum(one.role == found.judged_on for one in found.recordings)
     kept = "held out" if found.judged_on == "validate" else "that it was fitted on"
     noun = found.machine.words.noun
     if found.findings.unexcited:
@@ -73,10 +73,14 @@ def sentence(found: Outcome) -> str:
             f"sensors' noise (mean square at most {found.baseline.worst.mean_square:.2f} in any signal); "
             f"{remainder(found)}."
         )
-    if found.verdict == "sensor-fault" and not found.explaining and found.baseline.complete:
+    if found.verdict == "sensor-fault" and not found.explaining:
+        to = "down to the sensors' noise"
+        if not found.baseline.complete:
+            worst = number(found.baseline.worst.mean_square)
+            to = f"but for what may be chance, at most {worst} times the noise power in any signal"
         return (
             f"A sensor fails: {' and '.join(named(found, cause) for cause in found.causes)}; without these "
-            f"samples the fitted {noun} explains all {judged} recordings {kept} down to the sensors' noise."
+            f"samples the fitted {noun} explains all {judged} recordings {kept} {to}."
         )
     seen = "".join(f" Besides, {named(found, cause)}." for cause in found.causes)  # if none explains it
     if found.unexplained and found.doubted:
@@ -215,7 +219,7 @@ def told_as(found: Outcome, one: Hypothesis) -> Found:
             recording.file
             for recording in found.recordings
             for name, value in found.machine.conditions(recording, {}).items()
-            if value == 0.0 and name.startswith(one.doubts)
+            if value == 0.0 and name.startswith(one.doubts) and found.machine.words.condition(name).is_amount
         }
         if one.doubts
         else set()

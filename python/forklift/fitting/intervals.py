@@ -204,7 +204,8 @@ def _estimate(unknown: Unknown, theta: float, deviation: float, alone: float) ->
 def _untold(
     unknowns: Sequence[Unknown], covariance: Floats, theta: Floats, alone: Floats
 ) -> tuple[tuple[Group, ...], tuple[str, ...]]:
-    """Groups known only together, each around its least known member; and what is not known at all."""
+    """Groups known only together, each around its least known member, which stands alone if there is no
+    other: it goes with what recordings have of their own; and what is not known at all."""
     deviation = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviation, deviation)
     left = [int(k) for k in np.argsort(-deviation) if deviation[k] >= TOLD]
@@ -220,9 +221,10 @@ def _untold(
             for k in np.argsort(-np.abs(correlation[first]))
             if k != first and abs(correlation[first, k]) >= TOGETHER
         ]
-        partners = members if len(members) > 1 else [first, _closest(correlation, first)]
-        groups.append(_group(unknowns, covariance, theta, partners))
-        left = [k for k in left if k not in partners]
+        if len(members) == 1 and len(unknowns) > 1:
+            members.append(_closest(correlation, first))
+        groups.append(_group(unknowns, covariance, theta, members))
+        left = [k for k in left if k not in members]
     return tuple(groups), tuple(unidentifiable)
 
 

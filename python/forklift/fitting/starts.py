@@ -10,6 +10,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.fitting.intervals import inverse
 from forklift.fitting.search import Found, Progress, search
 
 if TYPE_CHECKING:
@@ -47,10 +48,6 @@ class Ends:
 
     best: Found
     ends: tuple[End, ...]
-
-    @property
-    def agreeing(self) -> int:
-        return sum(end.same for end in self.ends)
 
 
 def from_starts(
@@ -113,7 +110,7 @@ def compare_ends(good: Sequence[Found], found: Sequence[Found | None]) -> Ends:
     best = good[int(np.argmin(costs))]
     least = min(costs)
     shared = len(best.problem.unknowns)
-    deviation = np.sqrt(np.diag(np.linalg.inv(best.jacobian.T @ best.jacobian))[:shared])
+    deviation = np.sqrt(np.diag(inverse(best.jacobian.T @ best.jacobian))[:shared])
     ends = []
     for number, end in enumerate(found):
         if end is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,13 +56,18 @@ def _pieces(fit: Fitted) -> dict[str, Any]:
     return {piece.file: piece for one in fit.recordings for piece in fit.machine.pieces(one)}
 
 
+def _recordings(fit: Fitted, judged: Iterable[ChannelResidual]) -> set[str]:
+    """The recordings that were judged, each once, in however many stretches."""
+    whole = {piece.file: one.file for one in fit.recordings for piece in fit.machine.pieces(one)}
+    return {whole[one.file] for one in judged}
+
+
 def _part(fit: Fitted, part: str) -> str:
     """How well one part's held-out recordings are explained."""
     seen, noun = _of_part(fit, part), fit.machine.words.noun
-    files = sorted({found.file for found in seen})
     if not seen:
         return f"{_head(fit, part)}no recording of it is judged on."
-    what = recordings_of(len(files), seen[0].role)
+    what = recordings_of(len(_recordings(fit, seen)), seen[0].role)
     worst = max(seen, key=lambda found: found.mean_square)
     signal = fit.machine.words.signal(worst.channel)
     size = f"{worst.mean_square:.2f} times its power (1 is noise alone), in the {signal} of {worst.file}"
@@ -72,7 +77,7 @@ def _part(fit: Fitted, part: str) -> str:
             f"{size}"
         )
     else:
-        bad = sorted({found.file for found in seen if not found.explained})
+        bad = _recordings(fit, (found for found in seen if not found.explained))
         text = (
             f"{_head(fit, part)}no values of these parameters explain the recordings: in "
             f"{len(bad)} of {what} more than the sensors' noise is left over, up to {size}"
@@ -191,6 +196,11 @@ def _starts(fit: Fitted) -> Iterator[str]:
 
 
 def _together(group: Group) -> str:
+    if len(group.names) == 1:
+        return (
+            f"Identifiable only together with what each recording has of its own: {group.names[0]}. Its "
+            "value comes from the prior."
+        )
     moves = " and ".join(
         f"{name} by {by:+.3g}{f' {unit}' if unit != '1' else ''}"
         for name, by, unit in zip(group.names, group.by, group.units, strict=True)

@@ -159,6 +159,11 @@ class Shown(NamedTuple):
     unit: str = ""
     scale: float = 1.0
 
+    @property
+    def is_amount(self) -> bool:
+        """Whether zero is none of it: not of a temperature."""
+        return self.unit != "°C"
+
 
 class Term(NamedTuple):
     """What one effect of a machine adds."""

@@ -305,20 +305,21 @@ def _named_so(row: Mapping[str, Any]) -> list[str]:
 
 
 def _doubt(found: Diagnosis, cause: Cause) -> str:
+    """In the order of `doubts`, which tells it in full."""
     if sentences.doubt(cause):
         return f"{sentences.remainder(found)}, but {sentences.doubt(cause)}"
-    if found.selection.curve:
-        return (
-            "the catalogue's leaves no more than the noise in any signal, but a curve over "
-            f"{found.selection.curve.hypotheses[0].over} beside it explains all recordings better"
-            f"{'' if cause.curve else '; those held out alone do not decide'}"
-        )
     if sentences.beside(found):
         return "it has no name" if cause.hypothesis.kind == "unknown" else _elsewhere(found)
     if not found.final.complete:
         return "something is left over, so that it is not settled"
     if cause.hypothesis.kind == "unknown":
         return f"it has no name, but with it {sentences.remainder(found)}"
+    if found.selection.curve:
+        return (
+            "the catalogue's leaves no more than the noise in any signal, but a curve over "
+            f"{found.selection.curve.hypotheses[0].over} beside it explains all recordings better"
+            f"{'' if cause.curve else '; those held out alone do not decide'}"
+        )
     return f"the catalogue's alone leaves something over; with a curve beside it {sentences.remainder(found)}"
 
 

@@ -30,14 +30,14 @@ def in_how_many(found: Diagnosis, cause: Cause) -> Iterator[str]:
         return
     furthest = max(abs(value - given) for *_, given, value in rows)
     wrong = [abs(value - given) > HARDLY * furthest for *_, given, value in rows]
-    empty = [given == 0.0 for *_, given, _ in rows]
+    of = found.machine.words.condition(rows[0][2])
+    empty = [of.is_amount and given == 0.0 for *_, given, _ in rows]
     kinds = [role == "validate" for _, role, *_ in rows]
     held = sum(one and of for one, of in zip(wrong, kinds, strict=True))
     some = f" ({sum(wrong) - held} fitted, {held} held out)" if 0 < held < sum(wrong) else ""
-    what, _, _ = found.machine.words.condition(rows[0][2])
     if any(empty) and wrong == [not one for one in empty]:
         yield (
-            f"So in all {sum(wrong)} recordings{some} with a {what}; right in the {sum(empty)} without. "
+            f"So in all {sum(wrong)} recordings{some} with a {of.name}; right in the {sum(empty)} without. "
             "Every recording's value, entered and found: see Evidence."
         )
         return

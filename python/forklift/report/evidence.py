@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from forklift.fitting.residuals import ChannelResidual
     from forklift.plant.protocol import Hypothesis
 
-MOST_ROWS = 60
-"""A map of more recordings, or stretches, is not drawn."""
 HELD = {"validate": "held out", "estimate": "fitted on"}
 ON_A_LINE = 0.995
 """Share of a law's square that its variable tells where all of it lies on one line."""
@@ -120,10 +118,9 @@ def _first(found: Diagnosis) -> ChannelResidual:
 
 
 def _heat(found: Diagnosis, *, changed: bool) -> Iterator[Figure]:
-    models = {"before": found.baseline.judged, "after": found.final.judged}
-    if len({one.file for one in found.baseline.judged}) <= MOST_ROWS:
-        models = models if changed else {"": found.final.judged}
-        yield heat.heat(found.machine, found.recordings, models, found.sensors)
+    both = {"before": found.baseline.judged, "after": found.final.judged}
+    models = both if changed else {"": found.final.judged}
+    yield from heat.heat(found.machine, found.recordings, models, found.sensors)
 
 
 def _asked_for(found: Diagnosis, named: Sequence[Law]) -> Iterator[Figure]:

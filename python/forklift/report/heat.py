@@ -27,6 +27,8 @@ FEW_TICKS, TICKS = (1.0, 2.0, 3.0, 5.0, 10.0), (1.0, 3.0, 10.0, 30.0, 100.0)
 MANY_TICKS = (1.0, *(10.0**power for power in range(1, 10)))
 FEW_MOST, MOST = 20.0, 1e3
 """The greatest mean square that the first ticks are for, and the second."""
+MOST_ROWS = 60
+"""A map of more recordings, or stretches, is not drawn."""
 COLUMN_PX, ROW_PX, LETTER_PX = 46, 20, 6.6
 HEAD_PX, FOOT_PX = 76, 46
 THREE_DIGITS = 99.5
@@ -44,14 +46,16 @@ def heat(
     recordings: Sequence[Any],
     models: Mapping[str, Sequence[ChannelResidual]],
     sensors: Mapping[str, Sensor],
-) -> Figure:
-    """The models below each other, in the same colours; `sensors` by channel."""
+) -> list[Figure]:
+    """The models below each other, in the same colours; `sensors` by channel. Nothing of too many rows."""
+    role = {one.file: one.role for judged in models.values() for one in judged}
+    files = sorted(role, key=lambda file: role[file] != "validate")
+    if len(files) > MOST_ROWS:
+        return []
     phases = {piece.file: machine.labels(piece) for one in recordings for piece in machine.pieces(one)}
     names = machine.phases
     encoders = {channel for channel, sensor in sensors.items() if sensor.count}
     cells = {label: _cells(judged, phases, names, encoders) for label, judged in models.items()}
-    role = {one.file: one.role for judged in models.values() for one in judged}
-    files = sorted(role, key=lambda file: role[file] != "validate")
     seen = {key[1:] for known in cells.values() for key in known}
     channels = _worst_first(next(iter(models.values())))
     columns = [(channel, phase) for channel in channels for phase in names if (channel, phase) in seen]
@@ -61,13 +65,15 @@ def heat(
     numbered = list(enumerate(cells.items()))
     data = [_trace(label, k, known, files, columns, top, machine.words) for k, (label, known) in numbered]
     data += [_digits(k, known, files, columns, top) for k, (_, known) in numbered]
-    return Figure(
-        "Where the difference lies" + (", before and after" if len(cells) > 1 else ""),
-        _note(machine.phase_note, greatest),
-        [Panel("", data, _layout(list(cells), columns, files, role, machine.words))],
-        height=len(cells) * (HEAD_PX + rows) + FOOT_PX,
-        least_px=_labels_px(files) + COLUMN_PX * len(columns),
-    )
+    return [
+        Figure(
+            "Where the difference lies" + (", before and after" if len(cells) > 1 else ""),
+            _note(machine.phase_note, greatest),
+            [Panel("", data, _layout(list(cells), columns, files, role, machine.words))],
+            height=len(cells) * (HEAD_PX + rows) + FOOT_PX,
+            least_px=_labels_px(files) + COLUMN_PX * len(columns),
+        )
+    ]
 
 
 def _worst_first(judged: Sequence[ChannelResidual]) -> list[str]:

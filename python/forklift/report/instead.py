@@ -106,8 +106,9 @@ def standing(found: Diagnosis, cause: Cause) -> list[str]:
 
 def ruled_out(found: Diagnosis, cause: Cause) -> Iterator[tuple[str, str]]:
     """What could stand for a cause to first order, but was fitted and explains less: what it came to."""
+    alike = {one.label for one in cause.not_separable_from}
     for one in found.confounded:
-        if one.accepted is not cause.hypothesis or one.other in cause.not_separable_from:
+        if one.accepted is not cause.hypothesis or one.other.label in alike:
             continue
         fitted = [
             (left, share)

@@ -115,7 +115,7 @@ def _next(fit: Fit) -> Fact:
 def _evidence(fit: Fit) -> Section:
     blocks: list[Block] = [
         _explorer(fit),
-        heat.heat(fit.machine, fit.recordings, {"": fit.judged}, fit.sensors),
+        *heat.heat(fit.machine, fit.recordings, {"": fit.judged}, fit.sensors),
         *operating_points(fit.machine, fit.before.agreement, fit.after.agreement, fit.sensors),
         _mean_squares(fit),
         every_fit(short(fit.fits), ["_before", "_after"]),

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from forklift.base.typeset import capital as capital
-from forklift.base.typeset import drawn as drawn
 from forklift.base.typeset import mean_square as mean_square
 from forklift.base.typeset import number as number
 from forklift.base.typeset import printed as printed

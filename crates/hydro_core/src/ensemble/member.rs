@@ -52,8 +52,8 @@ conditions! {
     TemperatureOffset "temperature_offset_k", "K", -150.0, 150.0, "added by the temperature sensor";
 }
 
-/// Ticks from reading the sensors to the current in the coil. The truck itself answers a step of current by half after
-/// 60 to 90 ms; with this the whole comes to 160 ms (Fri & Fahlén 2017, section 4.5.2).
+/// Ticks from reading the sensors to the current in the coil, on either lift. With 2 ticks (free lift) or 1 (main lift)
+/// the thesis's truck answers by half after its 160 ms (Fri & Fahlén 2017, section 4.5.2); this is later by 40 and 60 ms.
 const DELAY_TICKS: f64 = 4.0;
 
 /// Each condition where none is given.

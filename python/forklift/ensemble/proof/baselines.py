@@ -29,8 +29,8 @@ from forklift.ensemble.proof.truth.truck import LIFTS
 
 METHODS = ("largest residual", "criterion", "sparse", "regimes")
 
-ABOVE = 1.2
-"""Mean square, in units of the sensors' noise, up to which nothing is amiss."""
+ABOVE = 1.8
+"""Mean square, in units of `NOISE`, up to which nothing is amiss."""
 THRESHOLD = 0.1
 """Of a term's standardised coefficient, below which it is dropped (sparse regression)."""
 ROUNDS = 10
@@ -124,6 +124,7 @@ def columns(path: Path) -> dict[str, Floats]:
 
 
 NOISE = {"pressure": PRESSURE_NOISE_PA, "position": COUNT_M}
+"""Of an encoder a whole count, by which two roundings may differ."""
 STANDS_FOR = {"pressure": "force-balance", "position": "valve-flow"}
 
 
@@ -138,7 +139,7 @@ def _largest(rows: list[Any]) -> dict[str, Any]:
             ]
             if squares and np.mean(squares) > worst:
                 worst, where = float(np.mean(squares)), quantity
-    return NOTHING if worst <= ABOVE * 1.5 else _said(None, STANDS_FOR[where])
+    return NOTHING if worst <= ABOVE else _said(None, STANDS_FOR[where])
 
 
 def _criterion(rows: list[Any], told: Mapping[str, Any]) -> dict[str, Any]:
@@ -153,7 +154,7 @@ def _criterion(rows: list[Any], told: Mapping[str, Any]) -> dict[str, Any]:
     best = max(from_screening, key=lambda one: one["promised"])
     if best["promised"] <= 0.5 * np.log(count):
         return NOTHING
-    equation = EQUATIONS.get(best["id"], ("unknown",))[0]
+    equation = EQUATIONS.get(best["id"], ("sensor" if best["kind"] == "sensor" else "unknown",))[0]
     return _said(best["id"], equation)
 
 

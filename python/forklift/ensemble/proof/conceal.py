@@ -244,7 +244,7 @@ def _write(
     for number, (plan, one, current) in enumerate(zip(given.plans, true, recorded, strict=True)):
         if spoilt.spoilt == "short" and number == spoilt.spoilt_in:
             n = round((SHORTEST_S + 0.2 * spoilt.spoilt_s) / run.TICK_S)
-            one = true[number] = _first(one, n)
+            one = true[number] = one.until(n)
         n = len(one.time_s)
         columns: dict[str, Any] = {"time_s": np.arange(n) * run.TICK_S}
         columns |= {f"current_{lift}_a": current[k, :n] for k, lift in enumerate(LIFTS)}
@@ -269,14 +269,6 @@ def _write(
             f'load_kg = {plan.entered_kg}\nrole = "{plan.role}"\n'
         )
     (folder / "campaign.toml").write_text("\n".join(entries), encoding="utf-8", newline="\n")
-
-
-def _first(one: run.Trajectory, n: int) -> run.Trajectory:
-    encoder = one.encoder
-    return run.Trajectory(
-        one.time_s[:n], one.x[:, :n], one.v[:, :n], one.p_A[:, :n], one.fork_height[:n],
-        one.temperature_degc[:n], None if encoder is None else encoder[:, :n],
-    )  # fmt: skip
 
 
 def _spoil(columns: dict[str, Floats], plan: Plan, how: str, at_s: float) -> dict[str, Floats]:

@@ -17,6 +17,8 @@ UNNAMED = ("unknown", "free_shape", "fine_shape", "free_response", "hidden_reson
 """Ids of terms that have no name."""
 GAP = 0.5
 """A gap between the fitted truck's and the true velocity below this share of the slope noise is no gap."""
+NO_ANSWER = ("refused", "timeout")
+"""What stands in place of a verdict where a diagnosis gave none."""
 SLOPE_NOISE_M_S = 2.4e-3
 """Of the velocity that is judged, see `forklift.ensemble.proof.amplitude`."""
 
@@ -30,7 +32,7 @@ def judged(answer: Answer, told: Told) -> dict[str, Any]:
     """
     causes = [cause for cause in answer["causes"] if not cause["hidden"]]
     hidden = [cause for cause in answer["causes"] if cause["hidden"]]
-    refused = told["verdict"] in ("refused", "none", "timeout")
+    refused = told["verdict"] in NO_ANSWER
     wanted = set().union(*(one["names"] for one in answer["causes"]), ())
     named = _beyond_tolerated(told.get("causes", ()), answer["tolerated"], wanted)
     wrong = [one for one in named if not _is_unnamed(one) and one["id"] not in wanted]

@@ -56,7 +56,16 @@ def score_open(
     path = Path(answers) if answers else folder / ANSWERS
     told = read(path)
     with begun(out, {"answers": hashlib.sha256(path.read_bytes()).hexdigest()}, "results", "diagnoses"):
-        wanted = set(only.split(",")) if only else None
+        wanted = {one.strip() for one in only.split(",")} if only else None
+        unknown = sorted((wanted or set()) - {given["folder"] for given in told})
+        if unknown:
+            raise ForkliftError(
+                "argument-invalid",
+                f"{path} has no campaign {', '.join(unknown)}; it has "
+                f"{', '.join(one['folder'] for one in told)}",
+                name="only",
+                value=only,
+            )
         numbers = []
         for number, given in enumerate(told):
             if wanted is not None and given["folder"] not in wanted:

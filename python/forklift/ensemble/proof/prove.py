@@ -277,15 +277,18 @@ def diagnosed(
     seconds = time.monotonic() - began
     if status in STOPPED:  # no answer, and none to be counted
         raise KeyboardInterrupt
-    path = found / "diagnosis.json"
-    if not path.exists():
-        return {"verdict": "refused" if status else "timeout", "said": said, "causes": [], "seconds": seconds}
-    whole = json.loads(path.read_text(encoding="utf-8"))
+    if status != 0:  # what stands in `found` is an earlier answer's
+        return {
+            "verdict": "timeout" if status is None else "refused",
+            "said": said,
+            "causes": [],
+            "seconds": seconds,
+        }
+    whole = json.loads((found / "diagnosis.json").read_text(encoding="utf-8"))
     told = {key: whole.get(key) for key in KEPT}
     told["causes"] = [{key: cause.get(key) for key in OF_CAUSE} for cause in whole["causes"]]
     told["suspects"] = [
-        {key: one.get(key) for key in ("id", "kind", "where", "promised")}
-        for one in whole.get("hypotheses") or whole.get("suspects") or ()
+        {key: one.get(key) for key in ("id", "kind", "where", "promised")} for one in whole["hypotheses"]
     ]
     return told | {"seconds": seconds}
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import beta
 
 from forklift.ensemble.proof.baselines import METHODS
-from forklift.ensemble.proof.judge import UNNAMED
+from forklift.ensemble.proof.judge import NO_ANSWER, UNNAMED
 
 Result = Mapping[str, Any]
 
@@ -90,7 +90,7 @@ def rates(results: Sequence[Result]) -> dict[str, Any]:
         ),
         "unknown called unknown": _rate(one["unknown"] for one in judged),
         "intervals hold the truth": share(sum(inside), len(inside)),
-        "no answer": _rate(one["verdict_told"] in ("timeout", "none") for one in judged),
+        "no answer": _rate(one["verdict_told"] == "timeout" for one in judged),
         "hidden, by the rule": _rate(bool(one["hidden"]) for one in judged if one["asked"] or one["hidden"]),
     }
 
@@ -188,7 +188,8 @@ def detection(results: Sequence[Result]) -> list[dict[str, Any]]:
             and (size := one["answer"]["causes"][0]["size"]) is not None
             and low <= size < high
         ]
-        seen = [one["judged"]["verdict_told"] != "no-mismatch" for one in inside]
+        silent = ("no-mismatch", *NO_ANSWER)
+        seen = [one["judged"]["verdict_told"] not in silent for one in inside]
         right = [bool(one["judged"]["all"]) for one in inside]
         rows.append(
             {

@@ -93,8 +93,14 @@ def read(trajectory: Trajectory, sensors: Sensors) -> dict[str, Floats]:
 def slipped(channel: Floats, at_s: float, by_m: float) -> Floats:
     """The encoder's channel after its wheel lost `by_m` at `at_s`, in whole counts."""
     out = channel.copy()
-    out[round(at_s / TICK_S) :] += round(by_m / COUNT_M) * COUNT_M
+    out[_when(channel, at_s) :] += round(by_m / COUNT_M) * COUNT_M
     return out
+
+
+def _when(channel: Floats, at_s: float) -> int:
+    """The sample at a time; the middle one, where the recording has ended by then."""
+    at = round(at_s / TICK_S)
+    return at if at < len(channel) else len(channel) // 2
 
 
 def stepped(signal: Floats, step: float) -> Floats:
@@ -124,7 +130,8 @@ def lagging(signal: Floats, time_s: float) -> Floats:
 
 def stuck(channel: Floats, start_s: float, duration_s: float) -> Floats:
     """The channel, held at its value at `start_s` for `duration_s`."""
-    first, last = round(start_s / TICK_S), round((start_s + duration_s) / TICK_S)
+    first = _when(channel, start_s)
+    last = first + round((start_s + duration_s) / TICK_S) - round(start_s / TICK_S)
     held = channel.copy()
     held[first:last] = held[first]
     return held

@@ -79,7 +79,7 @@ class BouncingLoad(Law):
 
 
 class ShearThinning(Law):
-    """Oil with a polymer thins at a high rate of shear: nu/(1 + share (v/v_0)^2)^(1/2), v the
+    """Oil with a polymer thins at a high rate of shear: nu/(1 + `strength` (v/v_0)^2)^(1/2), v the
     cylinder's speed.
 
     Cross (1965), Rheology of non-Newtonian fluids, J. Colloid Science 20; `scale` [m/s] is v_0.
@@ -218,7 +218,7 @@ class FilterViscosity(Law):
 
 
 class GreaseWarming(Law):
-    """Grease thins where it is worked: Coulomb friction times 1 - share w/(1 + w), w the work done
+    """Grease thins where it is worked: Coulomb friction times 1 + `rise`/(1 + w), w the work done
     behind a lag.
 
     w' = |v|/`way` - w/`time`. Lugt (2013), Grease Lubrication in Rolling Bearings, chapter 5 (thixotropy).
@@ -261,11 +261,11 @@ class HystereticMast(Law):
 
 
 class CloggedValve(Law):
-    """A particle in the valve: the opening shrinks by `share` where the spool is open less than `below` [A].
+    """Orifices silt up: the opening shrinks by `share` times what has silted.
 
     Merritt (1967), Hydraulic Control Systems, section 5-2: valve openings and their flaws; silting lock.
-    It comes and goes with the time since the spool last moved far: silted' = (1 - silted)/`time` - 20
-    |i'| silted.
+    It comes and goes with the time since the spool last moved far: silted' = (1 - silted)/`time` - 2
+    |i'| silted, i' in A/s.
     """
 
     memory = {"silted": 1.0}  # noqa: RUF012
