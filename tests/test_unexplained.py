@@ -168,7 +168,7 @@ def test_what_acts_in_two_places_is_said_once(causes: list[str], said: str) -> N
 def test_of_a_sensor_that_stands_still_is_said_what_is_left_without_its_samples(
     complete: bool, said: str
 ) -> None:
-    """Before any fit it was seen; nothing was found beside it, and nothing falls from a number to the same."""
+    """Nothing was found beside it, and nothing falls from a number to the same."""
     worst = SimpleNamespace(mean_square=1.6)
     baseline = SimpleNamespace(complete=complete, worst=worst, hypotheses=())
     found = SimpleNamespace(
