@@ -37,6 +37,8 @@ DELAY_TICKS: dict[Lift, int] = {"free": 2, "main": 1}
 """From reading the sensors to the valve's coil [ticks]. The thesis's truck itself answers a step of current
 by half after 118 ms (free lift) and 138 ms (main lift); with these the whole comes to the 160 ms of section
 4.5.2 (`tests/test_control_room.py`)."""
+MOST_MM_S = 2**31 - 1
+"""Of a speed that is asked for: what is above the controller's `request_most` counts as that."""
 START_M = (0.98, 1.96)
 """Cylinder positions at the start, free and main [m], as the reference trajectories have them."""
 
@@ -81,6 +83,25 @@ class Lowering:
 
     def __post_init__(self) -> None:
         arguments.of_kind(Truck, truck=self.truck)
+        arguments.whole("delay_ticks", self.delay_ticks)
+        for name in ("pressure_noise_pa", "temperature_noise_k"):
+            if not 0.0 <= (deviation := arguments.number(name, getattr(self, name))) < np.inf:
+                raise ForkliftError(
+                    "argument-invalid",
+                    f"{name} is {deviation:g}; give a standard deviation, zero or more",
+                    name=name,
+                    value=deviation,
+                    lower=0.0,
+                )
+        fastest = np.abs(np.asarray(self.request_mm_s, np.float64)).max(initial=0.0)
+        if not fastest <= MOST_MM_S:
+            raise ForkliftError(
+                "argument-invalid",
+                f"request_mm_s goes up to {fastest:g} mm/s; give speeds of no more than {MOST_MM_S} mm/s",
+                name="request_mm_s",
+                value=float(fastest),
+                upper=MOST_MM_S,
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +164,8 @@ def lower(
     ForkliftError
         ``"argument-invalid"``, ``"argument-shape"``, ``"interrupted"``.
     """
+    arguments.whole("substeps", substeps)
+    arguments.whole("seed", seed)
     lengths = {len(one.request_mm_s) for one in lowerings}
     if len(lengths) != 1 or 0 in lengths:
         raise ForkliftError(

@@ -41,8 +41,8 @@ class Curve(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    first: int = 0
-    spacing: int = Field(ge=0)
+    first: int = Field(default=0, ge=-(2**20), le=2**20)
+    spacing: int = Field(ge=0, le=14)
     values: list[float]
     source: str
 
@@ -52,7 +52,7 @@ class Swing(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    spacing: int = Field(ge=0)
+    spacing: int = Field(ge=0, le=14)
     frequency_hz: list[float]
     damping: list[float]
     gain_mm_s_per_bar: list[float]
@@ -69,7 +69,7 @@ class Shaper(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    spacing: int = Field(ge=0)
+    spacing: int = Field(ge=0, le=14)
     delay_s: list[float]
     share: list[float]
     source: str
@@ -212,6 +212,10 @@ class Controller:
 
     def with_word(self, word: int) -> Controller:
         """The same settings in words of 16 or 32 bits."""
+        if word not in WORDS:
+            raise ForkliftError(
+                "argument-invalid", f"word is {word!r}; give 16 or 32 bits", name="word", value=word
+            )
         return replace(self, word=word)
 
     def with_numbers(self, lift: Lift, source: str, **values: float) -> Controller:

@@ -34,15 +34,10 @@ def nrmse_percent(reference: Floats, speed: Floats) -> float:
     )
 
 
-def delayed(reference: Floats, tick_s: float, delay_s: float = TOTAL_DELAY_S) -> Floats:
-    """The reference (ticks,) later by a delay: what a perfect answer can be that does not know it ahead.
-
-    Parameters
-    ----------
-    tick_s, delay_s
-        Of the control loop; the delay is rounded to whole ticks [s].
-    """
-    ticks = round(delay_s / tick_s)
+def delayed(reference: Floats, tick_s: float) -> Floats:
+    """The reference (ticks,) later by `TOTAL_DELAY_S`, in whole ticks of `tick_s`: what a perfect answer can
+    be that does not know it ahead."""
+    ticks = round(TOTAL_DELAY_S / tick_s)
     return np.concatenate([np.full(ticks, reference[0]), reference[: len(reference) - ticks]])
 
 
@@ -123,6 +118,6 @@ class Breach:
     speed_m_s: float
 
 
-def breaches(plateau_list: list[Plateau], tick_s: float, limit_m_s: float = LIMIT_M_S) -> list[Breach]:
+def breaches(plateau_list: list[Plateau], tick_s: float) -> list[Breach]:
     """Every plateau of which the mean speed is above the limit."""
-    return [Breach(p.start * tick_s, p.mean_m_s) for p in plateau_list if p.mean_m_s > limit_m_s]
+    return [Breach(p.start * tick_s, p.mean_m_s) for p in plateau_list if p.mean_m_s > LIMIT_M_S]

@@ -141,12 +141,17 @@ def over_scrambles(shares: Sequence[float], level: float = LEVEL) -> Interval:
     """Student's interval of the mean over independent scrambles of a Sobol sequence, cut off at 0 and 1.
 
     Points of one scramble depend on each other, so that only the scrambles count (Owen 1997; L'Ecuyer et al.
-    2023: 16 or more). Where all shares are 0, or all 1, the
-    far end is 1 − (1 − level)^(1/n) from there, for n scrambles.
+    2023: 16 or more). Where all n are alike no scatter shows, and each end lies 1 − ((1 − level)/2)^(1/n) of
+    the way to 0 or 1: n shares that are at most s have a probability of (1 − P)^n where one is above s with
+    P, and their mean is at most s + (1 − s) P. At 0 or 1 the one end that is left has all of 1 − level.
     """
     found = np.asarray(shares, np.float64)
     if (end := _one_end(found, level, "scrambles")) is not None:
         return end
+    if len(found) > 1 and np.ptp(found) == 0.0:
+        share, far = float(found[0]), 1.0 - (0.5 * (1.0 - level)) ** (1.0 / len(found))
+        upper = share + (1.0 - share) * far
+        return Interval(share, share * (1.0 - far), upper, level, f"{len(found)} scrambles, all alike")
     mean, half = _student(found, level)
     return Interval(
         mean, max(mean - half, 0.0), min(mean + half, 1.0), level, f"t over {len(found)} scrambles"
@@ -174,8 +179,9 @@ def over_replicates(probabilities: Sequence[float], level: float = LEVEL) -> Int
 
     The estimates are right in the mean and nearly lognormal, so that their mean is exp(m + s²/2) and the
     variance of its logarithm s²/n + s⁴/(2 (n − 1)), with mean m and variance s² of the logarithms (Cox's
-    interval: Zhou & Gao 1997; with Student's factor: Olsson 2005). A run that found no failure makes the
-    lower end 0.
+    interval: Zhou & Gao 1997; with Student's factor: Olsson 2005). Where some runs missed a part of the
+    failures their logarithms have a long tail, of which that is no mean: the interval is then widened to
+    Student's of the runs themselves, cut off at 0. A run that found no failure makes the lower end 0.
 
     Parameters
     ----------
@@ -198,7 +204,12 @@ def over_replicates(probabilities: Sequence[float], level: float = LEVEL) -> Int
     m, s2 = float(logs.mean()), float(logs.var(ddof=1))
     half = float(t.ppf(0.5 + level / 2.0, n - 1)) * sqrt(s2 / n + s2 * s2 / (2.0 * (n - 1)))
     middle = m + s2 / 2.0
-    return Interval(mean, exp(middle - half), min(exp(middle + half), 1.0), level, f"t on ln p over {n} runs")
+    lower, upper, method = exp(middle - half), exp(middle + half), f"t on ln p over {n} runs"
+    if not lower <= mean <= upper:
+        _, plain = _student(found, level)
+        lower, upper = max(min(lower, mean - plain), 0.0), max(upper, mean + plain)
+        method = f"t over {n} runs, some far below the others"
+    return Interval(mean, lower, min(upper, 1.0), level, method)
 
 
 def _student(found: np.ndarray, level: float) -> tuple[float, float]:

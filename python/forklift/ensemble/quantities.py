@@ -37,8 +37,8 @@ class Quantity:
         return f"{self.label} [{unit}]" if unit else self.label
 
 
-def quantity(specification: Specification, name: str) -> Quantity:
-    """Of what varies, by the name it has in ``[vary.NAME]``."""
+def quantity(specification: Specification, name: str, *, controlled: bool) -> Quantity:
+    """Of what varies, by the name it has in ``[vary.NAME]``; `controlled`: whether a controller ran."""
     if name in conditions():
         unit = conditions()[name]["unit"]
         return Quantity(name.removesuffix(f"_{unit.lower()}").replace("_", " "), unit)
@@ -46,16 +46,16 @@ def quantity(specification: Specification, name: str) -> Quantity:
         return Quantity(name, parameters()[name]["unit"])
     if name.startswith("profile."):
         stretch = specification.profile[int(name.removeprefix("profile."))]
-        unit = "m/s" if specification.controller else "A"
+        unit = "m/s" if controlled else "A"
         return Quantity(f"what is asked for from {number(stretch.from_s)} s on", unit)
     part, _, setting = name.removeprefix("controller.").partition(".")
     known = shared_settings() if part == "shared" else lift_settings()
     return Quantity(name, known[setting]["unit"] if setting in known else "1")
 
 
-def units(specification: Specification) -> dict[str, str]:
+def units(specification: Specification, *, controlled: bool) -> dict[str, str]:
     """Of what varies, of the margins (their signals') and of the measures, by the members' columns."""
-    found = {name: quantity(specification, name).unit for name in specification.vary}
+    found = {name: quantity(specification, name, controlled=controlled).unit for name in specification.vary}
     found |= {f"margin.{one.name}": signals()[one.signal]["unit"] for one in specification.require}
     lifts = commanded(specification.lifts)
     return found | {f"{lift}.{name}": known["unit"] for lift in lifts for name, known in measures().items()}

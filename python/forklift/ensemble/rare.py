@@ -21,8 +21,10 @@ from forklift.control.controller import Controller
 from forklift.ensemble.intervals import LEAST_REPLICATES
 from forklift.ensemble.members import Members, Streams, uniform_of
 from forklift.ensemble.quantities import quantity
+from forklift.ensemble.reduce import NOT_FINITE
 from forklift.ensemble.specification import Specification
 from forklift.ensemble.subset import MOST_LEVELS, SHARE, RareFailures, subset_simulation
+from forklift.ensemble.tables import verdicts
 from forklift.ensemble.trajectory import Trajectory, trajectory
 from forklift.plant.forklift.truck import Truck
 
@@ -161,7 +163,8 @@ class Rare:
         if columns:
             lines.append("".join([" " * 40, *(f"{name:>20}" for name in columns)]))
         for name in self.specification.vary if columns else ():
-            unit = printed(quantity(self.specification, name).unit)
+            of = quantity(self.specification, name, controlled=self.controller is not None)
+            unit = printed(of.unit)
             cells = (f"{one[name]:>20.6g}" for one in columns.values())
             lines.append(f"{name:>40}{''.join(cells)} {unit}".rstrip())
         return "\n".join(lines)
@@ -237,12 +240,13 @@ def rare(
 def margin_of(members: Members, uniform: Floats, streams: Streams) -> Floats:
     """(n,) the least scaled margin at uniform numbers (n, varied) and sequences of noise (n,).
 
-    −∞ of a member that has none: one with a value outside its parameter's bounds, which counts as a failure.
+    −∞ of a member that has none, which counts as a failure: one with a value outside its parameter's bounds,
+    and one that ceased to be finite, whatever it was until then.
     """
-    _, numbers = members.core.run(members.values(uniform), streams)
+    verdict, numbers = members.core.run(members.values(uniform), streams)
     scales = np.array([require.scale for require in members.specification.require])
     least: Floats = np.min(numbers[:, : len(scales)] / scales, axis=1)
-    return np.where(np.isnan(least), -np.inf, least)
+    return np.where(np.isnan(least) | (verdict == list(verdicts()).index(NOT_FINITE)), -np.inf, least)
 
 
 def probability(
@@ -257,7 +261,7 @@ def probability(
     return subset_simulation(margin, len(spec.vary), seed=spec.seed, members=size, runs=runs, ended=ended)
 
 
-def worst_case(members: Members, *, generations: int, within: float, stream: int = 0) -> WorstCase | None:
+def worst_case(members: Members, *, generations: int, within: float) -> WorstCase | None:
     """The values within their bounds that come nearest to a failure, or fail the most.
 
     With one sequence of noise, frozen. None if no member that was tried has its values within their bounds.
@@ -265,7 +269,7 @@ def worst_case(members: Members, *, generations: int, within: float, stream: int
     from scipy.optimize import differential_evolution
 
     def objective(u: Floats) -> Floats:
-        streams = np.full(u.shape[1], stream, np.uint64)
+        streams = np.zeros(u.shape[1], np.uint64)
         margins = margin_of(members, uniform_of(u.T), streams)
         return np.where(np.isneginf(margins), np.inf, margins)
 
@@ -282,7 +286,7 @@ def worst_case(members: Members, *, generations: int, within: float, stream: int
     if np.isposinf(found.fun):
         return None
     values = members.values(uniform_of(found.x[None, :]))[0]
-    run = trajectory(members, values, stream)
+    run = trajectory(members, values, 0)
     return WorstCase(within, float(found.fun), int(found.nfev), run)
 
 

@@ -20,7 +20,7 @@ Counts = NDArray[np.int64]
 
 BINS = 12
 """Of each axis of a map, where a quantity is not one of a few values."""
-STABLE = "stable"
+STABLE, NOT_FINITE = "stable", "not_finite"
 SCALED = "least_scaled_margin"
 """Of all requirements, each margin divided by its scale: it ranks members, and no more."""
 
@@ -110,7 +110,8 @@ class Tally:
             self.broken[require.name] += int((margin < 0.0).sum())
             self.unasked[require.name] += int((margin == np.inf).sum())
         rank = scaled(self.specification, table)
-        rank[np.isnan(rank)] = -np.inf  # what has no number at all fails the most
+        # What has no number at all fails the most, and what ceased to be finite, whatever it was until then.
+        rank[np.isnan(rank) | (codes == list(self.verdicts).index(NOT_FINITE))] = -np.inf
         if self.axes:
             places = tuple(axis.of(table[axis.name].to_numpy()) for axis in self.axes)
             cells = np.ravel_multi_index(places, self.seen.shape)
@@ -154,9 +155,9 @@ def scaled(specification: Specification, table: pl.DataFrame) -> Floats:
 def axis(name: str, kind: str, numbers: list[float]) -> Axis:
     """The cells of a varied quantity: each of a few values, or `BINS` even ones of its range.
 
-    A normal quantity has its range from the 1st to the 99th percentile.
+    A normal quantity has its range from the 1st to the 99th percentile of what is left of it by its cut.
     """
-    from scipy.special import ndtri
+    from scipy.special import ndtr, ndtri
 
     if kind == "choice":
         values = np.unique(numbers)
@@ -165,15 +166,21 @@ def axis(name: str, kind: str, numbers: list[float]) -> Axis:
         gaps = np.diff(values) if len(values) > 1 else np.array([1.0])
         inner = (values[1:] + values[:-1]) / 2.0
         return Axis(name, np.concatenate([[values[0] - gaps[0] / 2.0], inner, [values[-1] + gaps[-1] / 2.0]]))
-    tail = float(ndtri(0.99))
-    if kind == "normal":
-        low, high = numbers[0] - tail * numbers[1], numbers[0] + tail * numbers[1]
-    elif kind == "log_normal":
-        low, high = numbers[0] * np.exp(-tail * numbers[1]), numbers[0] * np.exp(tail * numbers[1])
+    logarithmic = kind.startswith("log")
+
+    def even(values: list[float]) -> Floats:
+        return np.log(values) if logarithmic else np.array(values)
+
+    if kind.endswith("normal"):
+        (middle,), deviation = even(numbers[:1]), numbers[1]
+        cut = (even(numbers[2:]) - middle) / deviation if len(numbers) == 4 else np.array([-np.inf, np.inf])
+        # Beyond the middle the tail is counted from above, so that nothing of it is rounded off.
+        side = -1.0 if cut[0] > 0.0 else 1.0
+        first, last = ndtr(side * cut)
+        ends = middle + side * deviation * ndtri(first + np.array([0.01, 0.99]) * (last - first))
     else:
-        low, high = numbers
-    if len(numbers) == 4:
-        low, high = max(low, numbers[2]), min(high, numbers[3])
-    if kind.startswith("log"):
-        return Axis(name, np.geomspace(low, high, BINS + 1))
-    return Axis(name, np.linspace(low, high, BINS + 1))
+        ends = even(numbers)
+    first, last = ends.tolist()
+    if logarithmic:
+        return Axis(name, np.geomspace(np.exp(first), np.exp(last), BINS + 1))
+    return Axis(name, np.linspace(first, last, BINS + 1))

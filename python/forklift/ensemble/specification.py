@@ -248,7 +248,7 @@ def of(given: Specification | Mapping[str, Any] | str | Path) -> Specification:
 
 
 def read(path: str | Path) -> Specification:
-    """The specification in a TOML file, checked; a truck's path is relative to it.
+    """The specification in a TOML file, checked; the paths of a truck and a controller are relative to it.
 
     Raises
     ------
@@ -267,9 +267,10 @@ def read(path: str | Path) -> Specification:
         raise ForkliftError(
             "toml-syntax", f"{path} is not TOML ({error}); correct it", file=str(path)
         ) from None
-    truck = document.get("truck")
-    if isinstance(truck, str) and truck.endswith(".toml") and not Path(truck).is_absolute():
-        document["truck"] = str((path.parent / truck).resolve())
+    for part in ("truck", "controller"):
+        named = document.get(part)
+        if isinstance(named, str) and named.endswith(".toml") and not Path(named).is_absolute():
+            document[part] = str((path.parent / named).resolve())
     return check(document, str(path))
 
 
@@ -307,6 +308,16 @@ def check(document: Mapping[str, Any], where: str = "sweep") -> Specification:
                 name="correlate",
                 file=where,
             )
+    together = [name for one in found.correlate for name in one.names]
+    twice = next((name for name in together if together.count(name) > 1), None)
+    if twice:
+        raise ForkliftError(
+            "value-invalid",
+            f"{where}: {twice} stands in two [[correlate]]; give one, with the matrix of all that go with it",
+            name="correlate",
+            value=twice,
+            file=where,
+        )
     for name in found.conditions:
         if name not in conditions():
             raise ForkliftError(

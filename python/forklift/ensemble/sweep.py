@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ import polars as pl
 
 from forklift import __version__
 from forklift.base import output
+from forklift.base.alone import LOCK, alone_in
 from forklift.base.errors import ForkliftError
 from forklift.base.numbers import defined
 from forklift.base.result_files import PAGE
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 MARK = "sweep.json"
 """The file that makes a folder a sweep's."""
 RESULT = "result.json"
-FILES = (MARK, RESULT, PAGE)
+FILES = (MARK, RESULT, PAGE, LOCK)
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ class Sweep:
         """All members over the dimension ``member``, with units."""
         import xarray as xr
 
-        table, known = self.to_polars(), units(self.specification)
+        table, known = self.to_polars(), units(self.specification, controlled=self.controller is not None)
         data = {
             name: (
                 "member",
@@ -224,8 +226,9 @@ def sweep(
     Raises
     ------
     ForkliftError
-        ``"output-exists"`` if `out` holds something else, ``"value-invalid"``, ``"argument-invalid"``, and
-        those of `specification.read` and `Truck.read`.
+        ``"output-exists"`` if `out` holds something else, ``"folder-in-use"`` if another call still writes
+        to it, ``"value-invalid"``, ``"argument-invalid"``, and those of `specification.read` and of
+        `Truck.read`.
     """
     members = Members.of(given, truck, controller, threads)
     spec, truck, controller = members.specification, members.truck, members.controller
@@ -244,21 +247,22 @@ def sweep(
     sequence = ConfidenceSequence(total) if spec.sampling == "independent" else None
     kept: list[pl.DataFrame] = []
     clock, made = time.perf_counter(), 0
-    for table, new in chunks.all_of(members, folder, elsewhere=elsewhere):
-        before = tally.failures
-        tally.add(table)
-        made += len(table) * new
-        if folder is None:
-            kept.append(table)
-        now = sequence.add(tally.failures - before, len(table)) if sequence else None
-        if progress:
-            spent = time.perf_counter() - clock
-            progress(Progress(tally.members, total, tally.failures, made / spent if spent else 0.0, now))
-    seconds = time.perf_counter() - clock
-    found = Sweep(spec, truck, controller, tally, probability(tally), folder, seconds, made, tuple(kept))
-    if folder is not None:
-        text = json.dumps(found.to_dict(), indent=1, ensure_ascii=False) + "\n"
-        output.write_text(folder / RESULT, text)
+    with alone_in(folder) if folder is not None else nullcontext():
+        for table, new in chunks.all_of(members, folder, elsewhere=elsewhere):
+            before = tally.failures
+            tally.add(table)
+            made += len(table) * new
+            if folder is None:
+                kept.append(table)
+            now = sequence.add(tally.failures - before, len(table)) if sequence else None
+            if progress:
+                spent = time.perf_counter() - clock
+                progress(Progress(tally.members, total, tally.failures, made / spent if spent else 0.0, now))
+        seconds = time.perf_counter() - clock
+        found = Sweep(spec, truck, controller, tally, probability(tally), folder, seconds, made, tuple(kept))
+        if folder is not None:
+            text = json.dumps(found.to_dict(), indent=1, ensure_ascii=False) + "\n"
+            output.write_text(folder / RESULT, text)
     return found
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from forklift.base.typeset import amount, capital, number, printed
-from forklift.ensemble.quantities import distribution, quantity
+from forklift.ensemble.quantities import Quantity, distribution, quantity
 from forklift.ensemble.tables import signals, tick_s, verdicts
 from forklift.recordings.channels import commanded
 from forklift.report import page
@@ -90,13 +90,17 @@ def _swept(sweep: Sweep) -> Section:
     )
     rows = []
     for name, vary in spec.vary.items():
-        of = quantity(spec, name)
+        of = _quantity(sweep, name)
         rows.append([_named(of.label), printed(of.unit) or "1", distribution(vary, name)])
     for name, value in spec.conditions.items():
-        of = quantity(spec, name)
+        of = _quantity(sweep, name)
         rows.append([_named(of.label), printed(of.unit) or "1", f"{number(value, 4)} in every member"])
     table = Table("What was drawn", ["Quantity", "Unit", "Distribution"], rows, [False, False, False])
     return Section("swept", "What was swept", lead, [table] if rows else [])
+
+
+def _quantity(sweep: Sweep, name: str) -> Quantity:
+    return quantity(sweep.specification, name, controlled=sweep.controller is not None)
 
 
 def _named(label: str) -> str:
@@ -139,7 +143,7 @@ def _facts(sweep: Sweep) -> list[Fact]:
         varied = (
             f"{_named(of.label)}: {amount(worst[name], of.unit, 4)}."
             for name in sweep.specification.vary
-            for of in [quantity(sweep.specification, name)]
+            for of in [_quantity(sweep, name)]
         )
         found.append(
             Fact(
@@ -167,7 +171,7 @@ def _densest(sweep: Sweep) -> Fact:
     place = np.unravel_index(int(np.argmax(share)), share.shape)
     where = []
     for axis, k in zip(tally.axes, place, strict=True):
-        of = quantity(sweep.specification, axis.name)
+        of = _quantity(sweep, axis.name)
         ends = f"{number(axis.edges[k])} to {amount(axis.edges[k + 1], of.unit)}"
         where.append(f"{of.label} {ends}")
     failed, seen = int(tally.failed[place]), int(tally.seen[place])
@@ -205,7 +209,7 @@ def _map(sweep: Sweep) -> Section | None:
         "are blank."
     )
     x = tally.axes[0]
-    across = quantity(sweep.specification, x.name).heading
+    across = _quantity(sweep, x.name).heading
     if len(tally.axes) == 1:
         share = [
             f / n if n else None for f, n in zip(tally.failed.tolist(), tally.seen.tolist(), strict=True)
@@ -227,7 +231,7 @@ def _map(sweep: Sweep) -> Section | None:
         panels = [Panel("Share that fails", [bars], titles), Panel("Least scaled margin", [margins], axes)]
         return Section("map", "Where they fail", lead, [Figure("Failures", "", _told_first(sweep, panels))])
     y = tally.axes[1]
-    up = quantity(sweep.specification, y.name).heading
+    up = _quantity(sweep, y.name).heading
     seen, failed = tally.seen.T, tally.failed.T
     percent: list[list[float | None]] = [
         [100.0 * f / n if n else None for f, n in zip(row_f, row_n, strict=True)]
@@ -300,7 +304,7 @@ def _worst(sweep: Sweep, trajectories: list[Trajectory]) -> Section | None:
         "Verdict",
         "Least margin",
         "Scaled",
-        *(_named(quantity(sweep.specification, name).heading) for name in vary),
+        *(_named(_quantity(sweep, name).heading) for name in vary),
     ]
     rows = [
         [
