@@ -23,7 +23,6 @@ REQUIRE = {
 
 @pytest.fixture(scope="module")
 def found():
-    """An open loop: the request is a current, and the reference zero."""
     return sweep(
         {
             "name": "witness",
@@ -31,7 +30,8 @@ def found():
             "duration_s": 3.0,
             "substeps": 2,
             "members": 6,
-            "profile": [{"from_s": 0.2, "level": 0.6}, {"from_s": 1.5, "level": 0.75}],
+            "controller": "thesis",
+            "profile": [{"from_s": 0.2, "level": 0.3}, {"from_s": 1.5, "level": 0.4}],
             "vary": {
                 "load_kg": {"uniform": [200.0, 1500.0]},
                 "oil_temperature_degc": {"uniform": [20.0, 60.0]},
@@ -52,7 +52,8 @@ def robustness(name, own, table):
     for k in range(len(step)):
         count = 0 if k == 0 or step[k] != 0.0 else count + 1
         since[k] = count
-    x = {"speed": speed, "error": speed, "pressure": table["pressure_free_pa"].to_numpy()}[own["signal"]]
+    error = speed - table["reference_free_m_s"].to_numpy()
+    x = {"speed": speed, "error": error, "pressure": table["pressure_free_pa"].to_numpy()}[own["signal"]]
     if "peak_to_peak_s" in own:
         back = round(own["peak_to_peak_s"] / 0.02)
         x = np.array([np.ptp(x[max(k - back, 0) : k + 1]) for k in range(len(x))])

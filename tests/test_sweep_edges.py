@@ -156,3 +156,55 @@ def test_a_lowering_that_cannot_be_meant_is_refused(call) -> None:
 def test_a_tables_knots_lie_within_what_the_word_holds(wrong) -> None:
     with pytest.raises(ValueError, match="less than or equal"):
         Curve(values=[0.0, 1.0], source="test", **wrong)
+
+
+CALM = {"name": "calm", "signal": "speed", "scale": 0.1, "peak_to_peak_s": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "name"),
+    [
+        (CALM | {"template": "settles", "within_s": 0.2, "band": 0.05}, "peak_to_peak_s"),
+        (CALM | {"template": "responds", "within_s": 2.0, "share": 0.8}, "peak_to_peak_s"),
+        (CALM | {"template": "never_after_settling", "upper": 0.1}, "after_s"),
+        (CALM | {"template": "always", "upper": 0.1, "from_s": 20.0}, "from_s, to_s"),
+    ],
+)
+def test_a_requirement_that_cannot_be_meant_is_refused_by_its_name(wrong: dict, name: str) -> None:
+    other = {"name": "slow", "template": "always", "signal": "speed", "upper": 0.45, "scale": 0.45}
+    with pytest.raises(ForkliftError) as told:
+        sweep(document(require=[other, wrong], members=2), controller=Controller.read("thesis"))
+    assert told.value.code == "argument-invalid"
+    assert told.value.facts["name"] == f'{name} of [[require]] "calm"'
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"template": "always", "signal": "error", "upper": 0.1},
+        {"template": "responds", "signal": "speed", "within_s": 1.0, "share": 0.8},
+    ],
+)
+def test_without_a_controller_no_speed_is_asked_for(asked: dict) -> None:
+    given = document(require=[asked | {"name": "follows", "scale": 0.1}], members=2)
+    with pytest.raises(ForkliftError, match="without a controller"):
+        sweep(given)
+    found = sweep(document(members=2)).to_polars()
+    follows = ["free.overshoot_m_s", "free.settling_time_s", "free.steady_error_m_s"]
+    assert found.select(follows).fill_nan(None).null_count().row(0) == (2, 2, 2)
+    assert found["free.peak_speed_m_s"].is_finite().all()
+
+
+def test_a_member_whose_controller_cannot_be_made_fails_and_stops_nothing() -> None:
+    """Currents whose least is above their greatest."""
+    ends = {"uniform": [0.0, 1400.0]}
+    given = document(
+        members=16,
+        chunk=16,
+        profile=[{"from_s": 0.0, "level": 0.0}, {"from_s": 0.2, "level": 0.3}],
+        vary={"controller.free.i_min": ends, "controller.free.i_max": ends},
+    )
+    table = sweep(given, controller=Controller.read("thesis")).to_polars()
+    upside_down = table["controller.free.i_min"] >= table["controller.free.i_max"]
+    assert 0 < upside_down.sum() < 16
+    assert ((table["verdict"].cast(pl.String) == "out_of_bounds") == upside_down).all()

@@ -8,10 +8,11 @@ use hydro_core::control::fixed::Word;
 use hydro_core::control::settings::{Curve, Lift, LiftSettings, Settings, SharedSettings};
 use hydro_core::ensemble::distribution::Distribution;
 use hydro_core::ensemble::draw;
-use hydro_core::ensemble::lowerings::{Make, Outcome, Trial};
+use hydro_core::ensemble::lowerings::{Make, Outcome};
 use hydro_core::ensemble::measures::{Settling, MEASURES};
 use hydro_core::ensemble::member::{Column, Condition, Makeup, DEFAULTS};
 use hydro_core::ensemble::requirement::{Requirement, Signal, Template};
+use hydro_core::ensemble::trial::Trial;
 use hydro_core::ensemble::verdict::Verdict;
 use hydro_core::error::Error;
 use hydro_core::lanes::{Precision, Width};
@@ -132,6 +133,7 @@ fn trial(extended: bool, lifts: Lifts) -> Trial {
         ticks: 200,
         substeps: 2,
         precision: Precision::Double,
+        followed: true,
     }
 }
 
@@ -252,6 +254,48 @@ fn what_is_out_of_bounds_has_a_verdict_and_disturbs_no_other() {
     assert_eq!(bits(&found[0]), bits(&found[3]));
     let alone = trial.run(&all[..2], &[0], MAKE, trial.precision.widest(), &|| false).unwrap();
     assert_eq!(bits(&found[0]), bits(&alone[0]));
+}
+
+/// As [`make`]; there is none of some gains.
+fn picky(numbers: &[f64]) -> Result<Box<dyn Controller>, Error> {
+    if numbers[0] == 64.0 {
+        let (name, value, requirement) = ("gain".to_string(), "64".to_string(), "below 64".to_string());
+        return Err(Error::Argument { name, value, requirement });
+    }
+    make(numbers)
+}
+
+#[test]
+fn a_member_whose_controller_cannot_be_made_has_a_verdict_and_disturbs_no_other() {
+    for lifts in [Lifts::One(LiftName::Main), Lifts::Both] {
+        let trial = trial(false, lifts);
+        let (all, per) = (columns(&trial, 24), trial.makeup.columns.len());
+        let streams: Vec<u64> = (0..24).collect();
+        let width = trial.precision.widest();
+        let whole = trial.run(&all, &streams, MAKE, width, &|| false).unwrap();
+        let found = trial.run(&all, &streams, &picky, width, &|| false).unwrap();
+        let gain = |k: usize| all[k * per + 3];
+        assert!((0..24).any(|k| gain(k) == 64.0) && (0..24).any(|k| gain(k) != 64.0));
+        for k in 0..24 {
+            if gain(k) != 64.0 {
+                assert_eq!(bits(&found[k]), bits(&whole[k]));
+                continue;
+            }
+            assert_eq!(found[k].verdict, Verdict::OutOfBounds);
+            assert!(found[k].numbers.len() == trial.numbers() && found[k].numbers.iter().all(|x| x.is_nan()));
+            // By itself the member says why.
+            let own = &all[k * per..(k + 1) * per];
+            assert!(trial.trace(own, k as u64, &picky, &|| false).is_err());
+        }
+    }
+}
+
+#[test]
+fn without_a_controller_nothing_is_asked_of_the_speed_asked_for() {
+    let followed = trial(false, Lifts::One(LiftName::Free));
+    assert!(followed.check().is_ok());
+    let open = Trial { followed: false, ..followed };
+    assert!(matches!(open.check(), Err(Error::Argument { name, .. }) if name == "signal"));
 }
 
 #[test]

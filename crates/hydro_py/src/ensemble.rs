@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use hydro_core::control::settings::TICK_S;
 use hydro_core::ensemble::controllers::{self, Fleet};
 use hydro_core::ensemble::distribution::Distribution;
-use hydro_core::ensemble::lowerings::{Make, Trial};
+use hydro_core::ensemble::lowerings::Make;
 use hydro_core::ensemble::measures::{Settling, MEASURES};
 use hydro_core::ensemble::member::{Column, Makeup, CONDITIONS, DEFAULTS};
 use hydro_core::ensemble::open_loop::OpenLoop;
 use hydro_core::ensemble::requirement::{Requirement, Signal, Template, SIGNALS};
+use hydro_core::ensemble::trial::{whole_ticks, Trial};
 use hydro_core::ensemble::verdict::VERDICTS;
-use hydro_core::ensemble::{draw, linear, lowerings};
+use hydro_core::ensemble::{draw, linear};
 use hydro_core::error::Error;
 use hydro_core::lanes::Precision;
 use hydro_core::outputs::OUTPUTS;
@@ -95,6 +96,16 @@ fn column(name: &str, trucks: &[String], stretches: usize, controlled: bool) -> 
     }
 }
 
+/// An error of a requirement, that says of which.
+fn of_requirement(whose: &str, error: Error) -> Error {
+    match error {
+        Error::Argument { name, value, requirement } => {
+            Error::Argument { name: format!("{name} of [[require]] \"{whose}\""), value, requirement }
+        }
+        other => other,
+    }
+}
+
 /// A requirement as a dictionary of numbers and words.
 struct Wanted(Asked);
 
@@ -114,6 +125,13 @@ impl Wanted {
             Some(Scalar::Number(number)) => Err(argument(name, &number.to_string(), "a word")),
             None => Err(argument(name, "missing", "given")),
         }
+    }
+
+    /// What the requirement is called, and what is asked.
+    fn named(mut self) -> Result<(String, Requirement), Error> {
+        let name = self.text("name")?;
+        let asked = self.requirement().map_err(|e| of_requirement(&name, e))?;
+        Ok((name, asked))
     }
 
     fn requirement(mut self) -> Result<Requirement, Error> {
@@ -148,6 +166,13 @@ impl Wanted {
             }
             Err(argument(name, &value.to_string(), "above 0"))
         };
+        let behind_the_step = |name: &str, after_s: f64| match peak_to_peak_s.filter(|window| *window > after_s) {
+            None => Ok(()),
+            Some(window) => {
+                let requirement = format!("at most {name}, {after_s}: it must not look back over the step");
+                Err(argument("peak_to_peak_s", &window.to_string(), &requirement))
+            }
+        };
         let template = match template.as_str() {
             "always" | "stays_inside" | "reaches" => {
                 let (low, high) = match template.as_str() {
@@ -165,20 +190,25 @@ impl Wanted {
             }
             "never_after_settling" => {
                 let after_s = positive("after_s", self.number("after_s", None)?)?;
-                if let Some(window) = peak_to_peak_s.filter(|window| *window > after_s) {
-                    let requirement = format!("at most after_s, {after_s}: it must not look back over the step");
-                    return Err(argument("peak_to_peak_s", &window.to_string(), &requirement));
-                }
+                behind_the_step("after_s", after_s)?;
                 Template::NeverAfterSettling { upper: self.number("upper", None)?, after_s }
             }
-            "settles" => Template::Settles {
-                band: positive("band", self.number("band", None)?)?,
-                within_s: positive("within_s", self.number("within_s", None)?)?,
-            },
+            "settles" => {
+                let within_s = positive("within_s", self.number("within_s", None)?)?;
+                behind_the_step("within_s", within_s)?;
+                Template::Settles { band: positive("band", self.number("band", None)?)?, within_s }
+            }
             "responds" => {
                 let share = self.number("share", None)?;
                 if *signal != Signal::Speed || !(share > 0.0 && share < 1.0) {
                     return Err(argument("share", &share.to_string(), "between 0 and 1, of the signal speed"));
+                }
+                if let Some(window) = peak_to_peak_s {
+                    return Err(argument(
+                        "peak_to_peak_s",
+                        &window.to_string(),
+                        "left out: it is the speed that responds",
+                    ));
                 }
                 Template::Responds { share, within_s: positive("within_s", self.number("within_s", None)?)? }
             }
@@ -267,17 +297,21 @@ impl PyEnsemble {
             for (name, kind, of) in &vary {
                 columns.push((column(name, &known, profile.len(), fleet.is_some())?, distribution(name, kind, of)?));
             }
-            let requirements =
-                require.into_iter().map(|asked| Wanted(asked).requirement()).collect::<Result<Vec<_>, _>>()?;
+            let required = require.into_iter().map(|asked| Wanted(asked).named()).collect::<Result<Vec<_>, _>>()?;
+            let (titles, requirements): (Vec<_>, Vec<_>) = required.into_iter().unzip();
             let makeup = Makeup::new(truck.core().clone(), lifts, fixed, profile.clone(), numbers, columns, seed)?;
-            let ticks = lowerings::whole_ticks(duration_s, TICK_S)?;
+            let ticks = whole_ticks(duration_s, TICK_S)?;
             let settling = Settling { after_s: settle_s, band_m_s };
             let precision = match precision {
                 "double" => Precision::Double,
                 "single" => Precision::Single,
                 other => return Err(argument("precision", other, "double or single")),
             };
-            let trial = Trial { makeup, requirements, settling, tick_s: TICK_S, ticks, substeps, precision };
+            let followed = fleet.is_some();
+            let trial = Trial { makeup, requirements, settling, tick_s: TICK_S, ticks, substeps, precision, followed };
+            for (name, requirement) in titles.iter().zip(&trial.requirements) {
+                trial.check_of(requirement).map_err(|e| of_requirement(name, e))?;
+            }
             trial.check()?;
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.map_err(|e| argument("threads", &threads.to_string(), &format!("possible here ({e})")))?;

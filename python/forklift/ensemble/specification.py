@@ -141,7 +141,7 @@ class Require(BaseModel):
 
     def asked(self, lifts: tuple[str, ...]) -> dict[str, float | str]:
         """As the core takes it."""
-        given = self.model_dump(exclude={"name", "scale", "lift"}, exclude_none=True)
+        given = self.model_dump(exclude={"scale", "lift"}, exclude_none=True)
         return given | {"lift": float(lifts.index(self.lift or lifts[0]))}
 
     @property

@@ -189,6 +189,12 @@ pub fn widest(config: &Config) -> u32 {
         let mantissas = [lift.proportional, lift.derivative, lift.integral].map(|gain| i128::from(gain.mantissa));
         let error = most.minus(most);
         bits = mantissas.iter().fold(bits, |bits, &m| bits.max(error.by(m).bits()));
+        let over = Interval::up_to(MOST_SPEED).by(i128::from(lift.overspeed.mantissa));
+        let squared = most.times(Interval::up_to(i64::from(lift.most)));
+        let learnt = squared.shifted(2 * SPEED_SHIFT - LEARNING_SHIFT).by(i128::from(lift.adaptation.mantissa));
+        let trims = Interval::around(MOST_TRIM);
+        let moved = trims.minus(trims).times(Interval::up_to(i64::from(lift.most)));
+        bits = [over, squared, learnt, moved].iter().fold(bits, |bits, one| bits.max(one.bits()));
         let exact = mantissas[2] << (INTEGRAL_SHIFT - lift.integral.shift);
         let tracked = most.by(1 << INTEGRAL_SHIFT).by(8).plus(most.by(exact));
         let resonance = Interval::around(MOST_RESONANCE << PRESSURE_GUARD);

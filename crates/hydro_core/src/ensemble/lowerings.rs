@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::measures::{Measures, Settling, MEASURES};
-use super::member::{Condition, Drawn, Makeup};
-use super::requirement::{Moment, Requirement, Watch};
+use super::measures::{Measures, MEASURES};
+use super::member::{Condition, Drawn};
+use super::requirement::{Moment, Watch};
+use super::trial::Trial;
 use super::verdict::{graver, Verdict};
 use crate::error::Error;
 use crate::lanes::{with_registers, with_single_registers, LaneScalar, LaneWork, Precision, Single, Width};
@@ -27,19 +28,6 @@ pub type Make<'a> = &'a (dyn Fn(&[f64]) -> Result<Box<dyn Controller>, Error> + 
 /// A lift has landed this near the lower end of its stroke [m]: what it does there is not the controller's.
 const LANDED_M: f64 = 5e-3;
 
-/// What every member goes through, and what is asked of it.
-#[derive(Debug, Clone)]
-pub struct Trial {
-    pub makeup: Makeup,
-    pub requirements: Vec<Requirement>,
-    pub settling: Settling,
-    pub tick_s: f64,
-    pub ticks: usize,
-    pub substeps: usize,
-    /// Of the trucks; the controllers' integers are the same.
-    pub precision: Precision,
-}
-
 /// What became of a member.
 #[derive(Debug, Clone)]
 pub struct Outcome {
@@ -58,84 +46,19 @@ pub struct Trace {
     pub request: Vec<i32>,
 }
 
-/// How many ticks a duration [s] has.
-///
-/// # Errors
-/// One that is not positive and finite, or longer than an hour.
-pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Result<usize, Error> {
-    if duration_s >= tick_s && duration_s <= 3600.0 {
-        return Ok((duration_s / tick_s).round() as usize);
-    }
-    Err(Error::Argument {
-        name: "duration_s".into(),
-        value: duration_s.to_string(),
-        requirement: format!("between {tick_s} and 3600 s"),
-    })
-}
-
 impl Trial {
-    fn lifts(&self) -> usize {
-        match self.makeup.lifts {
-            Lifts::Both => 2,
-            Lifts::One(_) => 1,
-        }
-    }
-
-    /// How many numbers an outcome has.
-    pub fn numbers(&self) -> usize {
-        self.requirements.len() + self.lifts() * MEASURES.len()
-    }
-
-    /// # Errors
-    /// A run without ticks or substeps, a requirement on a lift that does not run or on too long a window.
-    pub fn check(&self) -> Result<(), Error> {
-        let refuse = |name: &str, value: String, requirement: &str| {
-            Err(Error::Argument { name: name.into(), value, requirement: requirement.into() })
-        };
-        if !(1..=1_000_000).contains(&self.ticks) {
-            return refuse("ticks", self.ticks.to_string(), "between 1 and 1000000");
-        }
-        if !(1..=1000).contains(&self.substeps) {
-            return refuse("substeps", self.substeps.to_string(), "between 1 and 1000");
-        }
-        if !(self.tick_s > 0.0 && self.tick_s <= 1.0) {
-            return refuse("tick_s", self.tick_s.to_string(), "above 0 and up to 1 s");
-        }
-        let Settling { after_s, band_m_s } = self.settling;
-        if !(0.0..=3600.0).contains(&after_s) {
-            return refuse("settle_s", after_s.to_string(), "between 0 and 3600 s");
-        }
-        if !(band_m_s >= 0.0 && band_m_s.is_finite()) {
-            return refuse("band_m_s", band_m_s.to_string(), "0 m/s or more");
-        }
-        let end_s = (self.ticks - 1) as f64 * self.tick_s;
-        for requirement in &self.requirements {
-            if let Some((from_s, to_s)) = requirement.template.stretch() {
-                if !(from_s <= end_s && to_s >= 0.0 && from_s <= to_s) {
-                    let asked = format!("{from_s} to {to_s}");
-                    return refuse(
-                        "from_s, to_s",
-                        asked,
-                        &format!("a stretch of the run, which lasts from 0 to {end_s} s"),
-                    );
-                }
-            }
-            if requirement.lift >= self.lifts() {
-                return refuse("lift", requirement.lift.to_string(), "a lift that is simulated");
-            }
-            if let Some(window) = requirement.peak_to_peak_s.filter(|w| !(*w >= self.tick_s && *w <= 60.0)) {
-                return refuse("peak_to_peak_s", window.to_string(), "at least a tick and at most 60 s");
-            }
-        }
-        Ok(())
+    /// Of a member that there cannot be.
+    fn nothing(&self) -> Outcome {
+        Outcome { verdict: Verdict::OutOfBounds, numbers: vec![f64::NAN; self.numbers()] }
     }
 
     /// Runs members, given by the values of their columns (row-major) and their sequences of noise.
     ///
-    /// A member whose values are out of bounds, or whose run ceases to be finite, has a verdict that says so.
+    /// A member whose values are out of bounds or make no controller, or whose run ceases to be finite, has a verdict
+    /// that says so.
     ///
     /// # Errors
-    /// A controller that cannot be made, a width that is not here, an interrupt.
+    /// A width that is not here, an interrupt.
     pub fn run(
         &self,
         columns: &[f64],
@@ -180,8 +103,7 @@ impl Trial {
                 }
             })
             .collect();
-        let nothing = Outcome { verdict: Verdict::OutOfBounds, numbers: vec![f64::NAN; self.numbers()] };
-        let mut outcomes = vec![nothing; drawn.len()];
+        let mut outcomes = vec![self.nothing(); drawn.len()];
         scattered(&blocks, found, &mut outcomes)?;
         Ok(outcomes)
     }
@@ -189,7 +111,7 @@ impl Trial {
     /// One member by itself, with its trajectory; its outcome has the bits of [`Trial::run`].
     ///
     /// # Errors
-    /// As of [`Trial::run`]; values out of bounds.
+    /// As of [`Trial::run`]; values out of bounds, or that make no controller.
     pub fn trace(
         &self,
         columns: &[f64],
@@ -285,8 +207,14 @@ impl Block<'_, '_> {
         let clock = Clock { time: &time, oil_temperature_degc: &oil };
         let landed = std::array::from_fn(|k| lifts[k].stop.lower + S::constant(LANDED_M));
         let (mast, start) = Mast::at_rest(lifts, physics, from, [S::zero(); L], warmer.at(&clock, 0));
-        let mut seats = self.members.iter().map(|drawn| self.seat(drawn)).collect::<Result<Vec<_>, _>>()?.into_iter();
-        let seats = std::array::from_fn(|_| seats.next().unwrap_or_else(Seat::idle));
+        let made: Vec<Result<Seat, Error>> = self.members.iter().map(|drawn| self.seat(drawn)).collect();
+        let refused = made.iter().find_map(|seat| seat.as_ref().err());
+        if let (Some(error), true) = (refused, self.trace.is_some()) {
+            return Err(error.clone());
+        }
+        let seated: Vec<bool> = made.iter().map(Result::is_ok).collect();
+        let mut made = made.into_iter();
+        let seats = std::array::from_fn(|_| made.next().and_then(Result::ok).unwrap_or_else(Seat::idle));
         let readings = Readings::new(&which, trial.makeup.truck.effects());
         let inner = ClosedLoop::<S, N, L>::new(which, &trial.makeup.truck, seats);
         let inner = if self.trace.is_some() { inner.remembering() } else { inner };
@@ -324,7 +252,11 @@ impl Block<'_, '_> {
             trace.orders = drive.inner.orders(0);
             trace.orders.resize(trial.ticks, Order::default());
         }
-        Ok(drive.outcomes(self.members.len()))
+        let mut outcomes = drive.outcomes(self.members.len());
+        for (outcome, _) in outcomes.iter_mut().zip(seated).filter(|(_, seated)| !seated) {
+            *outcome = trial.nothing();
+        }
+        Ok(outcomes)
     }
 }
 
@@ -381,7 +313,7 @@ impl<'a, S: LaneScalar<N>, const N: usize, const L: usize> Watched<'a, S, N, L> 
             forks: which.map(|lift| -forks_per_output(lift)),
             landed,
             watches: trial.requirements.iter().map(|&r| (r.lift, Watch::new(r, trial.tick_s))).collect(),
-            measures: std::array::from_fn(|_| Measures::new(trial.settling, trial.tick_s)),
+            measures: std::array::from_fn(|_| Measures::new(trial.settling, trial.tick_s, trial.followed)),
             counted: [all; L],
             finite: all,
             request: S::zero(),
@@ -487,7 +419,8 @@ mod common;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ensemble::member::DEFAULTS;
+    use crate::ensemble::measures::Settling;
+    use crate::ensemble::member::{Makeup, DEFAULTS};
     use crate::lanes::Lanes;
     use crate::mast::VELOCITY;
     use crate::scalar::Scalar;
@@ -502,8 +435,16 @@ mod tests {
         let makeup = Makeup::new(truck, lifts, DEFAULTS, vec![(0.0, 0.0)], vec![], vec![], 1).unwrap();
         let settling = Settling { after_s: 0.1, band_m_s: 0.05 };
         let precision = Precision::Double;
-        let trial =
-            Trial { makeup, requirements: vec![], settling, tick_s: 0.02, ticks: TICKS, substeps: 1, precision };
+        let trial = Trial {
+            makeup,
+            requirements: vec![],
+            settling,
+            tick_s: 0.02,
+            ticks: TICKS,
+            substeps: 1,
+            precision,
+            followed: true,
+        };
         let which = [LiftName::Free];
         let readings = Readings::new(&which, trial.makeup.truck.effects());
         let seats = std::array::from_fn(|_| Seat::idle());
@@ -529,8 +470,16 @@ mod tests {
         let drawn = makeup.member(&[], 0, TICKS, 0.02).unwrap();
         let settling = Settling { after_s: 0.1, band_m_s: 0.05 };
         let precision = Precision::Double;
-        let trial =
-            Trial { makeup, requirements: vec![], settling, tick_s: 0.02, ticks: TICKS, substeps: 1, precision };
+        let trial = Trial {
+            makeup,
+            requirements: vec![],
+            settling,
+            tick_s: 0.02,
+            ticks: TICKS,
+            substeps: 1,
+            precision,
+            followed: true,
+        };
         let make: Make = &|_| Ok(Box::new(crate::ensemble::open_loop::OpenLoop));
         let block =
             |count| Block { trial: &trial, members: vec![&drawn; count], make, interrupt: &|| false, trace: None };

@@ -5,17 +5,17 @@ use super::window::Extremes;
 use crate::scalar::{Mask, Scalar};
 
 /// What [`Measures::finish`] gives, by name, unit and meaning. Steady: the speed asked for has stood for the settling
-/// time. Not a number where there was nothing to measure.
+/// time. Not a number where there was nothing to measure, as of an error where a current is asked for.
 pub const MEASURES: &[(&str, &str, &str)] = &[
     ("peak_speed_m_s", "m/s", "highest lowering speed of the forks"),
     ("steady_peak_speed_m_s", "m/s", "highest lowering speed of the forks in steady stretches"),
     ("peak_pressure_pa", "Pa", "highest cylinder pressure"),
-    ("overshoot_m_s", "m/s", "most that the speed exceeded the speed asked for after a step"),
+    ("overshoot_m_s", "m/s", "most that the speed exceeded the speed asked for after a step to a higher one"),
     ("settling_time_s", "s", "longest time after a step until the error stays within the band"),
     ("oscillation_m_s", "m/s", "largest amplitude of the speed over a second in steady stretches"),
     ("last_oscillation_m_s", "m/s", "amplitude of the speed over the last whole second of a steady stretch"),
     ("growth", "1", "natural logarithm of that amplitude over the one a second before"),
-    ("frequency_hz", "Hz", "of the oscillation, from crossings of its middle"),
+    ("frequency_hz", "Hz", "of the oscillation in steady stretches, from crossings of its middle"),
     ("steady_error_m_s", "m/s", "mean error over the last whole second of a steady stretch"),
     ("ended_s", "s", "when the lift landed, or the run ended"),
 ];
@@ -37,6 +37,8 @@ const HYSTERESIS: f64 = 0.1;
 #[derive(Debug, Clone)]
 pub struct Measures<S> {
     settling: Settling,
+    /// Whether a speed is asked for, and followed.
+    followed: bool,
     tick_s: f64,
     /// Ticks of a second, and of the settling time.
     second: f64,
@@ -46,6 +48,8 @@ pub struct Measures<S> {
     steady_peak: S,
     peak_pressure: S,
     overshoot: S,
+    /// By how much the speed asked for changed last.
+    step: S,
     /// Ticks since the step when the error was outside the band last.
     outside: S,
     oscillation: S,
@@ -54,27 +58,31 @@ pub struct Measures<S> {
     high: S,
     low: S,
     errors: S,
-    /// Of the last two whole seconds: peak to peak; of the last one its middle and mean error.
+    /// Whole seconds of the present stretch.
+    seconds: S,
+    /// Of the last two whole seconds of a stretch: peak to peak; of the last one its mean error.
     swing: S,
     swing_before: S,
-    middle: S,
     mean_error: S,
-    /// Which side of the middle the speed was on last, upward crossings, and the ticks over which they were counted.
+    /// The last whole second's middle in the present stretch, which side of it the speed was on last, and when it
+    /// crossed it upwards last; whole periods so far, and the ticks that they took.
+    middle: S,
     side: S,
-    crossings: S,
-    first_crossing: S,
-    last_crossing: S,
+    crossed: S,
+    periods: S,
+    period_ticks: S,
     steady_ticks: S,
     ended: S,
 }
 
 impl<S: Scalar> Measures<S> {
-    pub fn new(settling: Settling, tick_s: f64) -> Self {
+    pub fn new(settling: Settling, tick_s: f64, followed: bool) -> Self {
         let second = (1.0 / tick_s).round();
         let (zero, none) = (S::zero(), S::constant(f64::NAN));
         let low = S::constant(f64::NEG_INFINITY);
         Measures {
             settling,
+            followed,
             tick_s,
             second,
             after: (settling.after_s / tick_s).round(),
@@ -83,20 +91,22 @@ impl<S: Scalar> Measures<S> {
             steady_peak: low,
             peak_pressure: low,
             overshoot: low,
+            step: zero,
             outside: zero,
             oscillation: low,
             ticks: zero,
             high: low,
             low: S::constant(f64::INFINITY),
             errors: zero,
+            seconds: zero,
             swing: none,
             swing_before: none,
-            middle: none,
             mean_error: none,
+            middle: none,
             side: zero,
-            crossings: zero,
-            first_crossing: none,
-            last_crossing: none,
+            crossed: none,
+            periods: zero,
+            period_ticks: zero,
             steady_ticks: zero,
             ended: zero,
         }
@@ -112,16 +122,24 @@ impl<S: Scalar> Measures<S> {
         self.peak_speed = keep(counted, self.peak_speed.max(now.speed), self.peak_speed);
         self.peak_pressure = keep(counted, self.peak_pressure.max(now.pressure), self.peak_pressure);
         let over = now.speed - now.request;
-        self.overshoot = keep(counted.and(S::zero().lt(now.request)), self.overshoot.max(over), self.overshoot);
+        self.step = keep(S::zero().lt(now.step.abs()), now.step, self.step);
+        let rose = counted.and(S::zero().lt(now.request)).and(S::zero().lt(self.step));
+        self.overshoot = keep(rose, self.overshoot.max(over), self.overshoot);
         let strays = number(self.settling.band_m_s).lt(now.error.abs()).and(counted);
         self.outside = keep(strays, self.outside.max(now.since + S::one()), self.outside);
 
         let steady = now.since.lt(number(self.after)).not().and(counted);
         self.steady_peak = keep(steady, self.steady_peak.max(now.speed), self.steady_peak);
-        self.oscillation = keep(steady, self.oscillation.max(number(0.5) * (high - low)), self.oscillation);
+        // The window must not look back over the step.
+        let whole = steady.and(now.since.lt(number(self.second)).not());
+        self.oscillation = keep(whole, self.oscillation.max(number(0.5) * (high - low)), self.oscillation);
 
-        // Whole seconds since the stretch became steady.
+        // Whole seconds since the stretch became steady. What an earlier stretch came to stays until this one has one.
         let begins = steady.and(now.since.lt(number(self.after + 1.0)));
+        let none = number(f64::NAN);
+        self.seconds = keep(begins, S::zero(), self.seconds);
+        (self.middle, self.crossed) = (keep(begins, none, self.middle), keep(begins, none, self.crossed));
+        self.side = keep(begins, S::zero(), self.side);
         self.ticks = keep(steady, keep(begins, S::zero(), self.ticks) + S::one(), self.ticks);
         self.high = keep(steady, keep(begins, now.speed, self.high.max(now.speed)), self.high);
         self.low = keep(steady, keep(begins, now.speed, self.low.min(now.speed)), self.low);
@@ -132,15 +150,18 @@ impl<S: Scalar> Measures<S> {
         let below = now.speed.lt(self.middle - reach).and(steady);
         let crosses = above.and(self.side.lt(S::zero()));
         self.steady_ticks = keep(steady, self.steady_ticks + S::one(), self.steady_ticks);
-        let first = crosses.and(self.crossings.lt(number(0.5)));
-        self.first_crossing = keep(first, self.steady_ticks, self.first_crossing);
-        self.last_crossing = keep(crosses, self.steady_ticks, self.last_crossing);
-        self.crossings = keep(crosses, self.crossings + S::one(), self.crossings);
+        let again = crosses.and(self.crossed.is_finite());
+        self.periods = keep(again, self.periods + S::one(), self.periods);
+        let since = self.steady_ticks - self.crossed;
+        self.period_ticks = keep(again, self.period_ticks + since, self.period_ticks);
+        self.crossed = keep(crosses, self.steady_ticks, self.crossed);
         self.side = keep(above, S::one(), keep(below, -S::one(), self.side));
 
         let full = steady.and(self.ticks.lt(number(self.second)).not());
         if full.any() {
-            self.swing_before = keep(full, self.swing, self.swing_before);
+            let before = keep(S::zero().lt(self.seconds), self.swing, none);
+            self.swing_before = keep(full, before, self.swing_before);
+            self.seconds = keep(full, self.seconds + S::one(), self.seconds);
             self.swing = keep(full, self.high - self.low, self.swing);
             self.middle = keep(full, number(0.5) * (self.high + self.low), self.middle);
             self.mean_error = keep(full, self.errors / self.ticks, self.mean_error);
@@ -155,24 +176,24 @@ impl<S: Scalar> Measures<S> {
     pub fn finish(&self) -> [S; MEASURES.len()] {
         let none = S::constant(f64::NAN);
         let found = |x: S| S::select(x.is_finite(), x, none);
+        let follows = |x: S| if self.followed { x } else { none };
         let half = S::constant(0.5);
         // Two swings that are not positive have no ratio.
         let both = S::zero().lt(self.swing).and(S::zero().lt(self.swing_before));
         let ratio = S::select(both, self.swing / self.swing_before, S::one());
-        let twice = S::one().lt(self.crossings);
-        let periods = S::select(twice, self.crossings - S::one(), S::one());
-        let ticks = S::select(twice, self.last_crossing - self.first_crossing, S::one());
+        let rings = S::zero().lt(self.periods);
+        let ticks = S::select(rings, self.period_ticks, S::one());
         [
             found(self.peak_speed),
             found(self.steady_peak),
             found(self.peak_pressure),
-            found(self.overshoot),
-            S::constant(self.tick_s) * self.outside,
+            follows(found(self.overshoot)),
+            follows(S::constant(self.tick_s) * self.outside),
             found(self.oscillation),
             half * self.swing,
             S::select(both, ratio.ln(), none),
-            S::select(twice, periods / (S::constant(self.tick_s) * ticks), none),
-            self.mean_error,
+            S::select(rings, self.periods / (S::constant(self.tick_s) * ticks), none),
+            follows(self.mean_error),
             self.ended,
         ]
     }
@@ -185,20 +206,23 @@ mod tests {
     const TICK: f64 = 0.02;
 
     fn measured(speed: impl Fn(f64) -> f64) -> Vec<f64> {
-        let settling = Settling { after_s: 2.0, band_m_s: 0.05 };
-        let mut measures = Measures::<f64>::new(settling, TICK);
-        for k in 0..500 {
-            let speed = speed(k as f64 * TICK);
-            let moment = Moment {
-                speed,
-                error: speed - 0.5,
-                pressure: 1e6 + speed,
-                position: 0.0,
-                current: 0.0,
-                request: 0.5,
-                step: if k == 0 { 0.5 } else { 0.0 },
-                since: k as f64,
-            };
+        stepped(2.0, &[(0.0, 0.5)], 10.0, speed)
+    }
+
+    /// Of what is asked for from several times on; steady after `after_s`.
+    fn stepped(after_s: f64, profile: &[(f64, f64)], end_s: f64, speed: impl Fn(f64) -> f64) -> Vec<f64> {
+        let settling = Settling { after_s, band_m_s: 0.05 };
+        let mut measures = Measures::<f64>::new(settling, TICK, true);
+        let (mut request, mut since) = (0.0, 0.0);
+        for k in 0..(end_s / TICK).round() as usize {
+            let time = k as f64 * TICK;
+            let asked = profile.iter().rfind(|(from, _)| *from <= time + 1e-9).map_or(0.0, |(_, level)| *level);
+            let step = asked - request;
+            since = if k == 0 || step != 0.0 { 0.0 } else { since + 1.0 };
+            request = asked;
+            let speed = speed(time);
+            let (error, pressure) = (speed - request, 1e6 + speed);
+            let moment = Moment { speed, error, pressure, position: 0.0, current: 0.0, request, step, since };
             measures.see(k, &moment, true);
         }
         measures.finish().to_vec()
@@ -230,5 +254,34 @@ mod tests {
         assert!(of(&found, "frequency_hz").is_nan() && of(&found, "growth").is_nan());
         assert_eq!(of(&found, "overshoot_m_s"), 0.0);
         assert_eq!(of(&found, "settling_time_s"), 0.0);
+    }
+
+    #[test]
+    fn a_stretch_that_is_steady_has_its_own_growth_and_no_period_reaches_over_a_step() {
+        let two_pi = 2.0 * std::f64::consts::PI;
+        // Twice a decaying swing of 2.5 Hz, about another speed and begun at another phase.
+        let swing = |t: f64| 0.1 * (-0.3 * t).exp() * (two_pi * 2.5 * t).sin();
+        let speed = |t: f64| if t < 6.05 { 0.2 + swing(t) } else { 0.5 + swing(t - 6.05) };
+        let found = |end_s| stepped(2.0, &[(0.0, 0.2), (6.04, 0.5)], end_s, speed);
+        for end_s in [7.0, 8.5, 9.5, 10.5, 12.0] {
+            let all = found(end_s);
+            assert!((of(&all, "frequency_hz") - 2.5).abs() < 0.05, "{end_s} s: {all:?}");
+            let growth = of(&all, "growth");
+            // Of the second stretch's only whole second, from 8.04 to 9.04 s, there is none before.
+            let single = (9.04..10.04).contains(&end_s);
+            assert!(if single { growth.is_nan() } else { (growth + 0.3).abs() < 0.02 }, "{end_s} s: {growth}");
+            assert!(of(&all, "last_oscillation_m_s") < 0.1 && of(&all, "last_oscillation_m_s") > 0.01);
+        }
+    }
+
+    #[test]
+    fn a_step_downwards_is_no_overshoot_and_no_oscillation() {
+        let profile = [(0.0, 0.4), (4.0, 0.1)];
+        let speed = |t: f64| if t < 4.0 { 0.41 } else { 0.1 + 0.31 * (-(t - 4.0) / 0.1).exp() };
+        for after_s in [0.1, 0.5, 1.0, 3.0] {
+            let all = stepped(after_s, &profile, 8.0, speed);
+            assert!((of(&all, "overshoot_m_s") - 0.01).abs() < 1e-12, "{all:?}");
+            assert!(of(&all, "oscillation_m_s") < 1e-3, "{after_s} s: {all:?}");
+        }
     }
 }

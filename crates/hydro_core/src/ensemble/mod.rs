@@ -13,5 +13,6 @@ pub mod measures;
 pub mod member;
 pub mod open_loop;
 pub mod requirement;
+pub mod trial;
 pub mod verdict;
 pub mod window;

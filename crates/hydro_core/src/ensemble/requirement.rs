@@ -154,7 +154,7 @@ impl<S: Scalar> Watch<S> {
 
     /// What a member becomes that breaks it, whose oscillation grew by `growth` in its last second.
     pub fn broken(&self, growth: f64) -> Verdict {
-        of_broken(&self.requirement.template, self.requirement.signal, growth)
+        of_broken(&self.requirement, growth)
     }
 
     /// The margin so far.

@@ -1,6 +1,6 @@
 //! Whether a member is stable, and if not, why.
 
-use super::requirement::{Signal, Template};
+use super::requirement::{Requirement, Signal, Template};
 
 /// A verdict has one word and one meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum Verdict {
 pub const VERDICTS: &[(Verdict, &str, &str)] = &[
     (Verdict::Stable, "stable", "every requirement is met"),
     (Verdict::MissedTarget, "missed_target", "a requirement on following the reference, or any other, is broken"),
-    (Verdict::Overspeed, "overspeed", "a bound on the speed is broken"),
+    (Verdict::Overspeed, "overspeed", "an upper bound on the speed is broken"),
     (
         Verdict::SustainedOscillation,
         "sustained_oscillation",
@@ -35,7 +35,11 @@ pub const VERDICTS: &[(Verdict, &str, &str)] = &[
         "divergence",
         "oscillation after settling is broken as a requirement, and grows from one second to the next",
     ),
-    (Verdict::OutOfBounds, "out_of_bounds", "a value drawn for the member is outside its parameter's bounds"),
+    (
+        Verdict::OutOfBounds,
+        "out_of_bounds",
+        "a value drawn for the member is outside its parameter's bounds, or its controller cannot be made",
+    ),
     (Verdict::NotFinite, "not_finite", "the simulation ceased to be finite"),
 ];
 
@@ -44,13 +48,20 @@ pub const VERDICTS: &[(Verdict, &str, &str)] = &[
 pub const STEADY_SHARE: f64 = 0.1;
 
 /// What a broken requirement makes of a member whose oscillation grew by the natural logarithm `growth` in the last
-/// second; not a number where it has no two steady seconds.
-pub fn of_broken(template: &Template, signal: Signal, growth: f64) -> Verdict {
-    match template {
-        Template::NeverAfterSettling { .. } if growth > libm::log(1.0 + STEADY_SHARE) => Verdict::Divergence,
-        Template::NeverAfterSettling { .. } if growth < libm::log(1.0 - STEADY_SHARE) => Verdict::SustainedOscillation,
-        Template::NeverAfterSettling { .. } => Verdict::LimitCycle,
-        Template::Always { .. } if signal == Signal::Speed => Verdict::Overspeed,
+/// second; not a number where it has no two steady seconds. Only a peak to peak speaks of an oscillation.
+pub fn of_broken(requirement: &Requirement, growth: f64) -> Verdict {
+    let swings = requirement.peak_to_peak_s.is_some();
+    match requirement.template {
+        Template::NeverAfterSettling { .. } if swings && growth > libm::log(1.0 + STEADY_SHARE) => Verdict::Divergence,
+        Template::NeverAfterSettling { .. } if swings && growth < libm::log(1.0 - STEADY_SHARE) => {
+            Verdict::SustainedOscillation
+        }
+        Template::NeverAfterSettling { .. } if swings => Verdict::LimitCycle,
+        Template::Always { upper, .. } | Template::NeverAfterSettling { upper, .. }
+            if !swings && requirement.signal == Signal::Speed && upper < f64::INFINITY =>
+        {
+            Verdict::Overspeed
+        }
         _ => Verdict::MissedTarget,
     }
 }
@@ -77,12 +88,30 @@ mod tests {
 
     #[test]
     fn an_oscillation_is_named_by_what_becomes_of_it() {
-        let calm = Template::NeverAfterSettling { upper: 0.1, after_s: 2.0 };
-        let of = |growth| of_broken(&calm, Signal::Speed, growth);
+        let template = Template::NeverAfterSettling { upper: 0.1, after_s: 2.0 };
+        let calm = Requirement { lift: 0, signal: Signal::Speed, peak_to_peak_s: Some(1.0), template };
+        let of = |growth| of_broken(&calm, growth);
         assert_eq!(of(0.2), Verdict::Divergence);
         assert_eq!(of(0.0), Verdict::LimitCycle);
         assert_eq!(of(f64::NAN), Verdict::LimitCycle);
         assert_eq!(of(-0.2), Verdict::SustainedOscillation);
         assert_eq!(graver(Verdict::Overspeed, Verdict::MissedTarget), Verdict::Overspeed);
+    }
+
+    #[test]
+    fn only_an_upper_bound_of_the_speed_itself_is_overspeed_and_only_a_peak_to_peak_oscillates() {
+        let of = |signal, peak_to_peak_s, template| {
+            of_broken(&Requirement { lift: 0, signal, peak_to_peak_s, template }, 0.2)
+        };
+        let always = |lower, upper| Template::Always { lower, upper, from_s: 0.0, to_s: 9.0 };
+        let (least, most) = (always(0.1, f64::INFINITY), always(f64::NEG_INFINITY, 0.6));
+        let later = Template::NeverAfterSettling { upper: 0.1, after_s: 2.0 };
+        assert_eq!(of(Signal::Speed, None, most), Verdict::Overspeed);
+        assert_eq!(of(Signal::Speed, None, later), Verdict::Overspeed);
+        assert_eq!(of(Signal::Speed, None, least), Verdict::MissedTarget);
+        assert_eq!(of(Signal::Speed, Some(1.0), most), Verdict::MissedTarget);
+        assert_eq!(of(Signal::Pressure, None, most), Verdict::MissedTarget);
+        assert_eq!(of(Signal::Error, None, later), Verdict::MissedTarget);
+        assert_eq!(of(Signal::Pressure, Some(1.0), later), Verdict::Divergence);
     }
 }
