@@ -31,7 +31,8 @@ AT_REST_A = 0.2
 """Up to this current [A] a valve counts as not commanded: above the noise of a measured current, and well
 below the 0.36 A at which the first of the thesis's valves begins to open."""
 FEWEST_ROWS = 2
-"""One sample has no duration."""
+"""Of a recording and of a commanded current: one sample has no duration. Of a measurement on a clock of its
+own one sample is enough: an oil temperature changes slowly."""
 
 
 def samples(place: Place, name: str, values: Floats) -> None:
@@ -58,15 +59,18 @@ def samples(place: Place, name: str, values: Floats) -> None:
         )
 
 
-def length(place: Place, count: int) -> None:
-    """There are at least `FEWEST_ROWS` samples."""
-    if count < FEWEST_ROWS:
+def length(place: Place, count: int, channel: str = TIME) -> None:
+    """There are at least `FEWEST_ROWS` samples; of a measurement, one."""
+    fewest = FEWEST_ROWS if channel in REQUIRED else 1
+    if count < fewest:
+        what = "it" if channel == TIME else place.label(channel)
         raise place.error(
             "recording-empty" if count == 0 else "recording-too-short",
-            f"it has {count or 'no'} sample{'s' * (count != 1)}, where at least {FEWEST_ROWS} are needed; "
-            "record it again, or take it out of campaign.toml",
+            f"{what} has {count or 'no'} sample{'s' * (count != 1)}, where at least {fewest} "
+            f"{'is' if fewest == 1 else 'are'} needed; record it again, or take it out of campaign.toml",
+            channel=None if channel == TIME else channel,
             value=count,
-            lower=FEWEST_ROWS,
+            lower=fewest,
         )
 
 

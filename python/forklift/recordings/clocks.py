@@ -47,7 +47,8 @@ class Sampled:
 def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str, Floats], dict[str, Rows]]:
     """All channels at all their instants, from the first instant at which both commands are known.
 
-    The instants end with the command that ends first. What was measured before or after is left out.
+    The instants end with the command that ends first. What was measured before or after is left out, and so
+    is a channel that has no sample in between.
 
     Parameters
     ----------
@@ -95,7 +96,8 @@ def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str
         if name in COMMANDS:
             held = np.searchsorted(found.time, instants + slack, side="right") - 1
             values = found.values[held]
-        channels[name], own[name] = values, np.unique(rows)
+        if len(rows) or name in COMMANDS:
+            channels[name], own[name] = values, np.unique(rows)
     return instants - start, channels, own
 
 

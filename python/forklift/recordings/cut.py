@@ -24,6 +24,8 @@ SHORTEST_S = 1.0
 def lowerings(recording: Recording) -> tuple[Recording, ...]:
     """Each lowering as a recording of its own, ``NAME_1``, ``NAME_2``, …, of the lift that is commanded.
 
+    A channel that has no sample in a lowering is left out of it.
+
     Raises
     ------
     ForkliftError
@@ -52,7 +54,11 @@ def _part(recording: Recording, span: tuple[float, float], number: int) -> Recor
     own: dict[str, Rows] = {
         name: np.searchsorted(rows, at[np.isin(at, rows)]) for name, at in recording.rows.items()
     }
-    channels = {name: values[rows] for name, values in recording.channels.items()}
+    channels = {
+        name: values[rows]
+        for name, values in recording.channels.items()
+        if name in COMMANDS or name not in own or len(own[name])
+    }
     moved = [lift for lift, name in zip(LIFTS, COMMANDS, strict=True) if channels[name].max() > AT_REST_A]
     lift: Lifts = moved[0] if len(moved) == 1 else "both"
     path = PurePosixPath(recording.file)
@@ -62,6 +68,6 @@ def _part(recording: Recording, span: tuple[float, float], number: int) -> Recor
         lift=lift,
         time_s=recording.time_s[rows] - recording.time_s[rows[0]],
         channels=channels,
-        rows=own,
+        rows={name: at for name, at in own.items() if name in channels},
         sha256="",
     )

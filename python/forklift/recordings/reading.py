@@ -144,7 +144,7 @@ def _time(choice: Choice, series: Series, common: Series | None, name: str) -> F
 
 def _check_time(place: Place, time: Floats, channel: str) -> None:
     checks.samples(place, TIME, time)
-    checks.length(place, len(time))
+    checks.length(place, len(time), channel)
     checks.increasing(place, time, channel)
 
 

@@ -196,7 +196,7 @@ class Recording(Plotted):
         """The recording as a CSV file holds it: every number reads back the same, to the bit.
 
         A channel on a clock of its own stands after a column of its times, ``NAME.time_s``; the shorter
-        columns end in empty cells.
+        columns end in empty cells. One that has no sample is left out.
         """
         import polars as pl
 
@@ -206,7 +206,7 @@ class Recording(Plotted):
         columns = {TIME: first.time, COMMANDS[0]: first.values}
         for name in self.channels:
             own = self.own(name)
-            if name == COMMANDS[0]:
+            if name == COMMANDS[0] or not len(own.time):
                 continue
             if not np.array_equal(own.time, first.time):
                 columns[name + TIME_SUFFIX] = own.time
