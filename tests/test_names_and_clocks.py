@@ -11,7 +11,7 @@ from forklift.base.errors import ForkliftError
 from forklift.recordings import formats, units
 from forklift.recordings.entered import of_name
 from forklift.recordings.formats.signals import Everything, Place
-from small_campaign import signals
+from small_campaign import foreign, make_mapped, raised, signals
 
 NOON = datetime(2026, 3, 2, 12, 0, 0)
 
@@ -76,3 +76,29 @@ def test_a_mapping_is_proposed_or_given(tmp_path):
     with pytest.raises(ForkliftError) as caught:
         convert(tmp_path / "free_0kg.csv", tmp_path / "out", propose=True, channels={"x": "current_free_a"})
     assert caught.value.code == "option-not-wanted"
+
+
+@pytest.mark.parametrize(("unit", "per_second"), [("ms", 1e3), ("µs", 1e6), ("s", 1.0)])
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_column_of_times_is_in_the_unit_of_its_brackets(tmp_path, suffix, unit, per_second):
+    columns = foreign()
+    columns[f"t_p [{unit}]"] = columns["t"] * per_second
+    folder = make_mapped(tmp_path / "mapped", suffix, columns)
+    toml = folder / "campaign.toml"
+    entry = f'"pressure_free_pa", time = "t_p [{unit}]",'
+    toml.write_text(toml.read_text().replace('"pressure_free_pa",', entry), encoding="utf-8")
+    own = Campaign.read(folder)[0].own("pressure_free_pa")
+    np.testing.assert_allclose(own.time, columns["t"], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "code"),
+    [("t_p [bar]", 1.0, "unit-of-another-kind"), ("t_p", 1e12, "unit-wrong")],
+)
+def test_a_column_that_is_no_time_is_refused(tmp_path, name, times, code):
+    columns = foreign()
+    columns[name] = columns["t"] * times
+    folder = make_mapped(tmp_path / "mapped", ".csv", columns)
+    toml = folder / "campaign.toml"
+    toml.write_text(toml.read_text().replace('"pressure_free_pa",', f'"pressure_free_pa", time = "{name}",'))
+    assert raised(Campaign.read, folder).code == code

@@ -92,8 +92,11 @@ def increasing(place: Place, time: Floats, channel: str = TIME) -> None:
         )
 
 
-def unit(place: Place, channel: Channel, values: Floats) -> None:
-    """The samples keep to the channel's limits, and are not plainly in another unit."""
+def unit(place: Place, channel: Channel, values: Floats, what: str = "") -> None:
+    """The samples keep to the channel's limits, and are not plainly in another unit.
+
+    `what` they are, for errors; the channel unless told.
+    """
     finite = values[np.isfinite(values)]
     if finite.size == 0 or channel.fits(finite):
         return
@@ -112,13 +115,14 @@ def unit(place: Place, channel: Channel, values: Floats) -> None:
         extreme, lower, upper = float(values[row]), channel.lower, channel.upper
         says = "here"
     possible = _range(lower, upper, channel.unit)
-    told = f"{place.label(channel.name)} is {extreme:.6g} {channel.unit} {says}, where {possible} is possible"
+    what = what or place.label(channel.name)
+    told = f"{what} is {extreme:.6g} {channel.unit} {says}, where {possible} is possible"
     if likely:
         raise _wrong_unit(place, channel, told, likely, row=row, value=extreme, lower=lower, upper=upper)
-    what = "the sample, or leave it out if it is missing" if few else "the channel's unit, scale or zero"
+    part = "the sample, or leave it out if it is missing" if few else "the channel's unit, scale or zero"
     raise place.error(
         "value-out-of-bounds",
-        f"{told}; correct {what}",
+        f"{told}; correct {part}",
         row=row,
         channel=channel.name,
         value=extreme,

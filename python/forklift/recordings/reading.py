@@ -106,8 +106,9 @@ def _on_their_clocks(
         checks.unit(raw.place, clock, time)
         checks.clock(raw.place, clock, time, rate_hz)
         return time, values, {}
-    for name in COMMANDS:
-        checks.unit(raw.place, table()[TIME], raw.series[name].time - raw.series[name].time[0])
+    for name, found in raw.series.items():
+        whose = f"the time of {raw.place.label(name)}"
+        checks.unit(raw.place, table()[TIME], found.time - found.time[0], whose)
     return union(raw.place, raw.series)
 
 
