@@ -51,13 +51,12 @@ def lowerings(recording: Recording) -> tuple[Recording, ...]:
 
 def _part(recording: Recording, span: tuple[float, float], number: int) -> Recording:
     rows = np.flatnonzero((recording.time_s >= span[0] - BEFORE_S) & (recording.time_s <= span[1] + AFTER_S))
-    own: dict[str, Rows] = {
-        name: np.searchsorted(rows, at[np.isin(at, rows)]) for name, at in recording.rows.items()
-    }
+    own: dict[str, Rows] = {}
+    for name, at in recording.rows.items():
+        ends = rows[[0, -1]] if name in COMMANDS else rows[:0]  # at which a held current is known
+        own[name] = np.searchsorted(rows, np.union1d(at[np.isin(at, rows)], ends))
     channels = {
-        name: values[rows]
-        for name, values in recording.channels.items()
-        if name in COMMANDS or name not in own or len(own[name])
+        name: values[rows] for name, values in recording.channels.items() if name not in own or len(own[name])
     }
     moved = [lift for lift, name in zip(LIFTS, COMMANDS, strict=True) if channels[name].max() > AT_REST_A]
     lift: Lifts = moved[0] if len(moved) == 1 else "both"

@@ -54,7 +54,7 @@ class Recording(Plotted):
     rows
         Name to the rows at which a channel on a clock of its own was sampled, in increasing order; a channel
         that is not named was sampled at every row. Between its rows a measurement is NaN and a commanded
-        current is held.
+        current is held, whose rows hold the first and the last.
 
     Raises
     ------
