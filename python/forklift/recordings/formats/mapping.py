@@ -208,7 +208,7 @@ class Choice:
 
     def _in_seconds(self, name: str, clock: Series) -> Series:
         """A column of times in seconds, from the unit that the file or the column's brackets state."""
-        stated = clock.unit.strip() or units.in_brackets(name)
+        stated = clock.unit.strip() or units.in_brackets(name, table()[TIME].unit)
         linear = units.conversion(stated, table()[TIME].unit)
         if linear is None and units.known(stated):
             raise self.place.error(
@@ -250,7 +250,7 @@ class Choice:
         """How the values of a source, whose file states `unit`, come to the channel's unit."""
         source = self.source(name)
         channel = table()[source.channel]
-        stated = unit.strip() or (units.in_brackets(name) if name != source.channel else "")
+        stated = unit.strip() or (units.in_brackets(name, channel.unit) if name != source.channel else "")
         asked = source.unit or stated
         facts: dict[str, Any] = {
             "channel": source.channel,
