@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from contextlib import suppress
+
 import numpy as np
 import polars as pl
 import pytest
@@ -91,3 +96,30 @@ def test_what_could_not_be_read_back_is_not_left_behind(tmp_path, monkeypatch):
     monkeypatch.setattr(Recording, "to_csv", lambda _: "time_s,current_free_a\n0,1\n")
     assert raised(convert, log, tmp_path / "out").code == "column-missing"
     assert [path.name for path in tmp_path.iterdir()] == ["free_0kg.csv"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="asks in a pseudo-terminal")
+def test_a_question_is_not_erased_while_it_is_answered(tmp_path):
+    import pty
+    import select
+
+    pl.DataFrame(signals()).write_csv(tmp_path / "run.csv")
+    here, there = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "forklift", "convert", tmp_path / "run.csv", "--out", tmp_path / "out"],
+        stdin=there, stdout=subprocess.DEVNULL, stderr=there, env=os.environ | {"TERM": "xterm"},
+    )  # fmt: skip
+    os.close(there)
+    for mark, answer in ((b"both)?", b"free\n"), (b"forks?", b"800\n")):
+        told = b""
+        while mark not in told:
+            told += os.read(here, 4096)
+        if select.select([here], [], [], 0.3)[0]:  # the rest of the question
+            os.read(here, 4096)
+        assert not select.select([here], [], [], 0.5)[0], "what is typed is written over"
+        os.write(here, answer)
+    with suppress(OSError):  # its end
+        while os.read(here, 4096):
+            pass
+    assert process.wait() == 0
+    assert Campaign.read(tmp_path / "out")[0].load_kg == 800.0
