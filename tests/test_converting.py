@@ -12,6 +12,7 @@ import polars as pl
 import pytest
 
 from forklift import Campaign, Recording, compare, convert
+from forklift.recordings.inspect import inspect
 from small_campaign import RATE_HZ, csv_text, foreign, make, make_mapped, raised, signals, snapshot
 
 LONG_ROWS = 1500
@@ -123,3 +124,18 @@ def test_a_question_is_not_erased_while_it_is_answered(tmp_path):
             pass
     assert process.wait() == 0
     assert Campaign.read(tmp_path / "out")[0].load_kg == 800.0
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_proposal_passes_over_the_columns_that_are_no_channels(tmp_path, suffix):
+    own = foreign()
+    columns = {"Time [s]": own["t"], "Valve current FL [mA]": own["ValveCurrFL"],
+               "Valve current ML [mA]": own["ValveCurrML"], "pressure_free_pa": own["pA"] * 1e5,
+               "Engine speed [rpm]": own["t"] * 0.0 + 800.0, "Comment": ["ok"] * len(own["t"])}  # fmt: skip
+    table, log = pl.DataFrame(columns), tmp_path / f"free_800kg{suffix}"
+    table.write_csv(log) if suffix == ".csv" else table.write_parquet(log)
+    (found,) = convert(log, tmp_path / "campaign", propose=True)
+    assert set(found.channels) == {"current_free_a", "current_main_a", "pressure_free_pa"}
+    (tmp_path / "channels.toml").write_text(inspect(log).mapping())
+    (again,) = convert(log, tmp_path / "again", channels=tmp_path / "channels.toml")
+    assert again == found

@@ -188,7 +188,9 @@ def convert(
         unchanged = mapped_alike and not ignore and not dbc
         mapping = _mapping(channels, ignore, dbc)
         if propose and files:
-            mapping["channels"] = toml.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())["channels"]
+            proposed = toml.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())
+            mapping["channels"] = proposed["channels"]
+            mapping["ignore"] += proposed.get("ignore", [])
         document = _document(name, files, str(out), entered, mapping)
         entries = zip(document.recording, files, strict=True)
         databases = tuple(os.path.abspath(file) for file in mapping["dbc"])

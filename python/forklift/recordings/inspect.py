@@ -19,6 +19,7 @@ from forklift.base import toml
 from forklift.base.arrays import Floats
 from forklift.recordings import formats, units
 from forklift.recordings.channels import COMMANDS, TIME, Channel, Conversion, looks_like, table
+from forklift.recordings.clocks import TIME_SUFFIX
 from forklift.recordings.formats.signals import Everything, Place, Series
 
 SKETCH = "▁▂▃▄▅▆▇█"
@@ -78,10 +79,13 @@ class Log:
     format: str
     duration_s: float | None
     signals: tuple[LoggedSignal, ...]
+    ignored: tuple[str, ...] = ()
+    """Columns of a table that are no channel and none is proposed for: a table's must all be told of."""
 
     def mapping(self) -> str:
-        """The ``[channels]`` block of the proposals, with the reasons as comments."""
-        lines = ["[channels]"]
+        """The ``[channels]`` block of the proposals, with the reasons as comments; before it ``ignore``."""
+        lines = [f"ignore = {toml.written(list(self.ignored))}", ""] if self.ignored else []
+        lines += ["[channels]"]
         found = [one for one in self.signals if one.proposal]
         for one in sorted(
             found, key=lambda one: list(table()).index(one.proposal.channel if one.proposal else "")
@@ -139,7 +143,16 @@ def inspect(path: str | Path, *, dbc: Sequence[str | Path] = ()) -> Log:
         if (time := series.time if series.time is not None else common) is not None and len(time)
     ]
     duration = max(b for _, b in ends) - min(a for a, _ in ends) if ends else None
-    return Log(path.name, formats.format_of(path.name).name, duration, signals)
+    format = formats.format_of(path.name)
+    ignored = () if format.picks else _ignored([*found.series, *found.others], proposals)
+    return Log(path.name, format.name, duration, signals, ignored)
+
+
+def _ignored(names: Sequence[str], proposals: Mapping[str, Proposal]) -> tuple[str, ...]:
+    """The columns that are neither proposed nor a channel's own, nor the times of one."""
+    known = {*table(), *proposals}
+    known |= {name for name in names if name.removesuffix(TIME_SUFFIX) in known}
+    return tuple(dict.fromkeys(name for name in names if name not in known))
 
 
 def _common_time(series: Mapping[str, Series]) -> Floats | None:

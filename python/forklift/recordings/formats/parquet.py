@@ -45,8 +45,8 @@ def read(place: Place, choose: Choose) -> Signals:
     for name, column in whole.items():
         alike = [begins[one] for one in whole if kinds[one] == kinds[name] and begins[one] is not None]
         columns[name] = ((column - min(alike, default=0)).cast(polars.Float64) * 1e-9).to_numpy()
-    columns = {name: columns[name] for name in chosen}
-    return Signals({name: Series(np.array(values, dtype=np.float64)) for name, values in columns.items()})
+    series = {name: Series(np.array(columns[name], dtype=np.float64)) for name in chosen}
+    return Signals(series, others=tuple(name for name in schema if name not in series))
 
 
 def _nanoseconds(column: Any) -> Any:
