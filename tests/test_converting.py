@@ -25,13 +25,14 @@ def log(tmp_path):
     return tmp_path / "free_800kg.csv"
 
 
-def long_log(path, oil_at):
-    """Two lowerings with a pause between them, and an oil temperature at these times [s]."""
+def long_log(path, oil_at, second="free"):
+    """A lowering of the free lift, and after a pause one of the second; an oil temperature at some times [s]."""
     time = np.arange(LONG_ROWS) / RATE_HZ
     command = np.zeros(LONG_ROWS)
     command[100:200] = command[1000:1300] = 0.5
+    free = np.where((second == "free") | (time < 10.0), command, 0.0)
     columns = {
-        "time_s": time, "current_free_a": command, "current_main_a": 0.0 * command,
+        "time_s": time, "current_free_a": free, "current_main_a": command - free,
         "position_free_m": 1.0 - np.cumsum(command) / 1000.0,
         "oil_temperature_degc.time_s": time * np.nan, "oil_temperature_degc": time * np.nan,
     }  # fmt: skip
@@ -139,3 +140,10 @@ def test_a_proposal_passes_over_the_columns_that_are_no_channels(tmp_path, suffi
     (tmp_path / "channels.toml").write_text(inspect(log).mapping())
     (again,) = convert(log, tmp_path / "again", channels=tmp_path / "channels.toml")
     assert again == found
+
+
+def test_the_currents_tell_the_lift_of_a_lowering_that_is_cut_out(tmp_path):
+    log = long_log(tmp_path / "main_hall_0kg.csv", [9.9], second="main")
+    assert [one.lift for one in convert(log, tmp_path / "parts", cut=True)] == ["free", "main"]
+    told = {"cut": True, "lift": "main"}
+    assert raised(convert, log, tmp_path / "told", **told).code == "lift-contradicts-current"

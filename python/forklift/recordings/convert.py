@@ -81,7 +81,7 @@ def convert(
         A CSV file with the columns ``file, lift, load_kg, role``.
     cut
         Whether each file is cut into its lowerings, see `forklift.recordings.cut`; the lift is then told by
-        the currents.
+        the currents, unless `lift` is given, whatever the file's name or `table` says.
     propose
         Whether what `forklift.recordings.inspect` proposes stands for `channels`.
     extend
@@ -183,7 +183,7 @@ def convert(
                 for one, file in zip(entered, files, strict=True)
             ]
         if cut:
-            entered = [Entered(one.lift or "both", one.load_kg, one.role) for one in entered]
+            entered = [Entered(lift or "both", one.load_kg, one.role) for one in entered]
         ignore = tuple(ignore)
         unchanged = mapped_alike and not ignore and not dbc
         mapping = _mapping(channels, ignore, dbc)
