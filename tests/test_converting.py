@@ -26,7 +26,7 @@ def log(tmp_path):
 
 
 def long_log(path, oil_at, second="free"):
-    """A lowering of the free lift, and after a pause one of the second; an oil temperature at some times [s]."""
+    """A lowering of the free lift, after a pause one of the second; an oil temperature at some times [s]."""
     time = np.arange(LONG_ROWS) / RATE_HZ
     command = np.zeros(LONG_ROWS)
     command[100:200] = command[1000:1300] = 0.5
