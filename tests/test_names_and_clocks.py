@@ -102,3 +102,17 @@ def test_a_column_that_is_no_time_is_refused(tmp_path, name, times, code):
     toml = folder / "campaign.toml"
     toml.write_text(toml.read_text().replace('"pressure_free_pa",', f'"pressure_free_pa", time = "{name}",'))
     assert raised(Campaign.read, folder).code == code
+
+
+def test_a_time_of_the_day_counts_from_the_first_and_a_date_of_another_age_is_no_damage(tmp_path):
+    noon = [(NOON + timedelta(seconds=0.5 * k)).time() for k in range(3)]
+    never = [datetime(1500, 1, 1), None, datetime(9999, 12, 31)]
+    frame = pl.DataFrame({"clock": noon, "due": never, "day": [datetime(1500, 1, 1).date()] * 3})
+    frame.with_columns(fine=pl.Series([0, 7, 14]).cast(pl.Duration("ns"))).write_parquet(
+        tmp_path / "run.parquet"
+    )
+    found, _ = formats.read(Place("run.parquet", str(tmp_path / "run.parquet")), Everything())
+    np.testing.assert_allclose(found.series["clock"].values, [0.0, 0.5, 1.0], atol=1e-9)
+    np.testing.assert_array_equal(np.isnan(found.series["due"].values), [False, True, False])
+    np.testing.assert_array_equal(found.series["day"].values, 0.0)
+    np.testing.assert_allclose(found.series["fine"].values, [0.0, 7e-9, 14e-9])
