@@ -14,7 +14,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
-from forklift import Campaign, Recording
+from forklift import Campaign, Recording, convert
+from forklift.base import output
 from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, conversions, table
 from small_campaign import ROWS, make, raised, signals, snapshot
 
@@ -133,6 +134,20 @@ def test_a_campaign_is_not_written_over_anything(folder, tmp_path):
     (folder / "notes.txt").write_text("mine")
     assert raised(campaign.write, folder, overwrite=True).code == "output-exists"
     assert snapshot(tmp_path) == before | {"other/notes.txt": b"mine", "small/notes.txt": b"mine"}
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path, monkeypatch):
+    def check(name):
+        return raised(output.check_folder, tmp_path / name, (), "campaign.toml").code
+
+    small = make(tmp_path / "small")
+    assert check("x" * 300) == "not-writable"
+    assert raised(convert, small, tmp_path / ("x" * 300)).code == "not-writable"
+    assert raised(Campaign.read(small).write, tmp_path / ("x" * 300)).code == "not-writable"
+    assert output.check_folder(tmp_path / "out", (), "campaign.toml") == tmp_path / "out"
+    monkeypatch.setattr(Path, "mkdir", lambda *_, **__: (_ for _ in ()).throw(PermissionError(13, "Denied")))
+    assert check("out") == "not-writable"
+    assert list(tmp_path.iterdir()) == [small]
 
 
 def test_a_foreign_file_deep_in_an_earlier_campaign_is_not_deleted(folder, tmp_path):

@@ -126,7 +126,7 @@ class Campaign(Celled):
         campaign_file.parse(document.encode(), Place(FILE, str(folder / FILE)))
         kept = folder / MAPPING
         notes = dict(notes or {})
-        if MAPPING not in notes and kept.is_file() and overwrite:
+        if MAPPING not in notes and overwrite and os.path.isfile(kept):
             notes[MAPPING] = kept.read_text(encoding="utf-8")
         with output.folder(folder, replaceable(folder, overwrite), FILE) as temporary:
             for name, text in notes.items():
@@ -296,7 +296,7 @@ def replaceable(folder: Path, overwrite: bool) -> frozenset[str]:
     ForkliftError
         ``"output-exists"`` if there is an earlier campaign that is not to be overwritten.
     """
-    if not overwrite and (folder / FILE).exists():
+    if not overwrite and os.path.exists(folder / FILE):
         raise ForkliftError(
             "output-exists",
             f"{folder} already holds a campaign; name a folder that does not exist yet, or ask to "
