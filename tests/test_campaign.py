@@ -219,6 +219,8 @@ def test_recordings_are_looked_up_by_file_and_by_number(folder):
     assert error.code == "recording-unknown"
     assert error.file == "mian.csv"
     assert "'main.csv'" in error.message
+    for unknown in (slice(0, 1), 2, -3, None):
+        assert raised(campaign.__getitem__, unknown).code == "recording-unknown"
 
 
 def test_results_are_frozen_and_can_be_sent_to_another_process(folder):

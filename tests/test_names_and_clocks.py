@@ -11,7 +11,7 @@ from forklift.base.errors import ForkliftError
 from forklift.recordings import formats, units
 from forklift.recordings.entered import of_name
 from forklift.recordings.formats.signals import Everything, Place
-from small_campaign import foreign, make_mapped, raised, signals
+from small_campaign import csv_text, foreign, make_mapped, raised, signals
 
 NOON = datetime(2026, 3, 2, 12, 0, 0)
 
@@ -116,3 +116,20 @@ def test_a_time_of_the_day_counts_from_the_first_and_a_date_of_another_age_is_no
     np.testing.assert_array_equal(np.isnan(found.series["due"].values), [False, True, False])
     np.testing.assert_array_equal(found.series["day"].values, 0.0)
     np.testing.assert_allclose(found.series["fine"].values, [0.0, 7e-9, 14e-9])
+
+
+@pytest.mark.parametrize(("asked", "near"), [(30.0, ("50 Hz", "25 Hz")), (80.0, ("50 Hz",))])
+def test_a_rate_that_is_no_whole_part_of_the_recordings_is_refused_with_those_that_are(tmp_path, asked, near):
+    pl.DataFrame(signals()).write_csv(tmp_path / "free_0kg.csv")
+    error = raised(convert, tmp_path / "free_0kg.csv", tmp_path / "out", sample_rate_hz=asked)
+    assert error.code == "sample-rate-mismatch"
+    assert error.value == pytest.approx(50.0)
+    assert all(one in error.message for one in near)
+
+
+def test_a_channel_that_has_times_and_no_sample_is_named(tmp_path):
+    columns = signals()
+    columns["pressure_free_pa.time_s"] = columns["pressure_free_pa"] = columns["time_s"] * np.nan
+    (tmp_path / "free_0kg.csv").write_text(csv_text(columns))
+    error = raised(convert, tmp_path / "free_0kg.csv", tmp_path / "out")
+    assert (error.code, error.channel) == ("recording-empty", "pressure_free_pa")

@@ -170,18 +170,18 @@ class Campaign(Celled):
         return hashlib.sha256(json.dumps([entered, files]).encode()).hexdigest()
 
     def __getitem__(self, which: str | int) -> Recording:
-        if isinstance(which, int):
+        if isinstance(which, int) and -len(self) <= which < len(self):
             return self.recordings[which]
         for found in self.recordings:
             if found.file == which:
                 return found
         files = [found.file for found in self.recordings]
-        near = get_close_matches(which, files, n=1)
+        near = get_close_matches(which, files, n=1) if isinstance(which, str) else []
         raise ForkliftError(
             "recording-unknown",
-            f"campaign {self.name!r} has no recording {which!r}; "
+            f"campaign {self.name!r} has no recording {which!r}, by its file or its number; "
             + (f"did you mean {near[0]!r}?" if near else f"it has {', '.join(files)}"),
-            file=which,
+            file=str(which),
             known=files,
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -160,6 +161,23 @@ def clock(place: Place, time_channel: Channel, time: Floats, rate_hz: float) -> 
         raise _wrong_rate(place, time_channel, duration / expected, rate_hz)
 
 
+def divides(place: Place, time_channel: Channel, step_s: float, rate_hz: float) -> None:
+    """The recording's rate, 1 / `step_s`, is a whole number of times `rate_hz`."""
+    times = 1.0 / (step_s * rate_hz)
+    every = max(1, round(times))
+    if abs(times / every - 1.0) <= CLOCK_TOLERANCE:
+        return
+    near = [1.0 / (step_s * max(1, k)) for k in (math.floor(times), math.ceil(times))]
+    raise _wrong_rate(
+        place,
+        time_channel,
+        1.0 / times,
+        rate_hz,
+        f"of which {rate_hz:g} Hz is no whole part; convert it to "
+        + " or ".join(dict.fromkeys(f"{one:.6g} Hz" for one in near)),
+    )
+
+
 def lift(place: Place, lift: str, channels: Mapping[str, Floats]) -> None:
     """A single lift's recording does not command the other lift."""
     moved = [
@@ -214,8 +232,10 @@ def _wrong_unit(
     )
 
 
-def _wrong_rate(place: Place, time_channel: Channel, ratio: float, rate_hz: float) -> ForkliftError:
-    """The clock's steps are `ratio` periods long."""
+def _wrong_rate(
+    place: Place, time_channel: Channel, ratio: float, rate_hz: float, how: str = ""
+) -> ForkliftError:
+    """The clock's steps are `ratio` periods long; `how` that is wrong, unless the campaign's rate differs."""
     for other in conversions(time_channel.unit):
         if abs(ratio * other.scale - 1.0) <= CLOCK_TOLERANCE:
             steps = f"{ratio / rate_hz:.6g} s, where {1 / rate_hz:.6g} s are expected"
@@ -223,8 +243,12 @@ def _wrong_rate(place: Place, time_channel: Channel, ratio: float, rate_hz: floa
             return _wrong_unit(place, time_channel, told, [other], row=1, value=ratio / rate_hz)
     return place.error(
         "sample-rate-mismatch",
-        f"it is sampled at {rate_hz / ratio:.6g} Hz, where the campaign has sample_rate_hz = {rate_hz:g}; "
-        "correct that, or convert the recording to that rate",
+        f"it is sampled at {rate_hz / ratio:.6g} Hz, "
+        + (
+            how
+            or f"where the campaign has sample_rate_hz = {rate_hz:g}; correct that, or convert the recording "
+            "to that rate"
+        ),
         channel=TIME,
         value=rate_hz / ratio,
         lower=rate_hz * (1.0 - CLOCK_TOLERANCE),

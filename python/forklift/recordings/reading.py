@@ -100,9 +100,10 @@ def _on_their_clocks(
     time = raw.series[COMMANDS[0]].time
     if raw.on_one_clock:
         values = {name: found.values for name, found in raw.series.items()}
-        if regrid:
-            time, values = _at_rate(time, values, rate_hz)
         clock = table()[TIME]
+        if regrid:
+            checks.divides(raw.place, clock, float(np.median(np.diff(time))), rate_hz)
+            time, values = _at_rate(time, values, rate_hz)
         checks.unit(raw.place, clock, time)
         checks.clock(raw.place, clock, time, rate_hz)
         return time, values, {}
