@@ -14,7 +14,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from campaigns import CAMPAIGNS
-from forklift import Campaign, Recording
+from forklift import Campaign, Recording, convert
+from forklift.base import output
 from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, conversions, table
 from small_campaign import ROWS, make, raised, signals, snapshot
 
@@ -135,6 +136,20 @@ def test_a_campaign_is_not_written_over_anything(folder, tmp_path):
     assert snapshot(tmp_path) == before | {"other/notes.txt": b"mine", "small/notes.txt": b"mine"}
 
 
+def test_a_place_that_cannot_be_written_is_told_before_the_work(tmp_path, monkeypatch):
+    def check(name):
+        return raised(output.check_folder, tmp_path / name, (), "campaign.toml").code
+
+    small = make(tmp_path / "small")
+    assert check("x" * 300) == "not-writable"
+    assert raised(convert, small, tmp_path / ("x" * 300)).code == "not-writable"
+    assert raised(Campaign.read(small).write, tmp_path / ("x" * 300)).code == "not-writable"
+    assert output.check_folder(tmp_path / "out", (), "campaign.toml") == tmp_path / "out"
+    monkeypatch.setattr(Path, "mkdir", lambda *_, **__: (_ for _ in ()).throw(PermissionError(13, "Denied")))
+    assert check("out") == "not-writable"
+    assert list(tmp_path.iterdir()) == [small]
+
+
 def test_a_foreign_file_deep_in_an_earlier_campaign_is_not_deleted(folder, tmp_path):
     first = Campaign.read(folder).recordings[0]
     campaign = Campaign("deep", 50.0, (replace(first, file="day1/free.csv"),))
@@ -169,13 +184,8 @@ def test_nothing_is_left_of_a_campaign_that_could_not_be_written(folder, tmp_pat
 
 
 def test_a_campaign_that_would_not_read_back_is_not_written(tmp_path):
-    for changes, code in (
-        ({"file": "../free.csv"}, "path-escapes"),
-        ({"load_kg": -1.0}, "load-out-of-bounds"),
-        ({"role": "test"}, "role-unknown"),
-    ):
-        campaign = Campaign("bad", 50.0, (recording(**changes),))
-        assert raised(campaign.write, tmp_path / "out").code == code
+    campaign = Campaign("bad", 50.0, (recording(file="../free.csv"),))
+    assert raised(campaign.write, tmp_path / "out").code == "path-escapes"
     assert not list(tmp_path.iterdir())
 
 
@@ -204,6 +214,8 @@ def test_recordings_are_looked_up_by_file_and_by_number(folder):
     assert error.code == "recording-unknown"
     assert error.file == "mian.csv"
     assert "'main.csv'" in error.message
+    for unknown in (slice(0, 1), 2, -3, None):
+        assert raised(campaign.__getitem__, unknown).code == "recording-unknown"
 
 
 def test_results_are_frozen_and_can_be_sent_to_another_process(folder):
@@ -295,3 +307,21 @@ def test_a_campaign_of_fourteen_recordings_is_read_in_a_tenth_of_a_second():
         Campaign.read(folder)
         times.append(time.process_time() - start)
     assert min(times) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"lift": "Main"}, "lift-unknown"),
+        ({"role": "test"}, "role-unknown"),
+        ({"load_kg": "800"}, "value-invalid"),
+        ({"load_kg": np.nan}, "load-out-of-bounds"),
+        ({"load_kg": -5000.0}, "load-out-of-bounds"),
+        ({"time_s": np.where(np.arange(ROWS) == 5, np.nan, np.arange(ROWS))}, "sample-missing"),
+        ({"time_s": np.arange(ROWS)[::-1]}, "time-not-increasing"),
+        ({"time_s": [0.0], "channels": {name: [0.0] for name in COMMANDS}}, "recording-too-short"),
+        ({"time_s": [], "channels": {name: [] for name in COMMANDS}}, "recording-empty"),
+    ],
+)
+def test_a_recording_made_in_memory_is_checked_as_one_that_is_read(changes, code):
+    assert raised(recording, **changes).code == code

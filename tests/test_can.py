@@ -146,3 +146,10 @@ def test_a_signal_that_several_messages_have_must_be_named_with_its_message(tmp_
     )
     toml.write_text(toml.read_text().replace("ValveCurrFL =", '"ValveCommand.ValveCurrFL" ='))
     assert len(Campaign.read(folder)[0].channels) == 4
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_a_dbc_states_its_units_in_either_encoding(encoding, tmp_path):
+    folder = campaign(tmp_path / "bus", ".blf")
+    (folder / "truck.dbc").write_bytes(bus.DBC.replace("degF", "°F").encode(encoding))
+    np.testing.assert_allclose(Campaign.read(folder)[0].own("oil_temperature_degc").values, 20.5, atol=0.05)

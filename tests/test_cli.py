@@ -346,3 +346,34 @@ def test_compare_takes_less_than_5_s_with_start_up(tmp_path):
     subprocess.run(call, check=True, capture_output=True)
     after = os.times()
     assert after.children_user + after.children_system - before.children_user - before.children_system < 5.0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ("--score-open", "open", "--sensitivity"),
+        ("--answers", "answers.json"),
+        ("--sensitivity", "--keep"),
+        *(
+            ("--score-open", "open", *one)
+            for one in (("--seed", 1), ("--campaigns", 20), ("--jobs", 1), ("--keep",))
+        ),
+    ],
+)
+def test_options_of_a_proof_that_contradict_each_other_are_refused(capfd, tmp_path, given):
+    assert refused(capfd, "prove", "--out", tmp_path / "proof", *given, code=r" \[option-not-wanted\]")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ("--command", RECORDINGS[0].file, "--seed", 2),
+        ("--command", RECORDINGS[0].file, "--duration", 2),
+        ("--states",),
+    ],
+)
+def test_options_of_a_simulation_that_have_no_meaning_are_refused(capfd, demo, monkeypatch, given):
+    monkeypatch.chdir(demo / "campaign")
+    call = ("simulate", "--load", 800, "--temperature", 40, *given)
+    assert refused(capfd, *call, code=r" \[option-not-wanted\]")

@@ -6,12 +6,16 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import clocked
 from campaigns import CAMPAIGNS
-from forklift import Campaign, Truck, compare
+from forklift import Campaign, Recording, Truck, compare
 from forklift.plant.forklift.sensors import sensors
-from forklift.recordings.clocks import Sampled
+from forklift.recordings.clocks import Sampled, union
+from forklift.recordings.cut import lowerings
+from forklift.recordings.formats.signals import Place
 from forklift.recordings.noise import noise_of
 
 NOISE_WITHIN = 0.05
@@ -69,3 +73,46 @@ def test_noise_is_measured_on_an_uneven_clock_too(jitter):
     truth = 0.1 * np.sin(2.0 * np.pi * 0.5 * time)
     told = noise_of([Sampled(time, truth + 1e-3 * random.standard_normal(2000))])
     assert told == pytest.approx(1e-3, rel=NOISE_WITHIN)
+
+
+clock = st.builds(
+    lambda first, steps: first + np.cumsum(steps),
+    st.floats(0.0, 0.5),
+    st.lists(st.floats(2e-3, 0.5), min_size=4, max_size=30),
+)
+NAMES = ("current_free_a", "current_main_a", "position_free_m", "oil_temperature_degc")
+
+
+@settings(max_examples=50, deadline=None)
+@given(clocks=st.lists(clock, min_size=4, max_size=4), shared=st.booleans())
+def test_a_recording_on_several_clocks_written_reads_back_to_the_bit(tmp_path_factory, clocks, shared):
+    if shared:
+        clocks[1] = clocks[0]
+    assume(max(clocks[0][0], clocks[1][0]) < min(clocks[0][-1], clocks[1][-1]))
+    series = {
+        name: Sampled(time, np.sin(np.arange(len(time)) * 1.7) ** 2)
+        for name, time in zip(NAMES, clocks, strict=True)
+    }
+    time, channels, rows = union(Place("x", "x"), series)
+    made = Recording("both.csv", "both", 0.0, "estimate", time, channels, rows=rows)
+    assume(not made.on_one_clock)
+    campaign = Campaign("clocks", 50.0, (made,))
+    copy = Campaign.read(campaign.write(tmp_path_factory.mktemp("clocks") / "campaign"))
+    assert copy == campaign
+    assert copy[0].time_s.tobytes() == made.time_s.tobytes()
+
+
+def test_a_lowering_cut_from_several_clocks_reads_back_to_the_bit(tmp_path):
+    fast, slow = 0.02 * np.arange(1000), 0.007 + 0.05 * np.arange(400)
+    command = np.where((fast > 5.003) & (fast < 8.0), 0.5, 0.0)
+    series = {
+        "current_free_a": Sampled(fast, command),
+        "current_main_a": Sampled(slow, 0.0 * slow),
+        "position_free_m": Sampled(slow + 0.003, 1.0 - 0.01 * slow),
+    }
+    time, channels, rows = union(Place("x", "x"), series)
+    whole = Recording("free.csv", "free", 0.0, "estimate", time, channels, rows=rows)
+    (part,) = lowerings(whole)
+    campaign = Campaign("cut", 50.0, (part,))
+    assert Campaign.read(campaign.write(tmp_path / "campaign")) == campaign
+    assert part.duration_s == pytest.approx(3.0 + 2.5, abs=0.1)

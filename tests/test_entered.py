@@ -41,3 +41,13 @@ def test_what_is_wrong_is_told_with_its_line(table, text, line):
         of_table(table(text))
     assert caught.value.code == "table-invalid"
     assert caught.value.facts.get("line") == line
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("file;lift;load_kg\na.csv;free;0\n", ";"), ("datei,lift\na.csv,free\n", ["datei", "lift"])],
+)
+def test_the_columns_that_were_found_are_told(table, text, value):
+    with pytest.raises(ForkliftError) as caught:
+        of_table(table(text))
+    assert (caught.value.code, caught.value.value) == ("table-invalid", value)

@@ -11,7 +11,7 @@ from forklift.base.errors import ForkliftError
 from forklift.recordings import formats, units
 from forklift.recordings.entered import of_name
 from forklift.recordings.formats.signals import Everything, Place
-from small_campaign import signals
+from small_campaign import csv_text, foreign, make_mapped, raised, signals
 
 NOON = datetime(2026, 3, 2, 12, 0, 0)
 
@@ -76,3 +76,60 @@ def test_a_mapping_is_proposed_or_given(tmp_path):
     with pytest.raises(ForkliftError) as caught:
         convert(tmp_path / "free_0kg.csv", tmp_path / "out", propose=True, channels={"x": "current_free_a"})
     assert caught.value.code == "option-not-wanted"
+
+
+@pytest.mark.parametrize(("unit", "per_second"), [("ms", 1e3), ("µs", 1e6), ("s", 1.0)])
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_column_of_times_is_in_the_unit_of_its_brackets(tmp_path, suffix, unit, per_second):
+    columns = foreign()
+    columns[f"t_p [{unit}]"] = columns["t"] * per_second
+    folder = make_mapped(tmp_path / "mapped", suffix, columns)
+    toml = folder / "campaign.toml"
+    entry = f'"pressure_free_pa", time = "t_p [{unit}]",'
+    toml.write_text(toml.read_text().replace('"pressure_free_pa",', entry), encoding="utf-8")
+    own = Campaign.read(folder)[0].own("pressure_free_pa")
+    np.testing.assert_allclose(own.time, columns["t"], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "code"),
+    [("t_p [bar]", 1.0, "unit-of-another-kind"), ("t_p", 1e12, "unit-wrong")],
+)
+def test_a_column_that_is_no_time_is_refused(tmp_path, name, times, code):
+    columns = foreign()
+    columns[name] = columns["t"] * times
+    folder = make_mapped(tmp_path / "mapped", ".csv", columns)
+    toml = folder / "campaign.toml"
+    toml.write_text(toml.read_text().replace('"pressure_free_pa",', f'"pressure_free_pa", time = "{name}",'))
+    assert raised(Campaign.read, folder).code == code
+
+
+def test_a_time_of_the_day_counts_from_the_first_and_a_date_of_another_age_is_no_damage(tmp_path):
+    noon = [(NOON + timedelta(seconds=0.5 * k)).time() for k in range(3)]
+    never = [datetime(1500, 1, 1), None, datetime(9999, 12, 31)]
+    frame = pl.DataFrame({"clock": noon, "due": never, "day": [datetime(1500, 1, 1).date()] * 3})
+    frame.with_columns(fine=pl.Series([0, 7, 14]).cast(pl.Duration("ns"))).write_parquet(
+        tmp_path / "run.parquet"
+    )
+    found, _ = formats.read(Place("run.parquet", str(tmp_path / "run.parquet")), Everything())
+    np.testing.assert_allclose(found.series["clock"].values, [0.0, 0.5, 1.0], atol=1e-9)
+    np.testing.assert_array_equal(np.isnan(found.series["due"].values), [False, True, False])
+    np.testing.assert_array_equal(found.series["day"].values, 0.0)
+    np.testing.assert_allclose(found.series["fine"].values, [0.0, 7e-9, 14e-9])
+
+
+@pytest.mark.parametrize(("asked", "near"), [(30.0, ("50 Hz", "25 Hz")), (80.0, ("50 Hz",))])
+def test_a_rate_that_is_no_whole_part_of_the_recordings_is_refused_with_those_that_are(tmp_path, asked, near):
+    pl.DataFrame(signals()).write_csv(tmp_path / "free_0kg.csv")
+    error = raised(convert, tmp_path / "free_0kg.csv", tmp_path / "out", sample_rate_hz=asked)
+    assert error.code == "sample-rate-mismatch"
+    assert error.value == pytest.approx(50.0)
+    assert all(one in error.message for one in near)
+
+
+def test_a_channel_that_has_times_and_no_sample_is_named(tmp_path):
+    columns = signals()
+    columns["pressure_free_pa.time_s"] = columns["pressure_free_pa"] = columns["time_s"] * np.nan
+    (tmp_path / "free_0kg.csv").write_text(csv_text(columns))
+    error = raised(convert, tmp_path / "free_0kg.csv", tmp_path / "out")
+    assert (error.code, error.channel) == ("recording-empty", "pressure_free_pa")

@@ -77,3 +77,12 @@ def test_the_command_writes_a_file_that_reads_back(tmp_path, capsys):
     made = Truck.read(out)
     assert (made.name, made.values["free.mass.moving"]) == ("mine", 310.0)
     assert made.sources["free.mass.moving"].startswith("weighed")
+
+
+@pytest.mark.parametrize("name", ["", " "])
+def test_a_truck_without_a_name_is_not_written(name, tmp_path):
+    assert raised(new_truck, name, {}, THESIS).code == "truck-malformed"
+    with pytest.raises(SystemExit) as end:
+        main(["truck", "new", name, "--out", str(tmp_path / "mine.toml")])
+    assert end.value.code == 2
+    assert not list(tmp_path.iterdir())

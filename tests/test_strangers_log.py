@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from functools import cache
 
 import numpy as np
@@ -199,6 +202,17 @@ def test_a_table_s_proposals_stand_beside_its_text(tmp_path):
         "Strom Freihub [mA]": "current_free_a",
     }
     assert "nothing looks like current_main_a" in log.mapping()
+
+
+def test_a_character_that_a_redirected_output_does_not_know_is_no_mistake(tmp_path):
+    (tmp_path / "log.csv").write_text("time_s,current_free_a\n0.00,0.5\n0.02,0.6\n0.04,0.7\n")
+    told = subprocess.run(
+        [sys.executable, "-m", "forklift", "info", tmp_path / "log.csv"],
+        env=os.environ | {"PYTHONIOENCODING": "cp1252"},
+        capture_output=True,
+    )
+    assert (told.returncode, told.stderr) == (0, b"")
+    assert b"current_free_a" in told.stdout
 
 
 def test_a_sketch_goes_from_least_to_greatest():

@@ -1,16 +1,19 @@
 """TOML of absurd size or depth is refused in a second, wherever a file is TOML."""
 
 import time
+from pathlib import Path
 
 import pytest
 
 from forklift import Campaign, ForkliftError, Truck, convert, sweep
 from forklift.base import toml
-from forklift.control.controller import Controller
+from forklift.control.controller import SHIPPED, Controller
+from forklift.ensemble.specification import read as read_sweep
 from forklift.plant.campaign import read
 from small_campaign import raised
 from test_machines import decay
 
+SWEEP = Path(__file__).parents[1] / "examples" / "sweep.toml"
 ABSURD = {
     "size": 'name = "' + "a" * 3_000_000 + '"',
     "lines": "a = 1\n" * 700_000,
@@ -72,3 +75,16 @@ def test_it_is_refused_at_once(tmp_path, what, reader):
 def test_what_people_write_is_read():
     text = "# " + "." * 300 + '\nname = "a.b.c"\n"quoted.' + "x." * 100 + '" = 1\n[a.b.c]\nd.e = 1.5\n'
     assert toml.loads(text)["a"] == {"b": {"c": {"d": {"e": 1.5}}}}
+
+
+def test_a_byte_order_mark_before_a_file_is_no_mistake(tmp_path):
+    def marked(text):
+        path = tmp_path / "mine.toml"
+        path.write_text(text, encoding="utf-8-sig")
+        return path
+
+    thesis = Truck.read("thesis")
+    assert Truck.read(marked(thesis.write(tmp_path / "thesis.toml").read_text(encoding="utf-8"))) == thesis
+    assert read_sweep(marked(SWEEP.read_text(encoding="utf-8"))).members == read_sweep(SWEEP).members
+    shipped = (SHIPPED / "thesis.toml").read_text(encoding="utf-8")
+    assert Controller.read(marked(shipped)) == Controller.read("thesis")

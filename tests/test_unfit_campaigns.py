@@ -388,13 +388,6 @@ BROKEN = [
         ("time_s", "5.5"),
         {"file": F0},
     ),
-    Broken(
-        "time runs back",
-        "time-not-increasing",
-        each(clock(lambda t: np.r_[t[:200], t[200:] - 1.5]), F0),
-        ("time_s",),
-        {"file": F0},
-    ),
     Broken("half a second lost", "samples-lost", each(lost(200, 25), F0), (XF, H, "4.00 s"), {"file": F0}),
     Broken("half a second lost everywhere", "samples-lost", each(lost(180, 25)), (H, "3.60 s"), {"file": F0}),
     Broken(

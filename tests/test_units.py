@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from forklift import Campaign
 from forklift.plant.forklift.tables import parameters
 from forklift.recordings import units
-from small_campaign import MAPPED, foreign, make_mapped, raised, signals
+from forklift.recordings.inspect import inspect
+from small_campaign import MAPPED, csv_text, foreign, make_mapped, raised, signals
 
 # BIPM, The International System of Units, 9th edition (2019); NIST SP 811 (2008), appendix B.
 CONVERSIONS = [
@@ -172,3 +173,26 @@ def test_a_unit_of_the_mapping_that_cannot_be_is_refused(entry, code, tmp_path):
     share = '"pA" = { channel = "pressure_free_pa", unit = "%", scale = 1e5 }'
     found = Campaign.read(mapped(tmp_path / "share", ".csv", share))[0]
     np.testing.assert_allclose(found["pressure_free_pa"], signals()["pressure_free_pa"], rtol=1e-12)
+
+
+@pytest.mark.parametrize("said", ["ML", "min", "h", "t", "fl"])
+def test_round_brackets_hold_a_unit_only_if_it_is_one_of_the_channels_kind(said, tmp_path):
+    columns = foreign()
+    columns[f"I ({said})"] = columns.pop("ValveCurrML")
+    columns["p (bar)"] = columns.pop("pA")
+    folder = make_mapped(tmp_path / "m", ".csv", columns)
+    toml = folder / "campaign.toml"
+    text = toml.read_text().replace('"ValveCurrML"', f'"I ({said})"').replace(", scale = 1e5", "")
+    toml.write_text(text.replace('"pA"', '"p (bar)"'))
+    found = Campaign.read(folder)[0]
+    np.testing.assert_allclose(found["current_main_a"], signals()["current_main_a"])
+    np.testing.assert_allclose(found["pressure_free_pa"], signals()["pressure_free_pa"], rtol=1e-12)
+
+
+def test_a_lift_in_round_brackets_is_proposed_as_one(tmp_path):
+    columns = {"Time (s)": signals()["time_s"], "Valve current (ML)": signals()["current_free_a"]}
+    (tmp_path / "log.csv").write_text(csv_text(columns))
+    found = {one.name: one for one in inspect(tmp_path / "log.csv").signals}
+    proposed = {name: one.proposal and one.proposal.channel for name, one in found.items()}
+    assert proposed == {"Time (s)": "time_s", "Valve current (ML)": "current_main_a"}
+    assert found["Valve current (ML)"].unit == ""

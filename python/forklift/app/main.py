@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -88,6 +89,9 @@ def _forklift(
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 2 refused with one sentence, 130 interrupted."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a redirected one may know few characters
+            stream.reconfigure(errors="replace")
     signal.signal(signal.SIGTERM, _terminated)
     keep_freed()
     collect_seldom()

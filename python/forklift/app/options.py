@@ -57,3 +57,19 @@ def not_beside(machine: Path, **given: object) -> None:
                 f"--{name} is of a truck, and {machine} is a machine of your own; leave the option out",
                 name=f"--{name}",
             )
+
+
+def no_meaning(where: str, **given: object) -> None:
+    """None of these options is given where it has no meaning, such as "beside --score-open".
+
+    Raises
+    ------
+    ForkliftError
+        ``"option-not-wanted"``.
+    """
+    for name, value in given.items():
+        if value is not None and value is not False:
+            option = f"--{name.replace('_', '-')}"
+            raise ForkliftError(
+                "option-not-wanted", f"{option} has no meaning {where}; leave the option out", name=option
+            )

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -165,15 +165,25 @@ def _lines() -> Callable[[Diagnosing], None]:
 
 
 @contextmanager
-def busy(what: str) -> Iterator[None]:
-    """A sign of life on a terminal while nothing can be counted; nothing in a pipe."""
+def busy(what: str) -> Iterator[Callable[[], AbstractContextManager[None]]]:
+    """A sign of life on a terminal while nothing can be counted; nothing in a pipe.
+
+    It is silent within the context that it gives, in which the user may be asked.
+    """
     if not sys.stderr.isatty():
-        yield
+        yield nullcontext
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(what):
-        yield
+    with Console(stderr=True).status(what) as status:
+
+        @contextmanager
+        def silent() -> Iterator[None]:
+            status.stop()
+            yield
+            status.start()
+
+        yield silent
 
 
 def say_findings(found: Iterable[Caution]) -> None:

@@ -26,7 +26,7 @@ def write_file(path: str | Path, write: Callable[[Path], None]) -> Path:
         ``"not-writable"`` if the folder does not exist or cannot be written.
     """
     path = check_file(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = _beside(path)
     try:
         with writing(path):
             write(temporary)
@@ -114,6 +114,27 @@ def _write_text(path: Path, text: str) -> None:
 def check_folder(
     path: str | Path, known: Collection[str], mark: str, unfinished: Collection[str] = ()
 ) -> Path:
+    """`path`, absolute, if `folder` can write a result there: see `check_standing`.
+
+    The temporary folder is made and removed again, so that nothing is computed in vain.
+
+    Raises
+    ------
+    ForkliftError
+        Those of `check_standing`; ``"not-writable"`` if nothing can be made beside it, or its name is too
+        long.
+    """
+    path = check_standing(path, known, mark, unfinished)
+    with writing(path):
+        temporary = _beside(path)
+        temporary.mkdir()
+        temporary.rmdir()
+    return path
+
+
+def check_standing(
+    path: str | Path, known: Collection[str], mark: str, unfinished: Collection[str] = ()
+) -> Path:
     """`path`, absolute, if a result may stand there: nothing yet, an empty folder, or an earlier result.
 
     An earlier result is a folder that holds the file `mark` and nothing but the files `known`, which are
@@ -151,10 +172,10 @@ def folder(
 ) -> Iterator[Path]:
     """An empty temporary sibling folder to fill, which takes the place of `path` when all went well.
 
-    See `check_folder` for what may be replaced. If anything fails, `path` stays as it was.
+    See `check_standing` for what may be replaced. If anything fails, `path` stays as it was.
     """
-    path = check_folder(path, known, mark, unfinished)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    path = check_standing(path, known, mark, unfinished)
+    temporary = _beside(path)
     try:
         with writing(path):
             temporary.mkdir()
@@ -176,6 +197,11 @@ def _replace_folder(new: Path, path: Path) -> None:
         os.replace(earlier, path)
         raise
     shutil.rmtree(earlier, ignore_errors=True)
+
+
+def _beside(path: Path) -> Path:
+    """Where a result is written before it takes its place."""
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
 
 def _below(folder: Path) -> set[str]:

@@ -180,7 +180,7 @@ class Controller:
         if str(name_or_path) in shipped():
             path = SHIPPED / f"{name_or_path}.toml"
         try:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError):
             raise ForkliftError(
                 "file-unreadable",

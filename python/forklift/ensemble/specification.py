@@ -257,7 +257,7 @@ def read(path: str | Path) -> Specification:
     """
     path = Path(path)
     try:
-        document = toml.loads(path.read_text(encoding="utf-8"))
+        document = toml.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         why = (error.strerror or "it is not there").lower()
         raise ForkliftError(

@@ -361,8 +361,9 @@ def _folder(folder: Path, members: Members) -> Path:
                 file=str(folder),
             )
         return folder
-    folder = output.check_folder(folder, known, MARK)
-    folder.mkdir(exist_ok=True)
+    folder = output.check_standing(folder, known, MARK)
+    with output.writing(folder):
+        folder.mkdir(exist_ok=True)
     output.write_text(mark, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     return folder
 

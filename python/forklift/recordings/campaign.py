@@ -126,7 +126,7 @@ class Campaign(Celled):
         campaign_file.parse(document.encode(), Place(FILE, str(folder / FILE)))
         kept = folder / MAPPING
         notes = dict(notes or {})
-        if MAPPING not in notes and kept.is_file() and overwrite:
+        if MAPPING not in notes and overwrite and os.path.isfile(kept):
             notes[MAPPING] = kept.read_text(encoding="utf-8")
         with output.folder(folder, replaceable(folder, overwrite), FILE) as temporary:
             for name, text in notes.items():
@@ -170,18 +170,18 @@ class Campaign(Celled):
         return hashlib.sha256(json.dumps([entered, files]).encode()).hexdigest()
 
     def __getitem__(self, which: str | int) -> Recording:
-        if isinstance(which, int):
+        if isinstance(which, int) and -len(self) <= which < len(self):
             return self.recordings[which]
         for found in self.recordings:
             if found.file == which:
                 return found
         files = [found.file for found in self.recordings]
-        near = get_close_matches(which, files, n=1)
+        near = get_close_matches(which, files, n=1) if isinstance(which, str) else []
         raise ForkliftError(
             "recording-unknown",
-            f"campaign {self.name!r} has no recording {which!r}; "
+            f"campaign {self.name!r} has no recording {which!r}, by its file or its number; "
             + (f"did you mean {near[0]!r}?" if near else f"it has {', '.join(files)}"),
-            file=which,
+            file=str(which),
             known=files,
         )
 
@@ -296,7 +296,7 @@ def replaceable(folder: Path, overwrite: bool) -> frozenset[str]:
     ForkliftError
         ``"output-exists"`` if there is an earlier campaign that is not to be overwritten.
     """
-    if not overwrite and (folder / FILE).exists():
+    if not overwrite and os.path.exists(folder / FILE):
         raise ForkliftError(
             "output-exists",
             f"{folder} already holds a campaign; name a folder that does not exist yet, or ask to "

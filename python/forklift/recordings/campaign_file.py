@@ -16,10 +16,7 @@ from forklift.recordings.channels import Lifts, table
 from forklift.recordings.formats import format_of
 from forklift.recordings.formats.mapping import ChannelMap, Source
 from forklift.recordings.formats.signals import Place, quoted
-from forklift.recordings.recording import Recording, Role
-
-HEAVIEST_KG = 10_000.0
-"""The largest rated capacity of the trucks that EN 1726-1:1998 is about [kg]."""
+from forklift.recordings.recording import HEAVIEST_KG, Recording, Role
 
 LARGEST_BYTES = 2**20
 """Of a campaign file: an entry takes about a hundred bytes, and a larger file is another one."""

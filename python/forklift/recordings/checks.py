@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -31,7 +32,8 @@ AT_REST_A = 0.2
 """Up to this current [A] a valve counts as not commanded: above the noise of a measured current, and well
 below the 0.36 A at which the first of the thesis's valves begins to open."""
 FEWEST_ROWS = 2
-"""One sample has no duration."""
+"""Of a recording and of a commanded current: one sample has no duration. Of a measurement on a clock of its
+own one sample is enough: an oil temperature changes slowly."""
 
 
 def samples(place: Place, name: str, values: Floats) -> None:
@@ -58,15 +60,18 @@ def samples(place: Place, name: str, values: Floats) -> None:
         )
 
 
-def length(place: Place, count: int) -> None:
-    """There are at least `FEWEST_ROWS` samples."""
-    if count < FEWEST_ROWS:
+def length(place: Place, count: int, channel: str = TIME) -> None:
+    """There are at least `FEWEST_ROWS` samples; of a measurement, one."""
+    fewest = FEWEST_ROWS if channel in REQUIRED else 1
+    if count < fewest:
+        what = "it" if channel == TIME else place.label(channel)
         raise place.error(
             "recording-empty" if count == 0 else "recording-too-short",
-            f"it has {count or 'no'} sample{'s' * (count != 1)}, where at least {FEWEST_ROWS} are needed; "
-            "record it again, or take it out of campaign.toml",
+            f"{what} has {count or 'no'} sample{'s' * (count != 1)}, where at least {fewest} "
+            f"{'is' if fewest == 1 else 'are'} needed; record it again, or take it out of campaign.toml",
+            channel=None if channel == TIME else channel,
             value=count,
-            lower=FEWEST_ROWS,
+            lower=fewest,
         )
 
 
@@ -88,8 +93,11 @@ def increasing(place: Place, time: Floats, channel: str = TIME) -> None:
         )
 
 
-def unit(place: Place, channel: Channel, values: Floats) -> None:
-    """The samples keep to the channel's limits, and are not plainly in another unit."""
+def unit(place: Place, channel: Channel, values: Floats, what: str = "") -> None:
+    """The samples keep to the channel's limits, and are not plainly in another unit.
+
+    `what` they are, for errors; the channel unless told.
+    """
     finite = values[np.isfinite(values)]
     if finite.size == 0 or channel.fits(finite):
         return
@@ -108,13 +116,14 @@ def unit(place: Place, channel: Channel, values: Floats) -> None:
         extreme, lower, upper = float(values[row]), channel.lower, channel.upper
         says = "here"
     possible = _range(lower, upper, channel.unit)
-    told = f"{place.label(channel.name)} is {extreme:.6g} {channel.unit} {says}, where {possible} is possible"
+    what = what or place.label(channel.name)
+    told = f"{what} is {extreme:.6g} {channel.unit} {says}, where {possible} is possible"
     if likely:
         raise _wrong_unit(place, channel, told, likely, row=row, value=extreme, lower=lower, upper=upper)
-    what = "the sample, or leave it out if it is missing" if few else "the channel's unit, scale or zero"
+    part = "the sample, or leave it out if it is missing" if few else "the channel's unit, scale or zero"
     raise place.error(
         "value-out-of-bounds",
-        f"{told}; correct {what}",
+        f"{told}; correct {part}",
         row=row,
         channel=channel.name,
         value=extreme,
@@ -150,6 +159,23 @@ def clock(place: Place, time_channel: Channel, time: Floats, rate_hz: float) -> 
         )
     if abs(duration - expected) > max(CLOCK_TOLERANCE * expected, STEP_TOLERANCE / rate_hz):
         raise _wrong_rate(place, time_channel, duration / expected, rate_hz)
+
+
+def divides(place: Place, time_channel: Channel, step_s: float, rate_hz: float) -> None:
+    """The recording's rate, 1 / `step_s`, is a whole number of times `rate_hz`."""
+    times = 1.0 / (step_s * rate_hz)
+    every = max(1, round(times))
+    if abs(times / every - 1.0) <= CLOCK_TOLERANCE:
+        return
+    near = [1.0 / (step_s * max(1, k)) for k in (math.floor(times), math.ceil(times))]
+    raise _wrong_rate(
+        place,
+        time_channel,
+        1.0 / times,
+        rate_hz,
+        f"of which {rate_hz:g} Hz is no whole part; convert it to "
+        + " or ".join(dict.fromkeys(f"{one:.6g} Hz" for one in near)),
+    )
 
 
 def lift(place: Place, lift: str, channels: Mapping[str, Floats]) -> None:
@@ -206,8 +232,10 @@ def _wrong_unit(
     )
 
 
-def _wrong_rate(place: Place, time_channel: Channel, ratio: float, rate_hz: float) -> ForkliftError:
-    """The clock's steps are `ratio` periods long."""
+def _wrong_rate(
+    place: Place, time_channel: Channel, ratio: float, rate_hz: float, how: str = ""
+) -> ForkliftError:
+    """The clock's steps are `ratio` periods long; `how` that is wrong, unless the campaign's rate differs."""
     for other in conversions(time_channel.unit):
         if abs(ratio * other.scale - 1.0) <= CLOCK_TOLERANCE:
             steps = f"{ratio / rate_hz:.6g} s, where {1 / rate_hz:.6g} s are expected"
@@ -215,8 +243,12 @@ def _wrong_rate(place: Place, time_channel: Channel, ratio: float, rate_hz: floa
             return _wrong_unit(place, time_channel, told, [other], row=1, value=ratio / rate_hz)
     return place.error(
         "sample-rate-mismatch",
-        f"it is sampled at {rate_hz / ratio:.6g} Hz, where the campaign has sample_rate_hz = {rate_hz:g}; "
-        "correct that, or convert the recording to that rate",
+        f"it is sampled at {rate_hz / ratio:.6g} Hz, "
+        + (
+            how
+            or f"where the campaign has sample_rate_hz = {rate_hz:g}; correct that, or convert the recording "
+            "to that rate"
+        ),
         channel=TIME,
         value=rate_hz / ratio,
         lower=rate_hz * (1.0 - CLOCK_TOLERANCE),

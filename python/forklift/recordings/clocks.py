@@ -47,7 +47,8 @@ class Sampled:
 def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str, Floats], dict[str, Rows]]:
     """All channels at all their instants, from the first instant at which both commands are known.
 
-    The instants end with the command that ends first. What was measured before or after is left out.
+    The instants end with the command that ends first. What was measured before or after is left out, and so
+    is a channel that has no sample in between.
 
     Parameters
     ----------
@@ -60,7 +61,8 @@ def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str
     -------
     tuple
         (n,) instants from zero [s]; by channel (n,) values, NaN where the channel has no sample; by channel
-        the rows of its own samples.
+        the rows of its own samples. Those of a commanded current hold the first and the last instant, at
+        which it is known.
 
     Raises
     ------
@@ -90,13 +92,15 @@ def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str
     for name, found in series.items():
         rows = np.searchsorted(instants, found.time[kept[name]] + 0.5 * slack, side="right") - 1
         rows = np.maximum(rows, 0)
+        ends = [0, len(instants) - 1] if name in COMMANDS else []
         values = np.full(len(instants), np.nan)
         values[rows] = found.values[kept[name]]
         if name in COMMANDS:
             held = np.searchsorted(found.time, instants + slack, side="right") - 1
             values = found.values[held]
-        channels[name], own[name] = values, np.unique(rows)
-    return instants - start, channels, own
+        if len(rows) or name in COMMANDS:
+            channels[name], own[name] = values, np.unique(np.append(rows, ends).astype(np.intp))
+    return instants - instants[0], channels, own
 
 
 def is_even(time: Floats) -> bool:

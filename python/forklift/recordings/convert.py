@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,12 +81,13 @@ def convert(
         A CSV file with the columns ``file, lift, load_kg, role``.
     cut
         Whether each file is cut into its lowerings, see `forklift.recordings.cut`; the lift is then told by
-        the currents.
+        the currents, unless `lift` is given, whatever the file's name or `table` says.
     propose
         Whether what `forklift.recordings.inspect` proposes stands for `channels`.
     extend
-        Whether the recordings are added to the campaign that stands in `out`. Unless told otherwise they are
-        mapped as its ``channels.toml`` says.
+        Whether the recordings are added to the campaign that stands in `out`, whose files stay as they are
+        and whose file has neither ``[channels]`` nor ``ignore``. Unless told otherwise they are mapped as its
+        ``channels.toml`` says.
     ask
         Called with a file and ``"lift"`` or ``"load_kg"`` where nothing tells it.
     overwrite
@@ -110,8 +113,9 @@ def convert(
             name="propose",
         )
     output.check_folder(out, replaceable(Path(out), overwrite or extend), FILE)
-    earlier = Campaign.read(out) if extend else None
-    if extend and channels is None and not propose and (Path(out) / MAPPING).exists():
+    earlier = _extended(Path(out), name) if extend else None
+    mapped_alike = extend and channels is None and not propose and (Path(out) / MAPPING).exists()
+    if mapped_alike:
         channels = Path(out) / MAPPING
     if sample_rate_hz is not None:
         campaign_file.check_rate(sample_rate_hz, Place(_OPTIONS, str(out)))
@@ -152,6 +156,14 @@ def convert(
         name = name or document.name
         rate = rate or document.sample_rate_hz
     else:
+        for file in files:
+            if Path(out).resolve() in file.resolve().parents:
+                raise ForkliftError(
+                    "output-exists",
+                    f"{out} holds {file.name}, which is to be converted, and would be replaced with it; name "
+                    "another folder",
+                    file=str(out),
+                )
         name = name or (earlier.name if earlier else Path(out).resolve().name)
         told_by = of_table(table) if table else {}
         entered = [
@@ -171,14 +183,18 @@ def convert(
                 for one, file in zip(entered, files, strict=True)
             ]
         if cut:
-            entered = [Entered(one.lift or "both", one.load_kg, one.role) for one in entered]
+            entered = [Entered(lift or "both", one.load_kg, one.role) for one in entered]
+        ignore = tuple(ignore)
+        unchanged = mapped_alike and not ignore and not dbc
         mapping = _mapping(channels, ignore, dbc)
         if propose and files:
-            mapping["channels"] = toml.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())["channels"]
+            proposed = toml.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())
+            mapping["channels"] = proposed["channels"]
+            mapping["ignore"] += proposed.get("ignore", [])
         document = _document(name, files, str(out), entered, mapping)
         entries = zip(document.recording, files, strict=True)
         databases = tuple(os.path.abspath(file) for file in mapping["dbc"])
-        notes = {MAPPING: _written(mapping)} if mapping["channels"] else {}
+        notes = {MAPPING: _written(mapping)} if mapping["channels"] and not unchanged else {}
         found = [(entry, Place(entry.file, os.path.abspath(file), dbc=databases)) for entry, file in entries]
     raws = [(entry, reading.load(place, document.channel_map)) for entry, place in found]
     rate = rate or (earlier.sample_rate_hz if earlier else _rate(raws[0][1]))
@@ -195,10 +211,58 @@ def convert(
     )
     if cut:
         recordings = tuple(part for one in recordings for part in lowerings(one))
-    if earlier:
-        recordings = (*earlier.recordings, *recordings)
-    made = Campaign(name, rate, recordings)
-    return Campaign.read(made.write(out, overwrite=overwrite or extend, notes=notes))
+    kept = Path(out) / MAPPING
+    if overwrite and kept.is_file():
+        notes.setdefault(MAPPING, kept.read_text(encoding="utf-8"))
+    with output.folder(out, replaceable(Path(out), overwrite or extend), FILE) as new:
+        Campaign(name, rate, recordings).write(new, notes=notes)
+        if earlier:
+            _put_behind(Path(out), new, notes)
+        made = Campaign.read(new)
+    return replace(made, folder=Path(out))
+
+
+def _extended(folder: Path, name: str | None) -> Campaign:
+    """The campaign that is added to; its ``campaign.toml`` says nothing that would count for what is added.
+
+    Raises
+    ------
+    ForkliftError
+        ``"option-not-wanted"``, and those of `Campaign.read`.
+    """
+    earlier = Campaign.read(folder)
+    document = document_of(folder)[1]
+    if document.channels or document.ignore:
+        raise ForkliftError(
+            "option-not-wanted",
+            f"the {FILE} of {folder} has {'[channels]' if document.channels else 'ignore'}, which would "
+            "count for what is added too; convert that campaign into another folder, and extend that",
+            name="extend",
+            file=str(folder),
+        )
+    if name is not None and name != earlier.name:
+        raise ForkliftError(
+            "option-not-wanted",
+            f"{folder} has the name {earlier.name!r}, which it keeps when it is extended; leave --name "
+            f"{name!r} out, or write it into its {FILE}",
+            name="name",
+            file=str(folder),
+            value=name,
+        )
+    return earlier
+
+
+def _put_behind(earlier: Path, new: Path, notes: Iterable[str]) -> None:
+    """The campaign in `new` behind the one in `earlier`, whose files are copied there byte for byte."""
+    from forklift.recordings import campaign_file
+
+    (before, after) = ((folder / FILE).read_bytes() for folder in (earlier, new))
+    text = before.rstrip() + b"\n" + after[after.index(b"\n[[recording]]") :]
+    campaign_file.parse(text, Place(FILE, str(earlier / FILE)))
+    shutil.copytree(
+        earlier, new, symlinks=True, ignore=shutil.ignore_patterns(FILE, *notes), dirs_exist_ok=True
+    )
+    (new / FILE).write_bytes(text)
 
 
 def _document(

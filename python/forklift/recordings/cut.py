@@ -24,6 +24,8 @@ SHORTEST_S = 1.0
 def lowerings(recording: Recording) -> tuple[Recording, ...]:
     """Each lowering as a recording of its own, ``NAME_1``, ``NAME_2``, …, of the lift that is commanded.
 
+    A channel that has no sample in a lowering is left out of it.
+
     Raises
     ------
     ForkliftError
@@ -49,10 +51,13 @@ def lowerings(recording: Recording) -> tuple[Recording, ...]:
 
 def _part(recording: Recording, span: tuple[float, float], number: int) -> Recording:
     rows = np.flatnonzero((recording.time_s >= span[0] - BEFORE_S) & (recording.time_s <= span[1] + AFTER_S))
-    own: dict[str, Rows] = {
-        name: np.searchsorted(rows, at[np.isin(at, rows)]) for name, at in recording.rows.items()
+    own: dict[str, Rows] = {}
+    for name, at in recording.rows.items():
+        ends = rows[[0, -1]] if name in COMMANDS else rows[:0]  # at which a held current is known
+        own[name] = np.searchsorted(rows, np.union1d(at[np.isin(at, rows)], ends))
+    channels = {
+        name: values[rows] for name, values in recording.channels.items() if name not in own or len(own[name])
     }
-    channels = {name: values[rows] for name, values in recording.channels.items()}
     moved = [lift for lift, name in zip(LIFTS, COMMANDS, strict=True) if channels[name].max() > AT_REST_A]
     lift: Lifts = moved[0] if len(moved) == 1 else "both"
     path = PurePosixPath(recording.file)
@@ -62,6 +67,6 @@ def _part(recording: Recording, span: tuple[float, float], number: int) -> Recor
         lift=lift,
         time_s=recording.time_s[rows] - recording.time_s[rows[0]],
         channels=channels,
-        rows=own,
+        rows={name: at for name, at in own.items() if name in channels},
         sha256="",
     )

@@ -81,9 +81,20 @@ def of_table(path: str | Path) -> Mapping[str, Entered]:
             f"{path} cannot be read as a table ({error}); save it as CSV in UTF-8",
             file=str(path),
         ) from error
+    separator = next((mark for mark in ";\t|" if len(names) == 1 and mark in names[0]), None)
+    if separator:
+        raise _invalid(
+            path, f"its columns are separated by {separator!r}; save it with commas", value=separator
+        )
     for name in COLUMNS[:3]:
         if name not in names:
-            raise _invalid(path, f"it has no column {name}; its columns are {', '.join(COLUMNS)}", name=name)
+            raise _invalid(
+                path,
+                f"it has no column {name}, but {', '.join(names) or 'none at all'}; call its columns "
+                f"{', '.join(COLUMNS)}",
+                name=name,
+                value=list(names),
+            )
     found = {}
     for line, row in rows:
         found[Path(row["file"] or "").name] = Entered(

@@ -19,6 +19,7 @@ from forklift.base import toml
 from forklift.base.arrays import Floats
 from forklift.recordings import formats, units
 from forklift.recordings.channels import COMMANDS, TIME, Channel, Conversion, looks_like, table
+from forklift.recordings.clocks import TIME_SUFFIX
 from forklift.recordings.formats.signals import Everything, Place, Series
 
 SKETCH = "▁▂▃▄▅▆▇█"
@@ -78,10 +79,13 @@ class Log:
     format: str
     duration_s: float | None
     signals: tuple[LoggedSignal, ...]
+    ignored: tuple[str, ...] = ()
+    """Columns of a table that are no channel and none is proposed for: a table's must all be told of."""
 
     def mapping(self) -> str:
-        """The ``[channels]`` block of the proposals, with the reasons as comments."""
-        lines = ["[channels]"]
+        """The ``[channels]`` block of the proposals, with the reasons as comments; before it ``ignore``."""
+        lines = [f"ignore = {toml.written(list(self.ignored))}", ""] if self.ignored else []
+        lines += ["[channels]"]
         found = [one for one in self.signals if one.proposal]
         for one in sorted(
             found, key=lambda one: list(table()).index(one.proposal.channel if one.proposal else "")
@@ -139,15 +143,24 @@ def inspect(path: str | Path, *, dbc: Sequence[str | Path] = ()) -> Log:
         if (time := series.time if series.time is not None else common) is not None and len(time)
     ]
     duration = max(b for _, b in ends) - min(a for a, _ in ends) if ends else None
-    return Log(path.name, formats.format_of(path.name).name, duration, signals)
+    format = formats.format_of(path.name)
+    ignored = () if format.picks else _ignored([*found.series, *found.others], proposals)
+    return Log(path.name, format.name, duration, signals, ignored)
+
+
+def _ignored(names: Sequence[str], proposals: Mapping[str, Proposal]) -> tuple[str, ...]:
+    """The columns that are neither proposed nor a channel's own, nor the times of one."""
+    known = {*table(), *proposals}
+    known |= {name for name in names if name.removesuffix(TIME_SUFFIX) in known}
+    return tuple(dict.fromkeys(name for name in names if name not in known))
 
 
 def _common_time(series: Mapping[str, Series]) -> Floats | None:
     """The vector that is the file's time: by its name, and because it rises."""
     for name, one in series.items():
-        named = name == TIME or any(token in _QUANTITIES["time"] for token in _tokens(name))
+        named = name == TIME or any(token in _QUANTITIES["time"] for token in _tokens(name, "s"))
         if named and one.time is None and len(one.values) > 1 and np.all(np.diff(one.values) > 0.0):
-            scale = units.conversion(units.in_brackets(name) or one.unit or "s", "s")
+            scale = units.conversion(units.in_brackets(name, "s") or one.unit or "s", "s")
             return one.values * (scale.scale if scale else 1.0)
     return None
 
@@ -161,7 +174,7 @@ def _signal(
     step = float(np.median(np.diff(time))) if time is not None and len(time) > 1 else 0.0
     return LoggedSignal(
         name,
-        series.unit or units.in_brackets(name),
+        series.unit or units.in_brackets(name, table()[proposal.channel].unit if proposal else None),
         clock,
         len(values),
         len(values) - len(finite),
@@ -215,12 +228,12 @@ def _proposal(name: str, series: Series, channel: Channel) -> Proposal | None:
     if channel.name == TIME and series.time is not None:
         return None
     finite = series.values[np.isfinite(series.values)]
-    stated = series.unit or units.in_brackets(name)
+    stated = series.unit or units.in_brackets(name, channel.unit)
     if not len(finite):
         return None
     score = 0.0
     why: list[str] = []
-    tokens = _tokens(name)
+    tokens = _tokens(name, channel.unit)
     quantity, lift = _parts(channel.name)
     if any(token in _QUANTITIES[quantity] for token in tokens):
         score, why = score + 2.0, [*why, "its name"]
@@ -266,8 +279,8 @@ def _parts(channel: str) -> tuple[str, str | None]:
     return channel, None
 
 
-def _tokens(name: str) -> list[str]:
-    """The words of a signal's name: split at marks, digits and changes of case."""
-    plain = re.sub(r"[\[(].*?[\])]", " ", name)
+def _tokens(name: str, unit: str) -> list[str]:
+    """The words of a signal's name, but for one that converts to `unit`: split at marks, digits and case."""
+    plain = re.sub(r"\[.*?\]", " ", units.without_brackets(name, unit))
     spaced = re.sub(r"(?<=[a-zäöü])(?=[A-ZÄÖÜ])|(?<=[A-ZÄÖÜ])(?=[A-ZÄÖÜ][a-zäöü])", " ", plain)
     return [word.lower() for word in re.split(r"[^A-Za-zÄÖÜäöüß]+", spaced) if word]

@@ -100,14 +100,16 @@ def _on_their_clocks(
     time = raw.series[COMMANDS[0]].time
     if raw.on_one_clock:
         values = {name: found.values for name, found in raw.series.items()}
-        if regrid:
-            time, values = _at_rate(time, values, rate_hz)
         clock = table()[TIME]
+        if regrid:
+            checks.divides(raw.place, clock, float(np.median(np.diff(time))), rate_hz)
+            time, values = _at_rate(time, values, rate_hz)
         checks.unit(raw.place, clock, time)
         checks.clock(raw.place, clock, time, rate_hz)
         return time, values, {}
-    for name in COMMANDS:
-        checks.unit(raw.place, table()[TIME], raw.series[name].time - raw.series[name].time[0])
+    for name, found in raw.series.items():
+        whose = f"the time of {raw.place.label(name)}"
+        checks.unit(raw.place, table()[TIME], found.time - found.time[0], whose)
     return union(raw.place, raw.series)
 
 
@@ -144,7 +146,7 @@ def _time(choice: Choice, series: Series, common: Series | None, name: str) -> F
 
 def _check_time(place: Place, time: Floats, channel: str) -> None:
     checks.samples(place, TIME, time)
-    checks.length(place, len(time))
+    checks.length(place, len(time), channel)
     checks.increasing(place, time, channel)
 
 

@@ -6,22 +6,27 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Real
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.base.plotted import Line, Plotted
+from forklift.recordings import checks
 from forklift.recordings.channels import COMMANDS, REQUIRED, TIME, Lifts, table
 from forklift.recordings.clocks import TIME_SUFFIX, Rows, Sampled, nearest
+from forklift.recordings.formats.signals import Place
 
 if TYPE_CHECKING:
     import polars as pl
     import xarray as xr
 
 Role = Literal["estimate", "validate"]
+HEAVIEST_KG = 10_000.0
+"""The largest rated capacity of the trucks that EN 1726-1:1998 is about [kg]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,12 +59,14 @@ class Recording(Plotted):
     rows
         Name to the rows at which a channel on a clock of its own was sampled, in increasing order; a channel
         that is not named was sampled at every row. Between its rows a measurement is NaN and a commanded
-        current is held.
+        current is held, whose rows hold the first and the last.
 
     Raises
     ------
     ForkliftError
-        ``"channel-unknown"``, ``"column-missing"`` or ``"lengths-differ"``.
+        ``"lift-unknown"``, ``"role-unknown"``, ``"value-invalid"`` or ``"load-out-of-bounds"``;
+        ``"channel-unknown"``, ``"column-missing"`` or ``"lengths-differ"``; and what
+        `forklift.recordings.checks` says of times that are missing, too few or do not increase.
     """
 
     file: str
@@ -83,6 +90,7 @@ class Recording(Plotted):
         return 1
 
     def __post_init__(self) -> None:
+        self._check_entered()
         time = _frozen(self.time_s)
         known = table()
         given = {name: _frozen(values) for name, values in self.channels.items()}
@@ -99,6 +107,10 @@ class Recording(Plotted):
                 raise self._error(
                     "lengths-differ", f"{name} has the shape {values.shape}, {TIME} has {time.shape}", name
                 )
+        place = Place(self.file, self.file)
+        checks.length(place, len(time))
+        checks.samples(place, TIME, time)
+        checks.increasing(place, time)
         ordered = {name: given[name] for name in known if name in given}
         object.__setattr__(self, "time_s", time)
         object.__setattr__(self, "channels", MappingProxyType(ordered))
@@ -196,7 +208,7 @@ class Recording(Plotted):
         """The recording as a CSV file holds it: every number reads back the same, to the bit.
 
         A channel on a clock of its own stands after a column of its times, ``NAME.time_s``; the shorter
-        columns end in empty cells.
+        columns end in empty cells. One that has no sample is left out.
         """
         import polars as pl
 
@@ -206,7 +218,7 @@ class Recording(Plotted):
         columns = {TIME: first.time, COMMANDS[0]: first.values}
         for name in self.channels:
             own = self.own(name)
-            if name == COMMANDS[0]:
+            if name == COMMANDS[0] or not len(own.time):
                 continue
             if not np.array_equal(own.time, first.time):
                 columns[name + TIME_SUFFIX] = own.time
@@ -308,6 +320,39 @@ class Recording(Plotted):
             f"Recording({self.file!r}, {self.lift} lift, {self.load_kg:g} kg, {self.role}, "
             f"{len(self)} samples in {self.duration_s:g} s; {names})"
         )
+
+    def _check_entered(self) -> None:
+        """Lift, role and load are such as ``campaign.toml`` may hold."""
+        for name, value, known in (("lift", self.lift, get_args(Lifts)), ("role", self.role, get_args(Role))):
+            if value not in known:
+                raise ForkliftError(
+                    f"{name}-unknown",
+                    f"{self.file}: {name} is {value!r}; give {' or '.join(map(repr, known))}",
+                    file=self.file,
+                    name=name,
+                    value=value,
+                    known=list(known),
+                )
+        if not isinstance(self.load_kg, Real):
+            raise ForkliftError(
+                "value-invalid",
+                f"{self.file}: load_kg is {self.load_kg!r}; give a number of kilograms",
+                file=self.file,
+                name="load_kg",
+                value=self.load_kg,
+            )
+        if not 0.0 <= self.load_kg <= HEAVIEST_KG:
+            raise ForkliftError(
+                "load-out-of-bounds",
+                f"{self.file}: load_kg is {self.load_kg:g}, outside 0 to {HEAVIEST_KG:g} kg; give the mass "
+                "on the forks in kilograms",
+                file=self.file,
+                name="load_kg",
+                value=self.load_kg,
+                lower=0.0,
+                upper=HEAVIEST_KG,
+                unit="kg",
+            )
 
     def _own_rows(self) -> dict[str, Rows]:
         """`rows` without those that are all rows, checked, in the channels' order."""

@@ -116,16 +116,22 @@ def conversion(unit: str, to: str) -> Linear | None:
     return Linear(_rounded(high - low), _rounded(low - above))
 
 
-def in_brackets(name: str) -> str:
-    """The unit a column's name ends with, as in ``"p_A [bar]"``; empty if there is none that is known."""
+def in_brackets(name: str, to: str | None = None) -> str:
+    """The unit a column's name ends with, as in ``"p_A [bar]"``; empty if there is none that is known.
+
+    Round brackets hold many things besides units: where `to` is given, theirs must convert to it.
+    """
     found = re.fullmatch(r".*\S\s*(?:\[([^\[\]]+)\]|\(([^()]+)\))\s*", name)
-    text = (found[1] or found[2]).strip() if found else ""
-    return text if text and (known(text) or is_share(text)) else ""
+    if not found:
+        return ""
+    text = (found[1] or found[2]).strip()
+    fits = known(text) if found[1] or to is None else conversion(text, to) is not None
+    return text if fits or is_share(text) else ""
 
 
-def without_brackets(name: str) -> str:
+def without_brackets(name: str, to: str | None = None) -> str:
     """A column's name without the unit that it ends with, see `in_brackets`."""
-    return re.split(r"\s*[\[(]", name)[0] if in_brackets(name) else name
+    return re.sub(r"\s*(\[[^\[\]]+\]|\([^()]+\))\s*$", "", name) if in_brackets(name, to) else name
 
 
 def _rounded(value: float) -> float:

@@ -81,11 +81,6 @@ def convert(
     from forklift.plant.forklift.truck import Truck
     from forklift.report import tables
 
-    def ask(file: str, what: str) -> Any:
-        if what == "lift":
-            return typer.prompt(f"{file}: which lift was commanded (free, main or both)?", err=True)
-        return typer.prompt(f"{file}: how many kilograms were on the forks?", type=float, err=True)
-
     if channel and channels:
         raise ForkliftError(
             "option-not-wanted",
@@ -93,7 +88,14 @@ def convert(
             name="channel",
         )
     compared = Truck.read(truck or THESIS)
-    with busy("Reading and checking"):
+    with busy("Reading and checking") as silent:
+
+        def ask(file: str, what: str) -> Any:
+            with silent():
+                if what == "lift":
+                    return typer.prompt(f"{file}: which lift was commanded (free, main or both)?", err=True)
+                return typer.prompt(f"{file}: how many kilograms were on the forks?", type=float, err=True)
+
         campaign = verb(
             source if len(source) > 1 else source[0],
             out,

@@ -7,24 +7,36 @@ from typing import Annotated
 
 import typer
 
-from forklift.app.options import Json
+from forklift.app.options import Json, no_meaning
 from forklift.app.terminal import print_json, say_written
 
 EXAMPLE = "Example: forklift prove --seed 7 --campaigns 20 --out proof --jobs 2"
+SEED, CAMPAIGNS = 1, 20
+"""Unless told."""
 
 
 def prove(
     out: Annotated[Path, typer.Option("--out", help="Folder of the proof; the same call goes on in it.")],
     seed: Annotated[
-        int,
-        typer.Option("--seed", min=0, help="Below 1,000,000: for development; above: to be told, used once."),
-    ] = 1,
-    campaigns: Annotated[int, typer.Option("--campaigns", min=1, help="How many to draw.")] = 20,
+        int | None,
+        typer.Option(
+            "--seed",
+            min=0,
+            help="Below 1,000,000: for development; above: to be told, used once.",
+            show_default=str(SEED),
+        ),
+    ] = None,
+    campaigns: Annotated[
+        int | None,
+        typer.Option("--campaigns", min=1, help="How many to draw.", show_default=str(CAMPAIGNS)),
+    ] = None,
     only: Annotated[
         str | None,
         typer.Option("--only", help="Kinds or ids of what is concealed, by commas; others are skipped."),
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Campaigns side by side.")] = 1,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, help="Campaigns side by side.", show_default="1")
+    ] = None,
     keep: Annotated[bool, typer.Option("--keep", help="Keep campaigns, diagnoses and truth.")] = False,
     limit: Annotated[float, typer.Option("--limit", help="Longest time for a diagnosis [s].")] = 3600.0,
     sensitivity: Annotated[
@@ -51,6 +63,14 @@ def prove(
     def say(line: str) -> None:
         typer.echo(line, err=as_json)
 
+    if not score_open:
+        no_meaning("without --score-open, whose answers it names", answers=answers)
+    if sensitivity:
+        no_meaning("beside --sensitivity", score_open=score_open, keep=keep)
+    if score_open:
+        drawn = {"seed": seed, "campaigns": campaigns, "jobs": jobs, "keep": keep}
+        no_meaning("beside --score-open, which draws nothing", **drawn)
+    seed, campaigns, jobs = SEED if seed is None else seed, campaigns or CAMPAIGNS, jobs or 1
     if sensitivity:
         rows = bounds.sensitivity(seed, campaigns, out, only=only, jobs=jobs, limit_s=limit, progress=say)
         print_json(rows) if as_json else say(bounds.text(rows))

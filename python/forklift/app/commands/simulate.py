@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from forklift.app.options import THESIS, Json, LiftName, Machine, TruckName, not_beside
+from forklift.app.options import THESIS, Json, LiftName, Machine, TruckName, no_meaning, not_beside
 from forklift.app.terminal import busy, print_json, print_tables, say_written
 from forklift.base.errors import ForkliftError
 
@@ -107,6 +107,8 @@ def simulate(
     if machine:
         _own(machine, command, values, out, plot, as_json=as_json)
         return
+    if not out:
+        no_meaning("without --out, to which the states would be written", states=with_states)
     if load is None or temperature is None:
         missing = "--load" if load is None else "--temperature"
         raise ForkliftError(
@@ -116,9 +118,7 @@ def simulate(
             name=missing,
         )
     chosen, lift = Truck.read(truck or THESIS), lift or LiftName.BOTH
-    commanded = _command(
-        command, lift.value, SEED if seed is None else seed, DURATION_S if duration is None else duration
-    )
+    commanded = _command(command, lift.value, seed, duration)
     with busy("Simulating"):
         result = verb(
             chosen,
@@ -169,10 +169,11 @@ def _tell(
         say_written(*written)
 
 
-def _command(name: str, lift: str, seed: int, duration: float) -> Command:
+def _command(name: str, lift: str, seed: int | None, duration: float | None) -> Command:
     from forklift.plant.forklift import commands
 
     if name in commands.GENERATORS:
+        duration, seed = DURATION_S if duration is None else duration, SEED if seed is None else seed
         return commands.generate(name, lift, duration_s=duration, seed=seed)  # type: ignore[arg-type]
     if not Path(name).exists():
         raise ForkliftError(
@@ -180,4 +181,5 @@ def _command(name: str, lift: str, seed: int, duration: float) -> Command:
             f"there is no command file {name}; give {' or '.join(commands.GENERATORS)} or a CSV file's path",
             file=name,
         )
+    no_meaning("beside a command that is read from a file", seed=seed, duration=duration)
     return commands.Command.read(name)

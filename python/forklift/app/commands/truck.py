@@ -43,10 +43,11 @@ def new(
     In a terminal it asks for what a data sheet tells and no option told.
     """
     from forklift.base import output
-    from forklift.plant.forklift.new_truck import ASKED, new_truck, still_of
+    from forklift.plant.forklift.new_truck import ASKED, check_name, new_truck, still_of
     from forklift.plant.forklift.tables import parameters
     from forklift.plant.forklift.truck import Truck
 
+    check_name(name)
     output.check_file(out)
     output.check_suffix(out, (".toml",))
     start = Truck.read(base)

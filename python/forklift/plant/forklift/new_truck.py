@@ -51,8 +51,10 @@ def new_truck(name: str, told: Mapping[str, str], base: Truck) -> Truck:
     Raises
     ------
     ForkliftError
-        ``"parameter-unknown"``, ``"parameter-not-a-number"``, ``"parameter-unit"``, and those of `Truck`.
+        ``"truck-malformed"``, ``"parameter-unknown"``, ``"parameter-not-a-number"``, ``"parameter-unit"``,
+        and those of `Truck`.
     """
+    check_name(name)
     values: dict[str, float | tuple[float, ...]] = {}
     sources: dict[str, str] = {}
     left = dict(told)
@@ -77,6 +79,23 @@ def new_truck(name: str, told: Mapping[str, str], base: Truck) -> Truck:
         for key, source in base.sources.items()
     }
     return Truck(name, {**base.values, **values}, {**kept, **sources})
+
+
+def check_name(name: str) -> None:
+    """The truck has a name.
+
+    Raises
+    ------
+    ForkliftError
+        ``"truck-malformed"``.
+    """
+    if not name.strip():
+        raise ForkliftError(
+            "truck-malformed",
+            f"the truck's name is {name!r}; give it one, such as mine",
+            name="name",
+            value=name,
+        )
 
 
 def still_of(truck: Truck, base: Truck) -> list[str]:

@@ -214,7 +214,7 @@ def _refuse(path: Path, text: str, key: str, code: str, message: str, **facts: A
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         why = f"byte {error.start} is not UTF-8"
     except OSError as error:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,7 +116,7 @@ def _database(place: Place) -> Any:
     database = cantools.database.Database(strict=False)
     for file in place.dbc:
         try:
-            database.add_dbc_file(file, encoding="cp1252")
+            database.add_dbc_file(file, encoding=_encoding(file))
         except FileNotFoundError:
             raise place.error(
                 "dbc-missing", f"there is no DBC {file}; put it there or correct its name", value=file
@@ -127,6 +128,15 @@ def _database(place: Place) -> Any:
                 value=file,
             ) from error
     return database
+
+
+def _encoding(file: str) -> str:
+    """Of a DBC: UTF-8, else cp1252, in which most tools write it; a °C of the one is no text of the other."""
+    try:
+        Path(file).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig"
 
 
 def _frames(place: Place, first: float | None) -> Frames:

@@ -62,7 +62,10 @@ def _all_numbers(text: str, names: list[str], chosen: list[str], columns: list[i
             series[name] = values
             if first:
                 since[name] = first
-    return Signals({name: Series(values + _after(since, name)) for name, values in series.items()})
+    return Signals(
+        {name: Series(values + _after(since, name)) for name, values in series.items()},
+        others=tuple(name for name in names if name not in series),
+    )
 
 
 def _plain(cell: str, since: datetime | None) -> float:

@@ -34,7 +34,7 @@ class Source:
     unit
         Of the raw values; empty: as the file states it, if it does; ``"raw"``: none, whatever it states.
     time
-        The column with its own time [s]; empty: the file's time.
+        The column with its own time, in the unit that the file states, else [s]; empty: the file's time.
     """
 
     channel: str
@@ -153,7 +153,7 @@ class Choice:
             if name in clocks.values():
                 continue
             if name in clocks:
-                own = self._timed(name, own, signals.series[clocks[name]])
+                own = self._timed(name, own, self._in_seconds(clocks[name], signals.series[clocks[name]]))
             found[self.source(name).channel] = self._converted(name, own)
         if clocks and TIME in found:  # columns of several lengths end in empty cells
             common = found[TIME]
@@ -206,6 +206,22 @@ class Choice:
                     value=source.time,
                 )
 
+    def _in_seconds(self, name: str, clock: Series) -> Series:
+        """A column of times in seconds, from the unit that the file or the column's brackets state."""
+        stated = clock.unit.strip() or units.in_brackets(name, table()[TIME].unit)
+        linear = units.conversion(stated, table()[TIME].unit)
+        if linear is None and units.known(stated):
+            raise self.place.error(
+                "unit-of-another-kind",
+                f"{quoted(name)} is to hold times, but is in {quoted(stated)}, which is no unit of time; "
+                "name another column",
+                line=self._header,
+                column=name,
+                value=stated,
+                unit=table()[TIME].unit,
+            )
+        return clock if linear is None else replace(clock, values=clock.values * linear.scale)
+
     def _timed(self, name: str, own: Series, clock: Series) -> Series:
         """The series on its own time; rows in which both are empty are no samples."""
         if clock.values.shape != own.values.shape:
@@ -234,7 +250,7 @@ class Choice:
         """How the values of a source, whose file states `unit`, come to the channel's unit."""
         source = self.source(name)
         channel = table()[source.channel]
-        stated = unit.strip() or (units.in_brackets(name) if name != source.channel else "")
+        stated = unit.strip() or (units.in_brackets(name, channel.unit) if name != source.channel else "")
         asked = source.unit or stated
         facts: dict[str, Any] = {
             "channel": source.channel,

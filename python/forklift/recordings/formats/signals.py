@@ -42,10 +42,13 @@ class Signals:
         Name to series.
     lines
         (n,), the line on which each row ends, counted from 1; None for a binary file.
+    others
+        Of a table of which everything was asked for: the columns that hold no numbers.
     """
 
     series: Mapping[str, Series]
     lines: NDArray[np.int64] | None = None
+    others: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,149 @@
+"""What is converted is there in the end, whole; what stood there before is not lost."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from contextlib import suppress
+
+import numpy as np
+import polars as pl
+import pytest
+
+from forklift import Campaign, Recording, compare, convert
+from forklift.recordings.inspect import inspect
+from small_campaign import RATE_HZ, csv_text, foreign, make, make_mapped, raised, signals, snapshot
+
+LONG_ROWS = 1500
+
+
+@pytest.fixture
+def log(tmp_path):
+    """A further recording of a plain campaign, its lift and load in its name."""
+    pl.DataFrame(signals()).write_csv(tmp_path / "free_800kg.csv")
+    return tmp_path / "free_800kg.csv"
+
+
+def long_log(path, oil_at, second="free"):
+    """A lowering of the free lift, after a pause one of the second; an oil temperature at some times [s]."""
+    time = np.arange(LONG_ROWS) / RATE_HZ
+    command = np.zeros(LONG_ROWS)
+    command[100:200] = command[1000:1300] = 0.5
+    free = np.where((second == "free") | (time < 10.0), command, 0.0)
+    columns = {
+        "time_s": time, "current_free_a": free, "current_main_a": command - free,
+        "position_free_m": 1.0 - np.cumsum(command) / 1000.0,
+        "oil_temperature_degc.time_s": time * np.nan, "oil_temperature_degc": time * np.nan,
+    }  # fmt: skip
+    columns["oil_temperature_degc.time_s"][: len(oil_at)] = oil_at
+    columns["oil_temperature_degc"][: len(oil_at)] = 21.0
+    path.write_text(csv_text(columns))
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat"])
+def test_a_campaign_with_a_mapping_is_not_extended_and_stays_as_it_was(tmp_path, log, suffix):
+    folder = make_mapped(tmp_path / "mapped", suffix)
+    before = snapshot(folder)
+    assert raised(convert, log, folder, extend=True).code == "option-not-wanted"
+    assert snapshot(folder) == before
+
+
+def test_a_campaign_that_is_extended_keeps_its_files_and_its_text(tmp_path, log):
+    folder = make(tmp_path / "small")
+    text = folder / "campaign.toml"
+    text.write_text("# as measured in May\n" + text.read_text())
+    before, earlier = snapshot(folder), Campaign.read(folder)
+    found = convert(log, folder, extend=True)
+    after = snapshot(folder)
+    assert after.pop("free_800kg.csv")
+    assert after.pop("campaign.toml").startswith(before.pop("campaign.toml").rstrip())
+    assert after == before
+    assert found.recordings[:-1] == earlier.recordings
+    assert found == Campaign.read(folder)
+    assert (found.name, found[-1].load_kg, found.folder) == (earlier.name, 800.0, folder)
+
+
+def test_a_recording_that_the_campaign_already_has_is_not_added(tmp_path):
+    folder = make(tmp_path / "small")
+    (tmp_path / "free.csv").write_bytes((folder / "free.csv").read_bytes())
+    before = snapshot(folder)
+    told = {"lift": "free", "load_kg": 0.0, "extend": True}
+    assert raised(convert, tmp_path / "free.csv", folder, **told).code == "recording-repeated"
+    assert raised(convert, tmp_path / "free.csv", folder, name="other", **told).code == "option-not-wanted"
+    assert snapshot(folder) == before
+
+
+def test_a_log_is_not_replaced_by_what_is_made_of_it(tmp_path):
+    folder = make_mapped(tmp_path / "mapped", ".mat")
+    before = snapshot(folder)
+    told = {"lift": "free", "load_kg": 0.0, "channels": dict.fromkeys(foreign(), "time_s")}
+    assert raised(convert, folder / "run.mat", folder, overwrite=True, **told).code == "output-exists"
+    assert snapshot(folder) == before
+
+
+def test_a_part_without_an_oil_temperature_is_cut_out_all_the_same(tmp_path):
+    log = long_log(tmp_path / "free_0kg.csv", [9.9, 20.9])
+    first, second = convert(log, tmp_path / "parts", cut=True)
+    assert "oil_temperature_degc" not in first
+    assert second.own("oil_temperature_degc").values.tolist() == [21.0]
+    assert compare(Campaign("second", RATE_HZ, (second,)), "thesis").fits.height
+    whole = convert(log, tmp_path / "whole")
+    assert len(whole[0].own("oil_temperature_degc").time) == 2
+
+
+def test_what_could_not_be_read_back_is_not_left_behind(tmp_path, monkeypatch):
+    log = long_log(tmp_path / "free_0kg.csv", [9.9])
+    monkeypatch.setattr(Recording, "to_csv", lambda _: "time_s,current_free_a\n0,1\n")
+    assert raised(convert, log, tmp_path / "out").code == "column-missing"
+    assert [path.name for path in tmp_path.iterdir()] == ["free_0kg.csv"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="asks in a pseudo-terminal")
+def test_a_question_is_not_erased_while_it_is_answered(tmp_path):
+    import pty
+    import select
+
+    pl.DataFrame(signals()).write_csv(tmp_path / "run.csv")
+    here, there = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "forklift", "convert", tmp_path / "run.csv", "--out", tmp_path / "out"],
+        stdin=there, stdout=subprocess.DEVNULL, stderr=there, env=os.environ | {"TERM": "xterm"},
+    )  # fmt: skip
+    os.close(there)
+    for mark, answer in ((b"both)?", b"free\n"), (b"forks?", b"800\n")):
+        told = b""
+        while mark not in told:
+            told += os.read(here, 4096)
+        if select.select([here], [], [], 0.3)[0]:  # the rest of the question
+            os.read(here, 4096)
+        assert not select.select([here], [], [], 0.5)[0], "what is typed is written over"
+        os.write(here, answer)
+    with suppress(OSError):  # its end
+        while os.read(here, 4096):
+            pass
+    assert process.wait() == 0
+    assert Campaign.read(tmp_path / "out")[0].load_kg == 800.0
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_proposal_passes_over_the_columns_that_are_no_channels(tmp_path, suffix):
+    own = foreign()
+    columns = {"Time [s]": own["t"], "Valve current FL [mA]": own["ValveCurrFL"],
+               "Valve current ML [mA]": own["ValveCurrML"], "pressure_free_pa": own["pA"] * 1e5,
+               "Engine speed [rpm]": own["t"] * 0.0 + 800.0, "Comment": ["ok"] * len(own["t"])}  # fmt: skip
+    table, log = pl.DataFrame(columns), tmp_path / f"free_800kg{suffix}"
+    table.write_csv(log) if suffix == ".csv" else table.write_parquet(log)
+    (found,) = convert(log, tmp_path / "campaign", propose=True)
+    assert set(found.channels) == {"current_free_a", "current_main_a", "pressure_free_pa"}
+    (tmp_path / "channels.toml").write_text(inspect(log).mapping())
+    (again,) = convert(log, tmp_path / "again", channels=tmp_path / "channels.toml")
+    assert again == found
+
+
+def test_the_currents_tell_the_lift_of_a_lowering_that_is_cut_out(tmp_path):
+    log = long_log(tmp_path / "main_hall_0kg.csv", [9.9], second="main")
+    assert [one.lift for one in convert(log, tmp_path / "parts", cut=True)] == ["free", "main"]
+    told = {"cut": True, "lift": "main"}
+    assert raised(convert, log, tmp_path / "told", **told).code == "lift-contradicts-current"
