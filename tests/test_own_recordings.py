@@ -5,6 +5,7 @@ import json
 import numpy as np
 import polars as pl
 import pytest
+import scipy.io
 
 from forklift import diagnose
 from forklift.base.errors import ForkliftError
@@ -85,6 +86,37 @@ def test_what_cannot_be_meant_is_refused(tmp_path, columns, channels, entries, c
     with pytest.raises(ForkliftError) as caught:
         folder(tmp_path, columns, channels, entries)
     assert caught.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("time", "code", "line"),
+    [
+        ([0.0, 1.0, 2.0, 1.5, 3.0], "time-not-increasing", 5),
+        ([0.0, 1.0, 2.0, 2.0, 3.0], "time-not-increasing", 5),
+        ([0.0, 1.0, np.nan, 2.0, 3.0], "sample-missing", 4),
+    ],
+)
+def test_times_are_put_in_no_other_order(tmp_path, time, code, line):
+    with pytest.raises(ForkliftError) as caught:
+        folder(tmp_path, {"time_s": time, "u": time, "duty": time, "y": time})
+    assert (caught.value.code, caught.value.line) == (code, line)
+
+
+def on_own_clocks(tmp_path, **series):
+    """A campaign of one MAT-file in which each channel has a clock of its own: times and values."""
+    (tmp_path / "machine.py").write_text(MACHINE)
+    named = "".join(f'"{name}.values" = "{name}"\n' for name in series)
+    (tmp_path / "campaign.toml").write_text(f'[channels]\n{named}[[recording]]\nfile = "run.mat"\n')
+    signals = {name: {"time": time, "values": values} for name, (time, values) in series.items()}
+    scipy.io.savemat(tmp_path / "run.mat", signals)
+    return campaign.read(tmp_path, campaign.machine(tmp_path / "machine.py")).recordings[0]
+
+
+def test_a_clock_of_a_channels_own_must_increase_too(tmp_path):
+    even, back = np.arange(5.0), np.array([0.0, 1.0, 2.0, 1.5, 3.0])
+    with pytest.raises(ForkliftError) as caught:
+        on_own_clocks(tmp_path, u=(even, even), duty=(even, even), y=(back, even))
+    assert (caught.value.code, caught.value.channel) == ("time-not-increasing", "y")
 
 
 def test_a_campaign_that_is_not_utf_8_is_refused(tmp_path):

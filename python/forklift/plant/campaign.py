@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import runpy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -32,8 +32,9 @@ from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
-from forklift.recordings import formats, units
+from forklift.recordings import checks, formats, units
 from forklift.recordings.campaign_file import check_files
+from forklift.recordings.channels import TIME
 from forklift.recordings.formats.signals import Place, Series
 
 FILE = "campaign.toml"
@@ -138,7 +139,8 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
     ForkliftError
         ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``, ``"path-escapes"``,
         ``"value-invalid"``, ``"recording-repeated"``; ``"column-missing"`` for an input that a file lacks;
-        ``"unit-unknown"``; those of `forklift.recordings.formats.read` and of `Recording`.
+        ``"unit-unknown"``; ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of times;
+        those of `forklift.recordings.formats.read` and of `Recording`.
     """
     folder = Path(folder)
     path = folder if folder.name == FILE else folder / FILE
@@ -179,7 +181,7 @@ def inputs(path: str | Path, plant: Plant) -> Recording:
     Raises
     ------
     ForkliftError
-        ``"column-missing"``, ``"unit-unknown"``; those of `forklift.recordings.formats.read`.
+        As `read` of one file.
     """
     path = Path(path)
     known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
@@ -250,6 +252,7 @@ def _recording(
     dbc = tuple(str(folder / name) for name in databases)
     place = Place(entry.file, str(folder / entry.file), dbc=dbc)
     signals, _ = formats.read(place, chosen)
+    place = replace(place, lines=signals.lines)
     columns: dict[str, tuple[Floats, Floats]] = {}
     for name, series in signals.series.items():
         source = chosen.source(name)
@@ -263,6 +266,8 @@ def _recording(
                 channel=source.channel,
             )
         own = series.time if series.time is not None else _time(place, signals.series)
+        checks.samples(place, TIME, own)
+        checks.increasing(place, own, TIME if series.time is None else source.channel)
         columns[source.channel] = own, _in_unit(place, name, series, source, chosen.known[source.channel])
     time = np.unique(np.concatenate([own for own, _ in columns.values()])) if columns else np.zeros(0)
     u = {}
