@@ -131,6 +131,24 @@ def test_halving_the_step_divides_the_error_by_sixteen():
     assert 12.0 < errors[0] / errors[1] < 24.0
 
 
+def test_a_gap_of_the_clock_is_crossed_in_steps_of_a_sample():
+    """x' = (u − x)/T over a hole of twenty time constants, beside a recording that is slower and even."""
+    lag = {"a": 10.0, "b": 10.0}
+    gap = np.r_[0.01 * np.arange(100), 3.0 + 0.01 * np.arange(100)]
+    held = decay(inputs=(Input("u", hold="zero"),), states=(State("x", start=0.0),))
+    said = simulate_plant(held, gap, {"u": np.r_[np.ones(99), np.zeros(101)]}, lag)["y"]
+    np.testing.assert_allclose(said[99], 1.0 - np.exp(-9.9), rtol=1e-6)
+    np.testing.assert_allclose(said[100], said[99] * np.exp(-10.0 * (gap[100] - gap[99])), rtol=1e-3)
+    machine, slow = NumpyMachine(held), 0.02 * np.arange(200)
+    recordings = [
+        Recording("r", time, {"u": np.ones(len(time))}, {"y": np.zeros(len(time))}) for time in (gap, slow)
+    ]
+    cases = [machine.case(one, {}) for one in recordings]
+    both = machine.run(lag, cases, [one.centre for one in cases], substeps=1)
+    for one, run in zip(recordings, both, strict=True):
+        np.testing.assert_allclose(run.outputs[:, 0], 1.0 - np.exp(-10.0 * one.time_s), atol=1e-5)
+
+
 def test_missing_samples_and_a_ceiling_cost_nothing_and_do_not_bend_the_fit():
     limited = decay(outputs=(Output("y", sigma=0.01, upper=1.0),))
     seen = []

@@ -265,7 +265,8 @@ class Plant:
         ``"free"``: one run over each recording; ``"restart"``: every `horizon_s` seconds the states start
         anew; ``"algebraic"``: no states.
     max_dt
-        Longest step of the integrator [s]; by default a sample interval.
+        Longest step of the integrator [s]. By default from sample to sample, and across a gap of the clock
+        as long as the usual (median) step.
     order
         Of the integrator.
     """

@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.parts import Values
 from forklift.plant.present import Present
 from forklift.plant.steady import begun
+from forklift.recordings.clocks import GAP_STEPS
 
 Push = Callable[[Floats], Mapping[str, Floats]]
 """Of the times (lanes,): further inputs at ports, (lanes,)."""
@@ -107,7 +109,7 @@ def _integrate(
 
     path[0] = x
     steps = np.diff(time, axis=0)
-    substeps = finer * np.maximum(1, np.ceil(steps.max(axis=1) / machine.plant.max_dt - 1e-9).astype(int))
+    substeps = finer * _counts(steps, machine.plant.max_dt)
     for k, step in enumerate(steps):
         count = int(substeps[k])
         h = step / count
@@ -133,3 +135,18 @@ def _integrate(
             x = np.minimum(np.maximum(x + h / 6.0 * (a + 2.0 * (b + c) + d), least), most)
         path[k + 1] = x
     return {name: path[:, k] for k, name in enumerate(names)}
+
+
+def _counts(steps: Floats, longest: float) -> NDArray[np.intp]:
+    """Into how many parts each of the steps (times, lanes) is cut, so that none is longer than `longest`.
+
+    Where that is infinite, a gap of the clock is cut into steps as long as the lane's usual ones.
+    """
+    if np.isfinite(longest):
+        shares = steps.max(axis=1) / longest
+    else:
+        going = np.where(steps > 0.0, steps, np.nan)  # a lane that has ended stands still
+        usual = np.nanmedian(going, axis=0)
+        shares = (steps / usual).max(axis=1)
+        shares[shares <= GAP_STEPS] = 1.0
+    return np.maximum(1, np.ceil(shares - 1e-9).astype(np.intp))
