@@ -10,6 +10,7 @@ import scipy.io
 from forklift import diagnose
 from forklift.base.errors import ForkliftError
 from forklift.plant import campaign
+from forklift.plant.hypotheses import hypotheses
 from forklift.plant.machine import NumpyMachine
 from forklift.plant.own import PlantSubject
 from forklift.plant.parts import Effect, Input, Output, Param, State
@@ -117,6 +118,44 @@ def test_a_clock_of_a_channels_own_must_increase_too(tmp_path):
     with pytest.raises(ForkliftError) as caught:
         on_own_clocks(tmp_path, u=(even, even), duty=(even, even), y=(back, even))
     assert (caught.value.code, caught.value.channel) == ("time-not-increasing", "y")
+
+
+def test_outputs_on_several_clocks_have_lost_nothing_and_end_with_the_inputs(tmp_path):
+    quick, slow = 0.01 * np.arange(1001), 0.1 * np.arange(101)
+    short = quick[:201]
+    one = on_own_clocks(
+        tmp_path,
+        u=(quick, np.sin(quick)),
+        duty=(short + 0.005, short),
+        y=(slow + 0.003, slow),
+    )
+    assert one.time_s[0] == pytest.approx(0.005)
+    assert one.time_s[-1] == pytest.approx(2.005)
+    assert np.isfinite(one.u["duty"]).all()
+    np.testing.assert_allclose(one.u["duty"], one.time_s - 0.005, atol=1e-12)  # on the straight line
+    held = one.u["u"][1:] - np.sin(np.floor(one.time_s[1:] / 0.01 + 1e-6) * 0.01)
+    np.testing.assert_allclose(held, 0.0, atol=1e-12)
+    np.testing.assert_allclose(one.y["y"][one.rows["y"]], slow[1:21], atol=1e-12)
+    plant = campaign.machine(tmp_path / "machine.py")
+    subject = PlantSubject(plant)
+    assert [caution.code for caution in subject.cautions([one])] == []
+    late = next(found for found in hypotheses(plant, [one]) if found.id == "sensor_lag")
+    assert late.addition.free[0].upper * late.addition.free[0].width == pytest.approx(0.4)
+    assert subject.rate_hz(one, "y") == pytest.approx(10.0)
+    head = one.between(0, 100, "head")
+    np.testing.assert_array_equal(
+        head.y["y"][head.rows["y"]], one.y["y"][one.rows["y"]][: len(head.rows["y"])]
+    )
+    one.y["y"][one.rows["y"][3]] = np.nan
+    (caution,) = subject.cautions([one])
+    assert (caution.code, "1 of y" in caution.sentence) == ("samples-missing", True)
+
+
+def test_inputs_that_are_never_known_together_are_refused(tmp_path):
+    time = np.arange(5.0)
+    with pytest.raises(ForkliftError) as caught:
+        on_own_clocks(tmp_path, u=(time, time), duty=(time + 10.0, time), y=(time, time))
+    assert caught.value.code == "time-not-common"
 
 
 def test_a_campaign_that_is_not_utf_8_is_refused(tmp_path):

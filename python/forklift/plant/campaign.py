@@ -35,6 +35,7 @@ from forklift.plant.recording import Recording
 from forklift.recordings import checks, formats, units
 from forklift.recordings.campaign_file import check_files
 from forklift.recordings.channels import TIME
+from forklift.recordings.clocks import EVEN, SAME_INSTANT_S, Rows, Sampled, union
 from forklift.recordings.formats.signals import Place, Series
 
 FILE = "campaign.toml"
@@ -139,7 +140,8 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
     ForkliftError
         ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``, ``"path-escapes"``,
         ``"value-invalid"``, ``"recording-repeated"``; ``"column-missing"`` for an input that a file lacks;
-        ``"unit-unknown"``; ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of times;
+        ``"unit-unknown"``; ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of times,
+        ``"lengths-differ"``, ``"time-not-common"``;
         those of `forklift.recordings.formats.read` and of `Recording`.
     """
     folder = Path(folder)
@@ -248,12 +250,15 @@ class _Chosen:
 def _recording(
     folder: Path, entry: _Entry, plant: Plant, chosen: _Chosen, databases: Sequence[str] = ()
 ) -> Recording:
-    """Every channel at its own instants: outputs are missing between theirs, inputs held or joined."""
+    """Every channel at its own instants: outputs are missing between theirs, inputs held or joined.
+
+    Of inputs on several clocks, from when all are known until the first of them ends.
+    """
     dbc = tuple(str(folder / name) for name in databases)
     place = Place(entry.file, str(folder / entry.file), dbc=dbc)
     signals, _ = formats.read(place, chosen)
     place = replace(place, lines=signals.lines)
-    columns: dict[str, tuple[Floats, Floats]] = {}
+    columns: dict[str, Sampled] = {}
     for name, series in signals.series.items():
         source = chosen.source(name)
         if source is None:
@@ -266,37 +271,43 @@ def _recording(
                 channel=source.channel,
             )
         own = series.time if series.time is not None else _time(place, signals.series)
+        checks.lengths(place, source.channel, series.values, own)
         checks.samples(place, TIME, own)
         checks.increasing(place, own, TIME if series.time is None else source.channel)
-        columns[source.channel] = own, _in_unit(place, name, series, source, chosen.known[source.channel])
-    time = np.unique(np.concatenate([own for own, _ in columns.values()])) if columns else np.zeros(0)
-    u = {}
+        values = _in_unit(place, name, series, source, chosen.known[source.channel])
+        columns[source.channel] = Sampled(own, values)
     for one in plant.inputs:
-        if one.name in columns:
-            u[one.name] = _driving(time, *columns[one.name], held=one.hold == "zero")
-        elif one.derived is None:
+        if one.name not in columns and one.derived is None:
             raise place.error(
                 "column-missing",
                 f"there is no column for the input {one.name} of {plant.name}; the file has "
                 f"{', '.join(signals.series) or 'none of its channels'}. Map one to it below [channels]",
                 channel=one.name,
             )
-    y = {one.name: _placed(time, *columns[one.name]) for one in plant.outputs if one.name in columns}
-    return Recording(entry.file, time, u, y, entry.role, entry.group, entry.conditions)
+    time, values_of, rows = _together(place, plant, columns)
+    u = {one.name: values_of[one.name] for one in plant.inputs if one.name in columns}
+    y = {one.name: values_of[one.name] for one in plant.outputs if one.name in columns}
+    return Recording(entry.file, time, u, y, entry.role, entry.group, entry.conditions, rows=rows)
 
 
-def _driving(time: Floats, own: Floats, values: Floats, *, held: bool) -> Floats:
-    """An input at all instants: its last sample, or on the straight line to the next."""
-    if held:
-        return values[np.maximum(np.searchsorted(own, time, side="right") - 1, 0)]
-    return np.asarray(np.interp(time, own, values))
-
-
-def _placed(time: Floats, own: Floats, values: Floats) -> Floats:
-    """An output at its own instants, missing at all others."""
-    found = np.full(len(time), np.nan)
-    found[np.searchsorted(time, own)] = values
-    return found
+def _together(
+    place: Place, plant: Plant, columns: Mapping[str, Sampled]
+) -> tuple[Floats, dict[str, Floats], dict[str, Rows]]:
+    """Times, the columns at all of them, and the rows of outputs that are on a clock of their own."""
+    clocks = [one.time for one in columns.values()]
+    if all(np.array_equal(clocks[0], time) for time in clocks):
+        time = clocks[0] if clocks else np.zeros(0)
+        return time, {name: one.values for name, one in columns.items()}, {}
+    inputs = [one for one in plant.inputs if one.name in columns]
+    slack = min(SAME_INSTANT_S, EVEN * min(one.step_s or 1.0 for one in columns.values()))
+    since, found, own = union(place, columns, [one.name for one in inputs], slack)
+    begins = [float(columns[one.name].time[0]) for one in inputs]
+    time = since + (max(begins) if begins else min(float(clock[0]) for clock in clocks))
+    for one in inputs:
+        if one.hold == "linear":
+            found[one.name] = np.interp(time, columns[one.name].time, columns[one.name].values)
+    outputs = {one.name for one in plant.outputs}
+    return time, found, {name: r for name, r in own.items() if name in outputs and len(r) < len(time)}
 
 
 def _time(place: Place, series: dict[str, Series] | Any) -> Floats:

@@ -174,7 +174,7 @@ class PlantSubject(NumpyMachine):
 
     @property
     def clock_rates(self) -> tuple[SensorUnknown, ...]:
-        """All outputs are on one clock."""
+        """None: time stamps are taken as they are, and an output that is late is a hypothesis."""
         return ()
 
     def hypotheses(
@@ -215,8 +215,10 @@ class PlantSubject(NumpyMachine):
         return ("",)
 
     def rate_hz(self, recording: Recording, channel: str) -> float:
-        """Of the recording [Hz]: the mean, if its steps differ."""
-        return (len(recording) - 1) / float(np.ptp(recording.time_s))
+        """Of the output's own clock [Hz]: the mean, if its steps differ."""
+        own = recording.time_s[recording.own(channel)]
+        time = own if len(own) > 1 else recording.time_s
+        return (len(time) - 1) / float(np.ptp(time))
 
     def labels(self, recording: Recording) -> Labels:
         """Driven for `RECENT` of its length after any input has changed, else held."""

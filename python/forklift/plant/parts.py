@@ -266,7 +266,7 @@ class Plant:
         anew; ``"algebraic"``: no states.
     max_dt
         Longest step of the integrator [s]. By default from sample to sample, and across a gap of the clock
-        as long as the usual (median) step.
+        as long as a usual sample.
     order
         Of the integrator.
     """

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -35,6 +35,9 @@ class Recording:
         What belongs together when it is left out: a pressure, a load, a day.
     conditions
         Numbers that describe it, by name.
+    rows
+        By output on a clock of its own: at which of the times, by their place, it was sampled. One that is
+        not named was sampled at all.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class Recording:
     conditions: Mapping[str, float] = field(default_factory=dict)
     blocks: int = 1
     """How many stretches of it err independently."""
+    rows: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         time = _floats(self.time_s)
@@ -81,16 +85,21 @@ class Recording:
 
     def between(self, first: int, last: int, file: str, role: Role | None = None) -> Recording:
         """The samples from `first` up to `last`."""
-        rows = slice(first, last)
+        here = slice(first, last)
         return Recording(
             file,
-            self.time_s[rows],
-            {name: values[rows] for name, values in self.u.items()},
-            {name: values[rows] for name, values in self.y.items()},
+            self.time_s[here],
+            {name: values[here] for name, values in self.u.items()},
+            {name: values[here] for name, values in self.y.items()},
             role or self.role,
             self.group,
             self.conditions,
+            rows={name: at[(at >= first) & (at < last)] - first for name, at in self.rows.items()},
         )
+
+    def own(self, output: str) -> NDArray[np.intp]:
+        """At which of the times an output was sampled, by their place; samples that were lost among them."""
+        return self.rows.get(output, np.arange(len(self)))
 
     def split(self, share: float) -> tuple[Recording, Recording]:
         """The first `share` of it to be fitted on, the rest to be judged on."""

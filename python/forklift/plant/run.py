@@ -21,6 +21,10 @@ from forklift.recordings.clocks import GAP_STEPS
 Push = Callable[[Floats], Mapping[str, Floats]]
 """Of the times (lanes,): further inputs at ports, (lanes,)."""
 
+USUAL = 0.8
+"""Share of a clock's steps that its usual one is no shorter than: where channels' clocks are a little apart,
+most steps from any sample to the next may be tiny."""
+
 
 def run(
     machine: Present,
@@ -140,13 +144,14 @@ def _integrate(
 def _counts(steps: Floats, longest: float) -> NDArray[np.intp]:
     """Into how many parts each of the steps (times, lanes) is cut, so that none is longer than `longest`.
 
-    Where that is infinite, a gap of the clock is cut into steps as long as the lane's usual ones.
+    Where that is infinite, a gap of the clock is cut into steps as long as the lane's usual one.
     """
     if np.isfinite(longest):
         shares = steps.max(axis=1) / longest
     else:
         going = np.where(steps > 0.0, steps, np.nan)  # a lane that has ended stands still
-        usual = np.nanmedian(going, axis=0)
+        usual = np.nanquantile(going, USUAL, axis=0, method="higher")
         shares = (steps / usual).max(axis=1)
         shares[shares <= GAP_STEPS] = 1.0
-    return np.maximum(1, np.ceil(shares - 1e-9).astype(np.intp))
+    counts: NDArray[np.intp] = np.maximum(1, np.ceil(shares - 1e-9)).astype(np.intp)
+    return counts
