@@ -61,6 +61,11 @@ def test_a_unit_in_brackets_counts_mapped_or_not_and_a_share_is_one_hundredth(tm
     np.testing.assert_allclose(one.y["y"], 1.0)
 
 
+def test_a_millipascal_is_no_megapascal(tmp_path):
+    (one,) = folder(tmp_path, {"time_s": TIME, "u": TIME, "duty": TIME, "y [mPa]": [1e8] * 3})
+    np.testing.assert_allclose(one.y["y"], 1.0)
+
+
 def test_a_scale_takes_the_place_of_the_files_unit_and_a_unit_that_is_told_goes_before_it(tmp_path):
     columns = {"time_s": TIME, "coil [mA]": [250.0] * 3, "duty": [0.5] * 3, "press [kPa]": [200.0] * 3}
     channels = (

@@ -332,7 +332,7 @@ def _in_unit(place: Place, name: str, series: Series, source: _Source, to: str) 
     unit = source.unit or ("" if scaled else series.unit or units.in_brackets(name))
     if units.says_nothing(unit):
         return values
-    linear = units.conversion(unit, "dimensionless" if to == "1" else to)
+    linear = units.conversion(unit, "dimensionless" if to == "1" else to, exact=True)
     if linear is None:
         raise place.error(
             "unit-unknown",
