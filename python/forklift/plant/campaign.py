@@ -30,6 +30,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from forklift.base import toml
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.plant.calls import line_in
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 from forklift.recordings import checks, formats, units
@@ -114,7 +115,7 @@ def machine(path: str | Path) -> Plant:
     except ForkliftError:
         raise
     except (Exception, SystemExit) as error:
-        line = _line(error, path)
+        line = error.lineno if isinstance(error, SyntaxError) else line_in(error, str(path))
         where = f", line {line}" if line else ""
         raise ForkliftError(
             "machine-invalid",
@@ -342,13 +343,3 @@ def _in_unit(place: Place, name: str, series: Series, source: _Source, to: str) 
             value=unit,
         )
     return linear.scale * values + linear.offset
-
-
-def _line(error: BaseException, path: Path) -> int | None:
-    """The last line of the file that the error came through."""
-    trace, line = error.__traceback__, None
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return line if not isinstance(error, SyntaxError) else error.lineno

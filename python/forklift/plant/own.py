@@ -13,6 +13,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.plant.calls import named
 from forklift.plant.findings import Caution, Findings, without
 from forklift.plant.gaps import missing, stuck, stuck_cautions
 from forklift.plant.hypotheses import hypotheses
@@ -329,7 +330,8 @@ class PlantSubject(NumpyMachine):
         for case, own, seen in zip(cases, conditions, moments, strict=True):
             p = {**self.parameters(values), **dict(zip(case.names, own.tolist(), strict=True))}
             for term, effect, its in zip(found, present.effects, present.own(p), strict=True):
-                said = effect.term(seen, seen, its, seen)
+                what = f"term of effect {effect.id}"
+                said = named(self.plant.name, what, effect.term, seen, seen, its, seen)
                 for port, columns in term.added.items():
                     value = np.asarray(said.get(port, 0.0), float)
                     columns.append(np.broadcast_to(value, len(case.recording)))  # type: ignore[attr-defined]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.plant.calls import mistake, named, numbers
 from forklift.plant.parts import Values
 from forklift.plant.present import Present
 from forklift.plant.steady import begun
@@ -54,7 +55,7 @@ def run(
     Raises
     ------
     ForkliftError
-        ``"not-finite"``, ``"no-steady-state"``.
+        ``"not-finite"``, ``"no-steady-state"``, ``"plant-invalid"`` for a mistake in the plant's functions.
     """
     shape = time.shape
     with np.errstate(all="ignore"):
@@ -67,8 +68,11 @@ def run(
         if push:
             pushed = dict(push(time))
         driven, w, bus, _ = machine.moment(time, states, u, p, machine.own(p), pushed)
-        said = machine.plant.out(time, states, driven, w, p, bus)
-    outputs = {name: np.broadcast_to(np.asarray(values, dtype=float), shape) for name, values in said.items()}
+        plant = machine.plant.name
+        said = named(plant, "out", machine.plant.out, time, states, driven, w, p, bus)
+    if missing := [one.name for one in machine.plant.outputs if one.name not in said]:
+        raise mistake(plant, "out", f"gives no {missing[0]}; return every output", name=missing[0])
+    outputs = {name: numbers(plant, "out", name, values, shape) for name, values in said.items()}
     for name, values in outputs.items():
         if not np.isfinite(values).all():
             at = float(time[np.flatnonzero(~np.isfinite(values).all(axis=1))[0], 0])
@@ -79,7 +83,7 @@ def run(
                 time_s=at,
             )
     seen = {**states, **driven, **{name: value for name, value in bus.items()}}
-    return outputs, {name: np.broadcast_to(np.asarray(value, float), shape) for name, value in seen.items()}
+    return outputs, {name: numbers(plant, "bus", name, value, shape) for name, value in seen.items()}
 
 
 def _integrate(
@@ -97,19 +101,7 @@ def _integrate(
 
     def rates(t: Floats, x: Floats, u: Values) -> Floats:
         at = dict(zip(names, x, strict=True))
-        driven, w, bus, more = machine.moment(t, at, u, p, own, push(t) if push else nothing)
-        known = {**machine.plant.rhs(t, at, driven, w, p, bus), **more} if machine.plant.rhs else more
-        out = np.empty_like(x)
-        for row, name in enumerate(names):
-            if name not in known:
-                raise ForkliftError(
-                    "plant-invalid",
-                    f"plant {machine.plant.name}: its right-hand side gives no rate of {name}; return one of "
-                    "every state",
-                    name=name,
-                )
-            out[row] = known[name]
-        return out
+        return machine.rates(names, t, at, u, p, own, push(t) if push else nothing)
 
     path[0] = x
     steps = np.diff(time, axis=0)
