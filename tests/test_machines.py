@@ -43,6 +43,12 @@ def decay(**changed):
     return Plant(**{**given, **changed})
 
 
+def with_state(start):
+    """An effect whose own state starts there."""
+    late = State("late", start=start)
+    return Effect("e", "e", (Param("c", "1", 0.0),), ("balance",), lambda *_: {}, states=(late,))
+
+
 def recording(plant, seed=1, role="estimate", time=None, values=None, present=(), noise=0.01):
     random = np.random.default_rng(seed)
     time = np.linspace(0.0, 20.0, 201) if time is None else time
@@ -240,6 +246,22 @@ def test_a_censored_sample_tells_that_the_truth_is_beyond():
         ({"effects": (Effect("e", "e", (), ("balance",), lambda *_: {}),)}, "e"),
         ({"params": (Param("a", "1/s", 0.0, 1.0, 10.0), Param("b", "1/s", 1.0, 0.1, 10.0))}, "a"),
         ({"params": (Param("a", "1/s", 1.0, 1.0, 1.0), Param("b", "1/s", 1.0, 0.1, 10.0))}, "a"),
+        ({"score": "Free"}, "score"),
+        ({"order": 3}, "order"),
+        ({"inputs": (Input("u", hold="first"),)}, "u"),
+        ({"ports": (Port("balance", kind="flow"),)}, "balance"),
+        ({"ports": (Port("balance", size=0.0),)}, "balance"),
+        ({"params": (Param("a", "1/s", 0.5, per="day"),)}, "a"),
+        ({"max_dt": 0.0}, "max_dt"),
+        ({"max_dt": np.nan}, "max_dt"),
+        ({"score": "restart", "horizon_s": -1.0}, "horizon_s"),
+        ({"outputs": (Output("y", sigma=0.0),)}, "y"),
+        ({"outputs": (Output("y", sigma=np.inf),)}, "y"),
+        ({"params": (Param("a", "1/s", 0.5, 0.05, 5.0, spread=0.0),)}, "a"),
+        ({"states": (State("x", start="free", lower=-5.0, upper=5.0, spread=0.0),)}, "x"),
+        ({"effects": (with_state("nothing"),)}, "late"),
+        ({"effects": (with_state("y"),)}, "late"),
+        ({"effects": (with_state("free"),)}, "late"),
     ],
 )
 def test_a_plant_that_cannot_be_is_refused(changed, name):

@@ -95,6 +95,37 @@ def test_what_cannot_be_meant_is_refused(tmp_path, columns, channels, entries, c
 
 
 @pytest.mark.parametrize(
+    ("mapped", "code"),
+    [
+        ("scale = 0.0", "scale-invalid"),
+        ("scale = nan", "scale-invalid"),
+        ("scale = inf", "scale-invalid"),
+        ("offset = -inf", "scale-invalid"),
+        ('scale = "0.001"', "campaign-invalid"),
+        ("scale = true", "campaign-invalid"),
+        ("unit = 3", "campaign-invalid"),
+    ],
+)
+def test_a_scale_that_cannot_be_is_refused(tmp_path, mapped, code):
+    with pytest.raises(ForkliftError) as caught:
+        folder(tmp_path, {"time_s": TIME, "v": TIME, "duty": TIME}, f'v = {{ channel = "u", {mapped} }}')
+    assert caught.value.code == code
+    if code == "scale-invalid":
+        assert (caught.value.line, caught.value.channel) == (2, "u")
+
+
+@pytest.mark.parametrize("load", ["nan", "inf", '"heavy"', "true"])
+def test_a_condition_is_a_finite_number(tmp_path, load):
+    plant = decay()
+    (tmp_path / "campaign.toml").write_text(
+        f'[[recording]]\nfile = "r.csv"\nconditions = {{ load = {load} }}\n'
+    )
+    with pytest.raises(ForkliftError) as caught:
+        campaign.read(tmp_path, plant)
+    assert (caught.value.code, caught.value.name) == ("campaign-invalid", "recording.0.conditions.load")
+
+
+@pytest.mark.parametrize(
     ("time", "code", "line"),
     [
         ([0.0, 1.0, 2.0, 1.5, 3.0], "time-not-increasing", 5),

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
 
 from forklift.base import toml
 from forklift.base.arrays import Floats
@@ -34,7 +34,7 @@ from forklift.plant.calls import line_in
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
 from forklift.recordings import checks, formats, units
-from forklift.recordings.campaign_file import check_files
+from forklift.recordings.campaign_file import check_files, check_scale, line_of
 from forklift.recordings.channels import TIME
 from forklift.recordings.clocks import EVEN, SAME_INSTANT_S, Rows, Sampled, union
 from forklift.recordings.formats.signals import Place, Series
@@ -44,7 +44,7 @@ NAME = "machine"
 """What the plant is called in the machine's file."""
 TIMES = ("time_s", "time", "t", "Time", "time [s]")
 """Names that a file's time [s] may have."""
-_STRICT = ConfigDict(extra="forbid", frozen=True)
+_STRICT = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class _Source(BaseModel):
@@ -64,7 +64,7 @@ class _Entry(BaseModel):
     file: str
     role: Literal["estimate", "validate"] = "estimate"
     group: str = ""
-    conditions: dict[str, float] = {}
+    conditions: dict[str, FiniteFloat] = {}
 
 
 class _Document(BaseModel):
@@ -140,14 +140,16 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
     ------
     ForkliftError
         ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``, ``"path-escapes"``,
-        ``"value-invalid"``, ``"recording-repeated"``; ``"column-missing"`` for an input that a file lacks;
-        ``"unit-unknown"``; ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of times,
-        ``"lengths-differ"``, ``"time-not-common"``;
-        those of `forklift.recordings.formats.read` and of `Recording`.
+        ``"value-invalid"``, ``"recording-repeated"``, ``"channel-unknown"``, ``"scale-invalid"``,
+        ``"source-missing"``; of a file ``"column-missing"``, ``"column-repeated"``, ``"unit-unknown"``,
+        ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of its times,
+        ``"lengths-differ"``, ``"time-not-common"``; those of `forklift.recordings.formats.read` and of
+        `Recording`.
     """
     folder = Path(folder)
     path = folder if folder.name == FILE else folder / FILE
     document, text = _document(path)
+    place = Place(path.name, str(path))
     known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
     sources = {
         name: _Source(channel=found) if isinstance(found, str) else found
@@ -162,8 +164,10 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
                 file=str(path),
                 channel=source.channel,
             )
+        line = line_of(text, ("channels", name))
+        check_scale(name, source.channel, source.scale, source.offset, known[source.channel], place, line)
     databases = (document.dbc,) if isinstance(document.dbc, str) else tuple(document.dbc)
-    check_files([entry.file for entry in document.recording], databases, Place(path.name, str(path)), text)
+    check_files([entry.file for entry in document.recording], databases, place, text)
     chosen = _Chosen(known, sources)
     recordings = tuple(
         _recording(path.parent, entry, plant, chosen, databases) for entry in document.recording
@@ -206,7 +210,7 @@ def _document(path: Path) -> tuple[_Document, str]:
         return _Document.model_validate(toml.loads(text)), text
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"]))
+        key = ".".join(str(part) for part in first["loc"] if part != _Source.__name__)
         raise ForkliftError(
             "campaign-invalid", f"{path}: {key}: {first['msg'].lower()}; correct it", file=str(path), name=key
         ) from error
