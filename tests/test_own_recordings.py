@@ -94,6 +94,31 @@ def test_what_cannot_be_meant_is_refused(tmp_path, columns, channels, entries, c
     assert caught.value.code == code
 
 
+@pytest.mark.parametrize("name", ["t", "time", "time [s]"])
+def test_a_channel_may_be_called_like_a_time(tmp_path, name):
+    plain = name.partition(" ")[0]
+    late = [2.0, 3.0, 5.0]
+    plant = decay(outputs=(Output(plain, unit="s"),), out=lambda t, x, u, w, p, bus: {plain: x["x"]})
+    pl.DataFrame({"time_s": TIME, name: late, "u": TIME}).write_csv(tmp_path / "r.csv")
+    (tmp_path / "campaign.toml").write_text('[[recording]]\nfile = "r.csv"\n')
+    (one,) = campaign.read(tmp_path, plant).recordings
+    assert (one.time_s.tolist(), one.y[plain].tolist()) == (TIME, late)
+    pl.DataFrame({name: TIME, "u": TIME}).write_csv(tmp_path / "r.csv")
+    with pytest.raises(ForkliftError) as caught:
+        campaign.read(tmp_path, plant)
+    assert (caught.value.code, caught.value.channel) == ("column-missing", "time_s")
+
+
+def test_a_time_may_be_mapped_to_a_channel_and_is_no_input_that_is_computed(tmp_path):
+    (one,) = folder(tmp_path, {"time_s": TIME, "t": [5.0] * 3, "duty": TIME}, 't = "u"')
+    assert (one.time_s.tolist(), one.u["u"].tolist()) == (TIME, [5.0] * 3)
+    plant = decay(inputs=(Input("u"), Input("t", derived=lambda time, u: time)))
+    pl.DataFrame({"t": TIME, "u": TIME}).write_csv(tmp_path / "run.csv")
+    (tmp_path / "campaign.toml").write_text('[[recording]]\nfile = "run.csv"\n')
+    (one,) = campaign.read(tmp_path, plant).recordings
+    assert (one.time_s.tolist(), list(one.u)) == (TIME, ["u"])
+
+
 @pytest.mark.parametrize(
     ("mapped", "code"),
     [

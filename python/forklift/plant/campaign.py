@@ -22,7 +22,7 @@ import runpy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
@@ -168,7 +168,7 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
         check_scale(name, source.channel, source.scale, source.offset, known[source.channel], place, line)
     databases = (document.dbc,) if isinstance(document.dbc, str) else tuple(document.dbc)
     check_files([entry.file for entry in document.recording], databases, place, text)
-    chosen = _Chosen(known, sources)
+    chosen = _Chosen(known, sources, _derived(plant))
     recordings = tuple(
         _recording(path.parent, entry, plant, chosen, databases) for entry in document.recording
     )
@@ -192,7 +192,11 @@ def inputs(path: str | Path, plant: Plant) -> Recording:
     """
     path = Path(path)
     known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
-    return _recording(path.parent, _Entry(file=path.name), plant, _Chosen(known, {}))
+    return _recording(path.parent, _Entry(file=path.name), plant, _Chosen(known, {}, _derived(plant)))
+
+
+def _derived(plant: Plant) -> frozenset[str]:
+    return frozenset(one.name for one in plant.inputs if one.derived)
 
 
 def _document(path: Path) -> tuple[_Document, str]:
@@ -230,12 +234,15 @@ class _Chosen:
         The machine's channels, each with its unit.
     sources
         What ``[channels]`` says.
+    derived
+        Of the channels, inputs that are computed: a time is no such input.
     found
-        Of those, the names that a file had.
+        Of the sources, the names that a file had.
     """
 
     known: Mapping[str, str]
     sources: Mapping[str, _Source]
+    derived: frozenset[str] = frozenset()
     found: set[str] = field(default_factory=set)
 
     def __call__(self, names: Sequence[str]) -> list[str]:
@@ -243,12 +250,12 @@ class _Chosen:
 
     def source(self, name: str) -> _Source | None:
         """Where a name leads: as it is mapped, else to the channel that it names, with a unit in brackets."""
-        if name in TIMES:
-            return None
         if name in self.sources:
             self.found.add(name)
             return self.sources[name]
         plain = units.without_brackets(name)
+        if name in TIMES and plain in self.derived:
+            return None
         return _Source(channel=plain) if plain in self.known else None
 
 
@@ -275,7 +282,7 @@ def _recording(
                 column=name,
                 channel=source.channel,
             )
-        own = series.time if series.time is not None else _time(place, signals.series)
+        own = series.time if series.time is not None else _time(place, signals.series, chosen)
         checks.lengths(place, source.channel, series.values, own)
         checks.samples(place, TIME, own)
         checks.increasing(place, own, TIME if series.time is None else source.channel)
@@ -315,15 +322,17 @@ def _together(
     return time, found, {name: r for name, r in own.items() if name in outputs and len(r) < len(time)}
 
 
-def _time(place: Place, series: dict[str, Series] | Any) -> Floats:
+def _time(place: Place, series: Mapping[str, Series], chosen: _Chosen) -> Floats:
+    """Of the first name for a time that stands for no channel; else the longest clock of a channel's own."""
     for name in TIMES:
-        if name in series:
+        if name in series and chosen.source(name) is None:
             return np.asarray(series[name].values, float)
     own = [one.time for one in series.values() if one.time is not None]
     if own:
         return np.asarray(max(own, key=len), float)
+    free = [name for name in TIMES if name not in {*chosen.known, *chosen.sources}]
     raise place.error(
-        "column-missing", f"there is no time; name a column {' or '.join(TIMES[:2])} [s]", channel=TIMES[0]
+        "column-missing", f"there is no time; name a column {' or '.join(free[:2])} [s]", channel=TIME
     )
 
 
