@@ -324,16 +324,37 @@ def test_recordings_are_told_by_names_of_their_own():
         assert error.value.code == code
 
 
-def test_a_recording_that_cannot_be_is_refused():
-    time = np.arange(3.0)
-    for u, y, at in (
-        ({"u": [0.0, np.nan, 0.0]}, {}, time),
-        ({"u": [0.0]}, {}, time),
-        ({}, {}, time[::-1]),
-    ):
-        with pytest.raises(ForkliftError) as error:
-            Recording("r", at, u, y)
-        assert error.value.code == "recording-invalid"
+@pytest.mark.parametrize(
+    ("u", "time", "facts"),
+    [
+        ({"u": [0.0, np.nan, 0.0]}, [0.0, 1.0, 2.0], {"name": "u", "sample": 2, "time_s": 1.0}),
+        ({"u": [0.0]}, [0.0, 1.0, 2.0], {"name": "u"}),
+        ({}, [0.0, 2.0, 1.0], {"name": "time_s", "sample": 3, "value": 1.0, "lower": 2.0}),
+        ({}, [0.0, np.nan, 1.0], {"name": "time_s", "sample": 2, "lower": 0.0}),
+        ({}, [0.0], {"name": "time_s", "value": 1, "lower": 2}),
+        ({}, 0.0, {"name": "time_s", "lower": 2}),
+    ],
+)
+def test_a_recording_that_cannot_be_is_refused(u, time, facts):
+    with pytest.raises(ForkliftError) as error:
+        Recording("r", time, u, {})
+    assert (error.value.code, error.value.file) == ("recording-invalid", "r")
+    assert {name: error.value.facts[name] for name in facts} == facts
+
+
+def test_a_run_that_leaves_the_numbers_tells_when_it_does():
+    """x' = x² from 1 is at infinity after 1 s."""
+    plant = decay(rhs=lambda t, x, u, w, p, bus: {"x": x["x"] ** 2}, states=(State("x", start=1.0),))
+    with pytest.raises(ForkliftError) as error:
+        simulate_plant(plant, 0.01 * np.arange(300), {"u": np.zeros(300)})
+    assert (error.value.code, error.value.name) == ("not-finite", "y")
+    assert 1.0 < error.value.time_s < 1.1
+
+
+def test_recordings_that_are_only_judged_on_are_refused_by_a_fit():
+    with pytest.raises(ForkliftError) as error:
+        forklift.fit(decay(), [recording(decay(), role="validate")])
+    assert (error.value.code, error.value.value, error.value.lower) == ("estimate-missing", 0, 1)
 
 
 def folder(name):

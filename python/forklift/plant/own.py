@@ -124,7 +124,13 @@ class PlantSubject(NumpyMachine):
         """
         whole = [completed(self.plant, one) for one in recordings]
         if not any(one.role == "estimate" for one in whole):
-            raise ForkliftError("estimate-missing", f"no recording of {self.name} may be fitted on")
+            raise ForkliftError(
+                "estimate-missing",
+                f"none of the {len(whole)} recordings of {self.name} may be fitted on; give some of them the "
+                'role "estimate"',
+                value=0,
+                lower=1,
+            )
         invalid = stuck(self.plant, whole, self.sensors(whole))
         kept = _blocked([replace(r, y=without(r.file, r.time_s, r.y, invalid)) for r in whole])
         return self, tuple(kept), Findings(invalid, tuple(missing(self.plant, kept)))

@@ -60,14 +60,10 @@ class Recording:
         time = _floats(self.time_s)
         columns = {kind: {name: _floats(values) for name, values in given.items()}
                    for kind, given in (("u", self.u), ("y", self.y))}  # fmt: skip
-        if len(time) < 2 or not np.all(np.diff(time) > 0.0):
-            raise self._error("time must increase, over two samples at least", "time_s")
+        self._check_time(time)
         for kind, given in columns.items():
             for name, values in given.items():
-                if values.shape != time.shape:
-                    raise self._error(f"{name} has {values.shape} samples, time {time.shape}", name)
-                if kind == "u" and not np.isfinite(values).all():
-                    raise self._error(f"input {name} has samples that are missing", name)
+                self._check_column(name, values, time, driving=kind == "u")
         for name, checked in (("time_s", time), *columns.items()):
             object.__setattr__(self, name, checked)
 
@@ -109,8 +105,51 @@ class Recording:
             self.between(at, len(self), f"{self.file} from {100 * share:.0f} %", "validate"),
         )
 
-    def _error(self, what: str, name: str) -> ForkliftError:
-        return ForkliftError("recording-invalid", f"recording {self.file}: {what}", name=name, file=self.file)
+    def _check_time(self, time: Floats) -> None:
+        if time.ndim != 1 or len(time) < 2:
+            raise self._error(
+                f"time_s has the shape {time.shape}, where at least 2 samples in a row are needed; record it "
+                "again, or leave it out",
+                "time_s",
+                value=time.size,
+                lower=2,
+            )
+        wrong = np.flatnonzero(~(np.diff(time) > 0.0))
+        if len(wrong):
+            at = int(wrong[0]) + 1
+            raise self._error(
+                f"time_s is {time[at]:.9g} s after {time[at - 1]:.9g} s (sample {at + 1} of {len(time)}); it "
+                "must increase from sample to sample, so remove or reorder these samples",
+                "time_s",
+                sample=at + 1,
+                value=float(time[at]),
+                lower=float(time[at - 1]),
+                unit="s",
+            )
+
+    def _check_column(self, name: str, values: Floats, time: Floats, *, driving: bool) -> None:
+        if values.shape != time.shape:
+            raise self._error(
+                f"{name} has samples of shape {values.shape}, where time_s has {time.shape}; give one number "
+                "for each time",
+                name,
+            )
+        lost = np.flatnonzero(~np.isfinite(values))
+        if driving and len(lost):
+            at = int(lost[0])
+            raise self._error(
+                f"input {name} is {values[at]:g} at {time[at]:.9g} s (sample {at + 1}), the first of "
+                f"{len(lost)} that are missing, but must be known at every sample; fill it in, or cut the "
+                "recording there",
+                name,
+                sample=at + 1,
+                time_s=float(time[at]),
+                count=len(lost),
+            )
+
+    def _error(self, what: str, name: str, **facts: float | str) -> ForkliftError:
+        message = f"recording {self.file}: {what}"
+        return ForkliftError("recording-invalid", message, name=name, file=self.file, **facts)
 
 
 def _floats(values: ArrayLike) -> Floats:

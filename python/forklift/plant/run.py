@@ -75,10 +75,12 @@ def run(
     outputs = {name: numbers(plant, "out", name, values, shape) for name, values in said.items()}
     for name, values in outputs.items():
         if not np.isfinite(values).all():
-            at = float(time[np.flatnonzero(~np.isfinite(values).all(axis=1))[0], 0])
+            row, lane = np.argwhere(~np.isfinite(values))[0]
+            at = float(time[row, lane])
             raise ForkliftError(
                 "not-finite",
-                f"plant {machine.plant.name}: {name} is no number from {at:g} s on",
+                f"plant {plant}: {name} is {values[row, lane]:g} at {at:g} s; narrow the bounds of its "
+                "parameters or states to where its laws hold, or give a shorter max_dt if it is stiff",
                 name=name,
                 time_s=at,
             )
