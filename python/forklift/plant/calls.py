@@ -24,26 +24,29 @@ def call(plant: str, what: str, function: Callable[..., Any], *given: Any) -> An
     except (ForkliftError, MemoryError):
         raise
     except Exception as error:  # a user's function may raise anything
-        file = getattr(getattr(function, "__code__", None), "co_filename", "")
-        line = line_in(error, file)
-        where = f" in {file}, line {line}," if line else ""
-        raise mistake(
-            plant,
-            what,
-            f"fails{where} with {type(error).__name__} ({error}); correct it",
-            error=type(error).__name__,
-            file=file or None,
-            line=line,
-        ) from error
+        raise _failed(plant, what, function, error) from error
 
 
 def named(plant: str, what: str, function: Callable[..., Any], *given: Any) -> Mapping[str, Any]:
     """What a plant's function gives, by name; errors as `call`, for something else than that, too."""
-    found = call(plant, what, function, *given)
-    if not isinstance(found, Mapping):
+    try:
+        found = function(*given)  # at every step of a run: no call within a call
+    except (ForkliftError, MemoryError):
+        raise
+    except Exception as error:
+        raise _failed(plant, what, function, error) from error
+    if type(found) is not dict and not isinstance(found, Mapping):
         told = "nothing" if found is None else f"a {type(found).__name__}"
         raise mistake(plant, what, f"gives {told}, where values by name are expected; return a dictionary")
     return found
+
+
+def _failed(plant: str, what: str, function: Callable[..., Any], error: Exception) -> ForkliftError:
+    file = getattr(getattr(function, "__code__", None), "co_filename", "")
+    line = line_in(error, file)
+    where = f" in {file}, line {line}," if line else ""
+    told = f"fails{where} with {type(error).__name__} ({error}); correct it"
+    return mistake(plant, what, told, error=type(error).__name__, file=file or None, line=line)
 
 
 def numbers(plant: str, what: str, name: str, found: Any, shape: tuple[int, ...]) -> Floats:

@@ -142,10 +142,13 @@ def _counts(steps: Floats, longest: float) -> NDArray[np.intp]:
     """
     if np.isfinite(longest):
         shares = steps.max(axis=1) / longest
+    elif steps.max(initial=0.0) <= GAP_STEPS * steps.min(initial=np.inf):
+        return np.ones(len(steps), np.intp)
     else:
-        going = np.where(steps > 0.0, steps, np.nan)  # a lane that has ended stands still
-        usual = np.nanquantile(going, USUAL, axis=0, method="higher")
-        shares = (steps / usual).max(axis=1)
+        fresh = np.r_[True, (steps[:, 1:] != steps[:, :-1]).any(axis=0)]  # lanes of one recording are alike
+        own = steps[:, fresh]
+        going = np.where(own > 0.0, own, np.nan)  # a lane that has ended stands still
+        shares = (own / np.nanquantile(going, USUAL, axis=0, method="higher")).max(axis=1)
         shares[shares <= GAP_STEPS] = 1.0
     counts: NDArray[np.intp] = np.maximum(1, np.ceil(shares - 1e-9)).astype(np.intp)
     return counts
