@@ -1,12 +1,16 @@
 """A digest of values and functions is equal for what computes the same."""
 
+import importlib
 import subprocess
 import sys
+import threading
+from collections import deque
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from forklift import Truck
 from forklift.base.fingerprint import fingerprint
@@ -59,9 +63,33 @@ class Pair:
     second: object
 
 
+class Table:
+    """A law in a table, as somebody's machine has it."""
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+
+    def out(self, x: float) -> float:
+        return self.factor * x
+
+
+class Slotted:
+    __slots__ = ("factor",)
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+
+
 @pytest.mark.parametrize(
     ("one", "other"),
     [
+        (Table(1.0), Table(2.0)),
+        (Table(1.0).out, Table(2.0).out),
+        (Slotted(1.0), Slotted(2.0)),
+        (np.poly1d([1.0, 2.0]), np.poly1d([1.0, 3.0])),
+        (partial(np.poly1d([1.0, 2.0]), 1.0), partial(np.poly1d([1.0, 3.0]), 1.0)),
+        (CubicSpline([0.0, 1.0, 2.0], [0.0, 1.0, 4.0]), CubicSpline([0.0, 1.0, 2.0], [0.0, 1.0, 5.0])),
+        (deque([1.0, 2.0]), deque([1.0, 3.0])),
         (1.0, 1.0 + 2.0**-52),
         (np.zeros(3), np.zeros((3, 1))),
         (np.zeros(3), np.zeros(3, np.float32)),
@@ -79,6 +107,74 @@ class Pair:
 def test_what_differs_has_another(one, other):
     assert fingerprint(one) == fingerprint(one)
     assert fingerprint(one) != fingerprint(other)
+
+
+LAW = """
+from functools import lru_cache
+class Law:
+    share = {share}
+    @property
+    def size(self):
+        return {size}
+    @staticmethod
+    def turned(x):
+        return {sign}x
+    def __call__(self, x):
+        return self.size * x
+@lru_cache
+def kept(x):
+    return {sign}x
+law = Law()
+def rhs(x):
+    return {used}
+"""
+
+
+@pytest.mark.parametrize("used", ["law(x)", "Law()(x)", "law.turned(x)"])
+def test_the_code_of_a_class_counts(used):
+    def made(**changed):
+        names: dict[str, object] = {"__name__": "machine"}
+        exec(LAW.format(**{"share": 1.0, "size": 2.0, "sign": "+", "used": used, **changed}), names)
+        return fingerprint(names["rhs"])
+
+    assert made() == made()
+    assert len({made(), made(share=1.5), made(size=3.0), made(sign="-")}) == 4
+
+
+def test_a_function_that_remembers_its_answers_is_taken_by_its_code():
+    first, second, third = {}, {}, {}
+    for names, sign in ((first, "+"), (second, "-"), (third, "+")):
+        exec(LAW.format(share=1.0, size=2.0, sign=sign, used="kept(x)"), names)
+    one, other, same = (fingerprint(names["rhs"]) for names in (first, second, third))
+    assert one == same != other
+
+
+def test_a_module_that_is_not_installed_counts_with_its_file(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    found = []
+    for factor in (1.0, 1.0, 2.0):
+        (tmp_path / "laws_of_a_test.py").write_text(f"def law(x):\n    return {factor} * x\n")
+        sys.modules.pop("laws_of_a_test", None)
+        importlib.invalidate_caches()
+        laws = importlib.import_module("laws_of_a_test")
+        found.append(fingerprint(lambda x, laws=laws: laws.law(x)))
+    assert found[0] == found[1] != found[2]
+
+
+def test_an_object_has_the_same_in_another_process():
+    script = LAW.format(share=1.0, size=2.0, sign="+", used="law(x) + kept(x) + np.sin(x)")
+    script += "import numpy as np\nfrom forklift.base.fingerprint import fingerprint\n"
+    script += "print(fingerprint(rhs, law.turned, np.poly1d([1.0, 2.0]), np.sin, len))"
+    first, second = (
+        subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    )
+    assert first == second
+
+
+def test_what_cannot_be_told_is_equal_to_nothing():
+    lock = threading.Lock()
+    assert fingerprint(lock) != fingerprint(lock)
 
 
 def test_what_holds_itself_ends():

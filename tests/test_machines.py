@@ -43,6 +43,12 @@ def decay(**changed):
     return Plant(**{**given, **changed})
 
 
+def with_state(start):
+    """An effect whose own state starts there."""
+    late = State("late", start=start)
+    return Effect("e", "e", (Param("c", "1", 0.0),), ("balance",), lambda *_: {}, states=(late,))
+
+
 def recording(plant, seed=1, role="estimate", time=None, values=None, present=(), noise=0.01):
     random = np.random.default_rng(seed)
     time = np.linspace(0.0, 20.0, 201) if time is None else time
@@ -129,6 +135,24 @@ def test_halving_the_step_divides_the_error_by_sixteen():
         y = simulate_plant(decay(), time, {"u": np.zeros(count + 1)}, {"a": 1.0, "x.start": 1.0})["y"]
         errors.append(abs(y[-1] - np.exp(-8.0)))
     assert 12.0 < errors[0] / errors[1] < 24.0
+
+
+def test_a_gap_of_the_clock_is_crossed_in_steps_of_a_sample():
+    """x' = (u − x)/T over a hole of twenty time constants, beside a recording that is slower and even."""
+    lag = {"a": 10.0, "b": 10.0}
+    gap = np.r_[0.01 * np.arange(100), 3.0 + 0.01 * np.arange(100)]
+    held = decay(inputs=(Input("u", hold="zero"),), states=(State("x", start=0.0),))
+    said = simulate_plant(held, gap, {"u": np.r_[np.ones(99), np.zeros(101)]}, lag)["y"]
+    np.testing.assert_allclose(said[99], 1.0 - np.exp(-9.9), rtol=1e-6)
+    np.testing.assert_allclose(said[100], said[99] * np.exp(-10.0 * (gap[100] - gap[99])), rtol=1e-3)
+    machine, slow = NumpyMachine(held), 0.02 * np.arange(200)
+    recordings = [
+        Recording("r", time, {"u": np.ones(len(time))}, {"y": np.zeros(len(time))}) for time in (gap, slow)
+    ]
+    cases = [machine.case(one, {}) for one in recordings]
+    both = machine.run(lag, cases, [one.centre for one in cases], substeps=1)
+    for one, run in zip(recordings, both, strict=True):
+        np.testing.assert_allclose(run.outputs[:, 0], 1.0 - np.exp(-10.0 * one.time_s), atol=1e-5)
 
 
 def test_missing_samples_and_a_ceiling_cost_nothing_and_do_not_bend_the_fit():
@@ -222,6 +246,22 @@ def test_a_censored_sample_tells_that_the_truth_is_beyond():
         ({"effects": (Effect("e", "e", (), ("balance",), lambda *_: {}),)}, "e"),
         ({"params": (Param("a", "1/s", 0.0, 1.0, 10.0), Param("b", "1/s", 1.0, 0.1, 10.0))}, "a"),
         ({"params": (Param("a", "1/s", 1.0, 1.0, 1.0), Param("b", "1/s", 1.0, 0.1, 10.0))}, "a"),
+        ({"score": "Free"}, "score"),
+        ({"order": 3}, "order"),
+        ({"inputs": (Input("u", hold="first"),)}, "u"),
+        ({"ports": (Port("balance", kind="flow"),)}, "balance"),
+        ({"ports": (Port("balance", size=0.0),)}, "balance"),
+        ({"params": (Param("a", "1/s", 0.5, per="day"),)}, "a"),
+        ({"max_dt": 0.0}, "max_dt"),
+        ({"max_dt": np.nan}, "max_dt"),
+        ({"score": "restart", "horizon_s": -1.0}, "horizon_s"),
+        ({"outputs": (Output("y", sigma=0.0),)}, "y"),
+        ({"outputs": (Output("y", sigma=np.inf),)}, "y"),
+        ({"params": (Param("a", "1/s", 0.5, 0.05, 5.0, spread=0.0),)}, "a"),
+        ({"states": (State("x", start="free", lower=-5.0, upper=5.0, spread=0.0),)}, "x"),
+        ({"effects": (with_state("nothing"),)}, "late"),
+        ({"effects": (with_state("y"),)}, "late"),
+        ({"effects": (with_state("free"),)}, "late"),
     ],
 )
 def test_a_plant_that_cannot_be_is_refused(changed, name):
@@ -284,16 +324,37 @@ def test_recordings_are_told_by_names_of_their_own():
         assert error.value.code == code
 
 
-def test_a_recording_that_cannot_be_is_refused():
-    time = np.arange(3.0)
-    for u, y, at in (
-        ({"u": [0.0, np.nan, 0.0]}, {}, time),
-        ({"u": [0.0]}, {}, time),
-        ({}, {}, time[::-1]),
-    ):
-        with pytest.raises(ForkliftError) as error:
-            Recording("r", at, u, y)
-        assert error.value.code == "recording-invalid"
+@pytest.mark.parametrize(
+    ("u", "time", "facts"),
+    [
+        ({"u": [0.0, np.nan, 0.0]}, [0.0, 1.0, 2.0], {"name": "u", "sample": 2, "time_s": 1.0}),
+        ({"u": [0.0]}, [0.0, 1.0, 2.0], {"name": "u"}),
+        ({}, [0.0, 2.0, 1.0], {"name": "time_s", "sample": 3, "value": 1.0, "lower": 2.0}),
+        ({}, [0.0, np.nan, 1.0], {"name": "time_s", "sample": 2, "lower": 0.0}),
+        ({}, [0.0], {"name": "time_s", "value": 1, "lower": 2}),
+        ({}, 0.0, {"name": "time_s", "lower": 2}),
+    ],
+)
+def test_a_recording_that_cannot_be_is_refused(u, time, facts):
+    with pytest.raises(ForkliftError) as error:
+        Recording("r", time, u, {})
+    assert (error.value.code, error.value.file) == ("recording-invalid", "r")
+    assert {name: error.value.facts[name] for name in facts} == facts
+
+
+def test_a_run_that_leaves_the_numbers_tells_when_it_does():
+    """x' = x² from 1 is at infinity after 1 s."""
+    plant = decay(rhs=lambda t, x, u, w, p, bus: {"x": x["x"] ** 2}, states=(State("x", start=1.0),))
+    with pytest.raises(ForkliftError) as error:
+        simulate_plant(plant, 0.01 * np.arange(300), {"u": np.zeros(300)})
+    assert (error.value.code, error.value.name) == ("not-finite", "y")
+    assert 1.0 < error.value.time_s < 1.1
+
+
+def test_recordings_that_are_only_judged_on_are_refused_by_a_fit():
+    with pytest.raises(ForkliftError) as error:
+        forklift.fit(decay(), [recording(decay(), role="validate")])
+    assert (error.value.code, error.value.value, error.value.lower) == ("estimate-missing", 0, 1)
 
 
 def folder(name):

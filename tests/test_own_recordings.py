@@ -5,10 +5,12 @@ import json
 import numpy as np
 import polars as pl
 import pytest
+import scipy.io
 
 from forklift import diagnose
 from forklift.base.errors import ForkliftError
 from forklift.plant import campaign
+from forklift.plant.hypotheses import hypotheses
 from forklift.plant.machine import NumpyMachine
 from forklift.plant.own import PlantSubject
 from forklift.plant.parts import Effect, Input, Output, Param, State
@@ -59,6 +61,11 @@ def test_a_unit_in_brackets_counts_mapped_or_not_and_a_share_is_one_hundredth(tm
     np.testing.assert_allclose(one.y["y"], 1.0)
 
 
+def test_a_millipascal_is_no_megapascal(tmp_path):
+    (one,) = folder(tmp_path, {"time_s": TIME, "u": TIME, "duty": TIME, "y [mPa]": [1e8] * 3})
+    np.testing.assert_allclose(one.y["y"], 1.0)
+
+
 def test_a_scale_takes_the_place_of_the_files_unit_and_a_unit_that_is_told_goes_before_it(tmp_path):
     columns = {"time_s": TIME, "coil [mA]": [250.0] * 3, "duty": [0.5] * 3, "press [kPa]": [200.0] * 3}
     channels = (
@@ -85,6 +92,131 @@ def test_what_cannot_be_meant_is_refused(tmp_path, columns, channels, entries, c
     with pytest.raises(ForkliftError) as caught:
         folder(tmp_path, columns, channels, entries)
     assert caught.value.code == code
+
+
+@pytest.mark.parametrize("name", ["t", "time", "time [s]"])
+def test_a_channel_may_be_called_like_a_time(tmp_path, name):
+    plain = name.partition(" ")[0]
+    late = [2.0, 3.0, 5.0]
+    plant = decay(outputs=(Output(plain, unit="s"),), out=lambda t, x, u, w, p, bus: {plain: x["x"]})
+    pl.DataFrame({"time_s": TIME, name: late, "u": TIME}).write_csv(tmp_path / "r.csv")
+    (tmp_path / "campaign.toml").write_text('[[recording]]\nfile = "r.csv"\n')
+    (one,) = campaign.read(tmp_path, plant).recordings
+    assert (one.time_s.tolist(), one.y[plain].tolist()) == (TIME, late)
+    pl.DataFrame({name: TIME, "u": TIME}).write_csv(tmp_path / "r.csv")
+    with pytest.raises(ForkliftError) as caught:
+        campaign.read(tmp_path, plant)
+    assert (caught.value.code, caught.value.channel) == ("column-missing", "time_s")
+
+
+def test_a_time_may_be_mapped_to_a_channel_and_is_no_input_that_is_computed(tmp_path):
+    (one,) = folder(tmp_path, {"time_s": TIME, "t": [5.0] * 3, "duty": TIME}, 't = "u"')
+    assert (one.time_s.tolist(), one.u["u"].tolist()) == (TIME, [5.0] * 3)
+    plant = decay(inputs=(Input("u"), Input("t", derived=lambda time, u: time)))
+    pl.DataFrame({"t": TIME, "u": TIME}).write_csv(tmp_path / "run.csv")
+    (tmp_path / "campaign.toml").write_text('[[recording]]\nfile = "run.csv"\n')
+    (one,) = campaign.read(tmp_path, plant).recordings
+    assert (one.time_s.tolist(), list(one.u)) == (TIME, ["u"])
+
+
+@pytest.mark.parametrize(
+    ("mapped", "code"),
+    [
+        ("scale = 0.0", "scale-invalid"),
+        ("scale = nan", "scale-invalid"),
+        ("scale = inf", "scale-invalid"),
+        ("offset = -inf", "scale-invalid"),
+        ('scale = "0.001"', "campaign-invalid"),
+        ("scale = true", "campaign-invalid"),
+        ("unit = 3", "campaign-invalid"),
+    ],
+)
+def test_a_scale_that_cannot_be_is_refused(tmp_path, mapped, code):
+    with pytest.raises(ForkliftError) as caught:
+        folder(tmp_path, {"time_s": TIME, "v": TIME, "duty": TIME}, f'v = {{ channel = "u", {mapped} }}')
+    assert caught.value.code == code
+    if code == "scale-invalid":
+        assert (caught.value.line, caught.value.channel) == (2, "u")
+
+
+@pytest.mark.parametrize("load", ["nan", "inf", '"heavy"', "true"])
+def test_a_condition_is_a_finite_number(tmp_path, load):
+    plant = decay()
+    (tmp_path / "campaign.toml").write_text(
+        f'[[recording]]\nfile = "r.csv"\nconditions = {{ load = {load} }}\n'
+    )
+    with pytest.raises(ForkliftError) as caught:
+        campaign.read(tmp_path, plant)
+    assert (caught.value.code, caught.value.name) == ("campaign-invalid", "recording.0.conditions.load")
+
+
+@pytest.mark.parametrize(
+    ("time", "code", "line"),
+    [
+        ([0.0, 1.0, 2.0, 1.5, 3.0], "time-not-increasing", 5),
+        ([0.0, 1.0, 2.0, 2.0, 3.0], "time-not-increasing", 5),
+        ([0.0, 1.0, np.nan, 2.0, 3.0], "sample-missing", 4),
+    ],
+)
+def test_times_are_put_in_no_other_order(tmp_path, time, code, line):
+    with pytest.raises(ForkliftError) as caught:
+        folder(tmp_path, {"time_s": time, "u": time, "duty": time, "y": time})
+    assert (caught.value.code, caught.value.line) == (code, line)
+
+
+def on_own_clocks(tmp_path, **series):
+    """A campaign of one MAT-file in which each channel has a clock of its own: times and values."""
+    (tmp_path / "machine.py").write_text(MACHINE)
+    named = "".join(f'"{name}.values" = "{name}"\n' for name in series)
+    (tmp_path / "campaign.toml").write_text(f'[channels]\n{named}[[recording]]\nfile = "run.mat"\n')
+    signals = {name: {"time": time, "values": values} for name, (time, values) in series.items()}
+    scipy.io.savemat(tmp_path / "run.mat", signals)
+    return campaign.read(tmp_path, campaign.machine(tmp_path / "machine.py")).recordings[0]
+
+
+def test_a_clock_of_a_channels_own_must_increase_too(tmp_path):
+    even, back = np.arange(5.0), np.array([0.0, 1.0, 2.0, 1.5, 3.0])
+    with pytest.raises(ForkliftError) as caught:
+        on_own_clocks(tmp_path, u=(even, even), duty=(even, even), y=(back, even))
+    assert (caught.value.code, caught.value.channel) == ("time-not-increasing", "y")
+
+
+def test_outputs_on_several_clocks_have_lost_nothing_and_end_with_the_inputs(tmp_path):
+    quick, slow = 0.01 * np.arange(1001), 0.1 * np.arange(101)
+    short = quick[:201]
+    one = on_own_clocks(
+        tmp_path,
+        u=(quick, np.sin(quick)),
+        duty=(short + 0.005, short),
+        y=(slow + 0.003, slow),
+    )
+    assert one.time_s[0] == pytest.approx(0.005)
+    assert one.time_s[-1] == pytest.approx(2.005)
+    assert np.isfinite(one.u["duty"]).all()
+    np.testing.assert_allclose(one.u["duty"], one.time_s - 0.005, atol=1e-12)  # on the straight line
+    held = one.u["u"][1:] - np.sin(np.floor(one.time_s[1:] / 0.01 + 1e-6) * 0.01)
+    np.testing.assert_allclose(held, 0.0, atol=1e-12)
+    np.testing.assert_allclose(one.y["y"][one.rows["y"]], slow[1:21], atol=1e-12)
+    plant = campaign.machine(tmp_path / "machine.py")
+    subject = PlantSubject(plant)
+    assert [caution.code for caution in subject.cautions([one])] == []
+    late = next(found for found in hypotheses(plant, [one]) if found.id == "sensor_lag")
+    assert late.addition.free[0].upper * late.addition.free[0].width == pytest.approx(0.4)
+    assert subject.rate_hz(one, "y") == pytest.approx(10.0)
+    head = one.between(0, 100, "head")
+    np.testing.assert_array_equal(
+        head.y["y"][head.rows["y"]], one.y["y"][one.rows["y"]][: len(head.rows["y"])]
+    )
+    one.y["y"][one.rows["y"][3]] = np.nan
+    (caution,) = subject.cautions([one])
+    assert (caution.code, "1 of y" in caution.sentence) == ("samples-missing", True)
+
+
+def test_inputs_that_are_never_known_together_are_refused(tmp_path):
+    time = np.arange(5.0)
+    with pytest.raises(ForkliftError) as caught:
+        on_own_clocks(tmp_path, u=(time, time), duty=(time + 10.0, time), y=(time, time))
+    assert caught.value.code == "time-not-common"
 
 
 def test_a_campaign_that_is_not_utf_8_is_refused(tmp_path):

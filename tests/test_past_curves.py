@@ -33,6 +33,25 @@ def test_after_a_step_the_past_follows_and_the_change_is_forgotten(lag, moved):
 
 
 @pytest.mark.parametrize(
+    "time",
+    [
+        np.unique(np.r_[TIME, 0.013 + 0.1 * np.arange(90), 0.007 + 0.05 * np.arange(190)]),
+        np.r_[TIME[:100], 4.0 + TIME[:100]],
+    ],
+    ids=["three clocks", "a gap"],
+)
+@pytest.mark.parametrize("lag", LAGS_S)
+def test_the_past_of_an_uneven_clock_is_that_of_its_steps(time, lag):
+    values = np.interp(time, [0.5, 1.5, 6.0], [0.0, 1.0, -2.0])
+    behind = 0.0
+    for k, found in enumerate(lagging(time, values, lag)[1:], 1):
+        tick = time[k] - time[k - 1]
+        kept = np.exp(-tick / lag)
+        behind = behind * kept + (values[k] - values[k - 1]) / tick * lag * (1.0 - kept)
+        assert found == pytest.approx(behind, abs=1e-12)
+
+
+@pytest.mark.parametrize(
     "port", ["force", "dry_friction", "cylinder_flow", "opening", "current", "viscosity"]
 )
 def test_what_promises_most_or_nearly_is_among_what_hats_foresee_most_of(port):

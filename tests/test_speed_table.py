@@ -72,6 +72,14 @@ def test_the_branches_lie_two_half_widths_of_the_hysteresis_apart():
     assert table.current_a == pytest.approx((table.rising_a + table.falling_a) / 2)
 
 
+def test_the_table_of_a_lift_that_creeps_begins_at_zero():
+    truck = Truck.read("thesis")
+    narrow = [0.01 * area for area in truck.values["free.valve.table_area"]]
+    table = speed_to_current(truck.with_values({"free.valve.table_area": narrow}, source="a guess"), "free")
+    assert table.speed_m_s.tolist() == [0.0, table.fastest_m_s]
+    assert 0.0 < table.fastest_m_s < 0.005
+
+
 def test_speeds_that_cannot_be_reached_are_said_so():
     table = speed_to_current(Truck.read("thesis"), "free", speeds=[0.0, 0.5, 3.0, 4.0])
     assert table.reached.tolist() == [True, True, False, False]

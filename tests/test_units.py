@@ -52,6 +52,22 @@ def test_units_are_converted_as_the_standards_have_them(unit, to, raw, value):
     assert raw * found.scale + found.offset == pytest.approx(value, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("unit", "to", "scale"),
+    [
+        ("mPa", "Pa", 1e-3), ("[mPa]", "Pa", 1e-3), ("MPa", "Pa", 1e6), ("mT", "T", 1e-3), ("mS", "S", 1e-3),
+        ("Mm", "m", 1e6), ("ma", "A", 1e-3), ("KG", "kg", 1.0), ("MM", "m", 1e-3), ("C", "degC", 1.0),
+    ],
+)  # fmt: skip
+def test_a_unit_that_is_taken_as_it_is_spelt_is_read_without_regard_to_case_only_if_it_must_be(
+    unit, to, scale
+):
+    found = units.conversion(unit, to, exact=True)
+    assert found is not None
+    assert (found.scale, found.offset) == (pytest.approx(scale), pytest.approx(0.0, abs=1e-9))
+    assert units.conversion("t", "T", exact=True) is None
+
+
 def test_every_unit_of_a_truck_s_parameters_converts():
     stated = {one["unit"] for one in parameters().values()} - {"1", "variable's"}
     for unit in stated:

@@ -228,7 +228,9 @@ def _probed(
     for group in groups(problem, hypotheses):
         try:
             columns = _probe(problem, x, group, stacks)
-        except ForkliftError:
+        except ForkliftError as error:
+            if error.code == "plant-invalid":  # a mistake in a user's effect, which else were never tried
+                raise
             columns = None
         if columns is not None:
             yield columns

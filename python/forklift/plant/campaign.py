@@ -20,20 +20,23 @@ from __future__ import annotations
 
 import runpy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
 
 from forklift.base import toml
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.plant.calls import line_in
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
-from forklift.recordings import formats, units
-from forklift.recordings.campaign_file import check_files
+from forklift.recordings import checks, formats, units
+from forklift.recordings.campaign_file import check_files, check_scale, line_of
+from forklift.recordings.channels import TIME
+from forklift.recordings.clocks import EVEN, SAME_INSTANT_S, Rows, Sampled, union
 from forklift.recordings.formats.signals import Place, Series
 
 FILE = "campaign.toml"
@@ -41,7 +44,7 @@ NAME = "machine"
 """What the plant is called in the machine's file."""
 TIMES = ("time_s", "time", "t", "Time", "time [s]")
 """Names that a file's time [s] may have."""
-_STRICT = ConfigDict(extra="forbid", frozen=True)
+_STRICT = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class _Source(BaseModel):
@@ -61,7 +64,7 @@ class _Entry(BaseModel):
     file: str
     role: Literal["estimate", "validate"] = "estimate"
     group: str = ""
-    conditions: dict[str, float] = {}
+    conditions: dict[str, FiniteFloat] = {}
 
 
 class _Document(BaseModel):
@@ -112,7 +115,7 @@ def machine(path: str | Path) -> Plant:
     except ForkliftError:
         raise
     except (Exception, SystemExit) as error:
-        line = _line(error, path)
+        line = error.lineno if isinstance(error, SyntaxError) else line_in(error, str(path))
         where = f", line {line}" if line else ""
         raise ForkliftError(
             "machine-invalid",
@@ -137,12 +140,16 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
     ------
     ForkliftError
         ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``, ``"path-escapes"``,
-        ``"value-invalid"``, ``"recording-repeated"``; ``"column-missing"`` for an input that a file lacks;
-        ``"unit-unknown"``; those of `forklift.recordings.formats.read` and of `Recording`.
+        ``"value-invalid"``, ``"recording-repeated"``, ``"channel-unknown"``, ``"scale-invalid"``,
+        ``"source-missing"``; of a file ``"column-missing"``, ``"column-repeated"``, ``"unit-unknown"``,
+        ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of its times,
+        ``"lengths-differ"``, ``"time-not-common"``; those of `forklift.recordings.formats.read` and of
+        `Recording`.
     """
     folder = Path(folder)
     path = folder if folder.name == FILE else folder / FILE
     document, text = _document(path)
+    place = Place(path.name, str(path))
     known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
     sources = {
         name: _Source(channel=found) if isinstance(found, str) else found
@@ -157,9 +164,11 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
                 file=str(path),
                 channel=source.channel,
             )
+        line = line_of(text, ("channels", name))
+        check_scale(name, source.channel, source.scale, source.offset, known[source.channel], place, line)
     databases = (document.dbc,) if isinstance(document.dbc, str) else tuple(document.dbc)
-    check_files([entry.file for entry in document.recording], databases, Place(path.name, str(path)), text)
-    chosen = _Chosen(known, sources)
+    check_files([entry.file for entry in document.recording], databases, place, text)
+    chosen = _Chosen(known, sources, _derived(plant))
     recordings = tuple(
         _recording(path.parent, entry, plant, chosen, databases) for entry in document.recording
     )
@@ -179,11 +188,15 @@ def inputs(path: str | Path, plant: Plant) -> Recording:
     Raises
     ------
     ForkliftError
-        ``"column-missing"``, ``"unit-unknown"``; those of `forklift.recordings.formats.read`.
+        As `read` of one file.
     """
     path = Path(path)
     known = {one.name: one.unit for one in plant.inputs} | {one.name: one.unit for one in plant.outputs}
-    return _recording(path.parent, _Entry(file=path.name), plant, _Chosen(known, {}))
+    return _recording(path.parent, _Entry(file=path.name), plant, _Chosen(known, {}, _derived(plant)))
+
+
+def _derived(plant: Plant) -> frozenset[str]:
+    return frozenset(one.name for one in plant.inputs if one.derived)
 
 
 def _document(path: Path) -> tuple[_Document, str]:
@@ -201,7 +214,7 @@ def _document(path: Path) -> tuple[_Document, str]:
         return _Document.model_validate(toml.loads(text)), text
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"]))
+        key = ".".join(str(part) for part in first["loc"] if part != _Source.__name__)
         raise ForkliftError(
             "campaign-invalid", f"{path}: {key}: {first['msg'].lower()}; correct it", file=str(path), name=key
         ) from error
@@ -221,12 +234,15 @@ class _Chosen:
         The machine's channels, each with its unit.
     sources
         What ``[channels]`` says.
+    derived
+        Of the channels, inputs that are computed: a time is no such input.
     found
-        Of those, the names that a file had.
+        Of the sources, the names that a file had.
     """
 
     known: Mapping[str, str]
     sources: Mapping[str, _Source]
+    derived: frozenset[str] = frozenset()
     found: set[str] = field(default_factory=set)
 
     def __call__(self, names: Sequence[str]) -> list[str]:
@@ -234,23 +250,27 @@ class _Chosen:
 
     def source(self, name: str) -> _Source | None:
         """Where a name leads: as it is mapped, else to the channel that it names, with a unit in brackets."""
-        if name in TIMES:
-            return None
         if name in self.sources:
             self.found.add(name)
             return self.sources[name]
         plain = units.without_brackets(name)
+        if name in TIMES and plain in self.derived:
+            return None
         return _Source(channel=plain) if plain in self.known else None
 
 
 def _recording(
     folder: Path, entry: _Entry, plant: Plant, chosen: _Chosen, databases: Sequence[str] = ()
 ) -> Recording:
-    """Every channel at its own instants: outputs are missing between theirs, inputs held or joined."""
+    """Every channel at its own instants: outputs are missing between theirs, inputs held or joined.
+
+    Of inputs on several clocks, from when all are known until the first of them ends.
+    """
     dbc = tuple(str(folder / name) for name in databases)
     place = Place(entry.file, str(folder / entry.file), dbc=dbc)
     signals, _ = formats.read(place, chosen)
-    columns: dict[str, tuple[Floats, Floats]] = {}
+    place = replace(place, lines=signals.lines)
+    columns: dict[str, Sampled] = {}
     for name, series in signals.series.items():
         source = chosen.source(name)
         if source is None:
@@ -262,47 +282,57 @@ def _recording(
                 column=name,
                 channel=source.channel,
             )
-        own = series.time if series.time is not None else _time(place, signals.series)
-        columns[source.channel] = own, _in_unit(place, name, series, source, chosen.known[source.channel])
-    time = np.unique(np.concatenate([own for own, _ in columns.values()])) if columns else np.zeros(0)
-    u = {}
+        own = series.time if series.time is not None else _time(place, signals.series, chosen)
+        checks.lengths(place, source.channel, series.values, own)
+        checks.samples(place, TIME, own)
+        checks.increasing(place, own, TIME if series.time is None else source.channel)
+        values = _in_unit(place, name, series, source, chosen.known[source.channel])
+        columns[source.channel] = Sampled(own, values)
     for one in plant.inputs:
-        if one.name in columns:
-            u[one.name] = _driving(time, *columns[one.name], held=one.hold == "zero")
-        elif one.derived is None:
+        if one.name not in columns and one.derived is None:
             raise place.error(
                 "column-missing",
                 f"there is no column for the input {one.name} of {plant.name}; the file has "
                 f"{', '.join(signals.series) or 'none of its channels'}. Map one to it below [channels]",
                 channel=one.name,
             )
-    y = {one.name: _placed(time, *columns[one.name]) for one in plant.outputs if one.name in columns}
-    return Recording(entry.file, time, u, y, entry.role, entry.group, entry.conditions)
+    time, values_of, rows = _together(place, plant, columns)
+    u = {one.name: values_of[one.name] for one in plant.inputs if one.name in columns}
+    y = {one.name: values_of[one.name] for one in plant.outputs if one.name in columns}
+    return Recording(entry.file, time, u, y, entry.role, entry.group, entry.conditions, rows=rows)
 
 
-def _driving(time: Floats, own: Floats, values: Floats, *, held: bool) -> Floats:
-    """An input at all instants: its last sample, or on the straight line to the next."""
-    if held:
-        return values[np.maximum(np.searchsorted(own, time, side="right") - 1, 0)]
-    return np.asarray(np.interp(time, own, values))
+def _together(
+    place: Place, plant: Plant, columns: Mapping[str, Sampled]
+) -> tuple[Floats, dict[str, Floats], dict[str, Rows]]:
+    """Times, the columns at all of them, and the rows of outputs that are on a clock of their own."""
+    clocks = [one.time for one in columns.values()]
+    if all(np.array_equal(clocks[0], time) for time in clocks):
+        time = clocks[0] if clocks else np.zeros(0)
+        return time, {name: one.values for name, one in columns.items()}, {}
+    inputs = [one for one in plant.inputs if one.name in columns]
+    slack = min(SAME_INSTANT_S, EVEN * min(one.step_s or 1.0 for one in columns.values()))
+    since, found, own = union(place, columns, [one.name for one in inputs], slack)
+    begins = [float(columns[one.name].time[0]) for one in inputs]
+    time = since + (max(begins) if begins else min(float(clock[0]) for clock in clocks))
+    for one in inputs:
+        if one.hold == "linear":
+            found[one.name] = np.interp(time, columns[one.name].time, columns[one.name].values)
+    outputs = {one.name for one in plant.outputs}
+    return time, found, {name: r for name, r in own.items() if name in outputs and len(r) < len(time)}
 
 
-def _placed(time: Floats, own: Floats, values: Floats) -> Floats:
-    """An output at its own instants, missing at all others."""
-    found = np.full(len(time), np.nan)
-    found[np.searchsorted(time, own)] = values
-    return found
-
-
-def _time(place: Place, series: dict[str, Series] | Any) -> Floats:
+def _time(place: Place, series: Mapping[str, Series], chosen: _Chosen) -> Floats:
+    """Of the first name for a time that stands for no channel; else the longest clock of a channel's own."""
     for name in TIMES:
-        if name in series:
+        if name in series and chosen.source(name) is None:
             return np.asarray(series[name].values, float)
     own = [one.time for one in series.values() if one.time is not None]
     if own:
         return np.asarray(max(own, key=len), float)
+    free = [name for name in TIMES if name not in {*chosen.known, *chosen.sources}]
     raise place.error(
-        "column-missing", f"there is no time; name a column {' or '.join(TIMES[:2])} [s]", channel=TIMES[0]
+        "column-missing", f"there is no time; name a column {' or '.join(free[:2])} [s]", channel=TIME
     )
 
 
@@ -316,7 +346,7 @@ def _in_unit(place: Place, name: str, series: Series, source: _Source, to: str) 
     unit = source.unit or ("" if scaled else series.unit or units.in_brackets(name))
     if units.says_nothing(unit):
         return values
-    linear = units.conversion(unit, "dimensionless" if to == "1" else to)
+    linear = units.conversion(unit, "dimensionless" if to == "1" else to, exact=True)
     if linear is None:
         raise place.error(
             "unit-unknown",
@@ -326,13 +356,3 @@ def _in_unit(place: Place, name: str, series: Series, source: _Source, to: str) 
             value=unit,
         )
     return linear.scale * values + linear.offset
-
-
-def _line(error: BaseException, path: Path) -> int | None:
-    """The last line of the file that the error came through."""
-    trace, line = error.__traceback__, None
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return line if not isinstance(error, SyntaxError) else error.lineno

@@ -67,8 +67,7 @@ def stuck_cautions(invalid: Sequence[InvalidStretch]) -> Iterator[Caution]:
 def missing(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Caution]:
     """Samples that are not there, and outputs that a recording has not."""
     missing = {
-        one.name: sum(int((~np.isfinite(r.y[one.name])).sum()) for r in recordings if one.name in r.y)
-        for one in plant.outputs
+        one.name: sum(_lost(r, one.name) for r in recordings if one.name in r.y) for one in plant.outputs
     }
     lost = [f"{count} of {name}" for name, count in missing.items() if count]
     if lost:
@@ -80,3 +79,8 @@ def missing(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Caution]:
     ]
     if absent:
         yield Caution("not-recorded", f"Not recorded: {'; '.join(absent)}.")
+
+
+def _lost(recording: Recording, output: str) -> int:
+    """How many of an output's samples are missing, on its own clock."""
+    return int((~np.isfinite(recording.y[output][recording.own(output)])).sum())

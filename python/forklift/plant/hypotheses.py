@@ -74,10 +74,19 @@ def _outputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Hypothes
             yield _fault(one, "gain", "the sensor's gain is off", _gain(one))
         if offset := _offset(one, columns):
             yield _fault(one, "offset", "the sensor's zero is off", offset)
-        interval = float(np.median(np.diff(recordings[0].time_s)))
-        lag = interval if one.lag_range is None else one.lag_range
+        lag = _interval(one, recordings) if one.lag_range is None else one.lag_range
         if lag:
             yield _fault(one, "lag", "the signal arrives late", Param("lag", "s", 0.0, 0.0, MOST * lag))
+
+
+def _interval(one: Output, recordings: Sequence[Recording]) -> float:
+    """From one of its samples to the next [s]; 0 if no recording has two."""
+    for found in recordings:
+        if one.name in found.y:
+            time = found.time_s[np.isfinite(found.y[one.name])]
+            if len(time) > 1:
+                return float(np.median(np.diff(time)))
+    return 0.0
 
 
 def _inputs(plant: Plant, recordings: Sequence[Recording]) -> Iterator[Hypothesis]:

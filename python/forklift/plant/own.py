@@ -13,6 +13,7 @@ import numpy as np
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.plant.calls import named
 from forklift.plant.findings import Caution, Findings, without
 from forklift.plant.gaps import missing, stuck, stuck_cautions
 from forklift.plant.hypotheses import hypotheses
@@ -123,7 +124,13 @@ class PlantSubject(NumpyMachine):
         """
         whole = [completed(self.plant, one) for one in recordings]
         if not any(one.role == "estimate" for one in whole):
-            raise ForkliftError("estimate-missing", f"no recording of {self.name} may be fitted on")
+            raise ForkliftError(
+                "estimate-missing",
+                f"none of the {len(whole)} recordings of {self.name} may be fitted on; give some of them the "
+                'role "estimate"',
+                value=0,
+                lower=1,
+            )
         invalid = stuck(self.plant, whole, self.sensors(whole))
         kept = _blocked([replace(r, y=without(r.file, r.time_s, r.y, invalid)) for r in whole])
         return self, tuple(kept), Findings(invalid, tuple(missing(self.plant, kept)))
@@ -174,7 +181,7 @@ class PlantSubject(NumpyMachine):
 
     @property
     def clock_rates(self) -> tuple[SensorUnknown, ...]:
-        """All outputs are on one clock."""
+        """None: time stamps are taken as they are, and an output that is late is a hypothesis."""
         return ()
 
     def hypotheses(
@@ -215,8 +222,10 @@ class PlantSubject(NumpyMachine):
         return ("",)
 
     def rate_hz(self, recording: Recording, channel: str) -> float:
-        """Of the recording [Hz]: the mean, if its steps differ."""
-        return (len(recording) - 1) / float(np.ptp(recording.time_s))
+        """Of the output's own clock [Hz]: the mean, if its steps differ."""
+        own = recording.time_s[recording.own(channel)]
+        time = own if len(own) > 1 else recording.time_s
+        return (len(time) - 1) / float(np.ptp(time))
 
     def labels(self, recording: Recording) -> Labels:
         """Driven for `RECENT` of its length after any input has changed, else held."""
@@ -327,7 +336,8 @@ class PlantSubject(NumpyMachine):
         for case, own, seen in zip(cases, conditions, moments, strict=True):
             p = {**self.parameters(values), **dict(zip(case.names, own.tolist(), strict=True))}
             for term, effect, its in zip(found, present.effects, present.own(p), strict=True):
-                said = effect.term(seen, seen, its, seen)
+                what = f"term of effect {effect.id}"
+                said = named(self.plant.name, what, effect.term, seen, seen, its, seen)
                 for port, columns in term.added.items():
                     value = np.asarray(said.get(port, 0.0), float)
                     columns.append(np.broadcast_to(value, len(case.recording)))  # type: ignore[attr-defined]

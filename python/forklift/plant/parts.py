@@ -6,9 +6,11 @@ other parameters each), or over times and lanes, and numpy broadcasts. No `if` o
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, log
+from numbers import Real
 from typing import Any, Literal
 
 import numpy as np
@@ -28,6 +30,8 @@ STEADY = "steady"
 
 DEVIATIONS = 4.0
 """A range is taken as this many standard deviations of the prior."""
+LARGEST = sys.float_info.max
+"""Of a size that must be finite."""
 WIDE = 10.0
 """A positive quantity whose range spans this factor is carried on a logarithmic scale."""
 
@@ -265,7 +269,8 @@ class Plant:
         ``"free"``: one run over each recording; ``"restart"``: every `horizon_s` seconds the states start
         anew; ``"algebraic"``: no states.
     max_dt
-        Longest step of the integrator [s]; by default a sample interval.
+        Longest step of the integrator [s]. By default from sample to sample, and across a gap of the clock
+        as long as a usual sample.
     order
         Of the integrator.
     """
@@ -294,16 +299,24 @@ class Plant:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise self._error(f"the name {twice[0]} is given twice", twice[0])
+        self._check_values()
         if bool(self.states) != (self.rhs is not None):
             raise self._error("a plant with states needs a right-hand side, and one without has none", "rhs")
         if (self.score == "algebraic") != (not self.states):
             raise self._error("what has no states is scored as algebraic, and nothing else is", "score")
         if self.score == "restart" and not np.isfinite(self.horizon_s):
             raise self._error("a restart needs a horizon in seconds", "horizon_s")
-        told = {"free", STEADY} | {one.name for one in self.outputs} | {one.name for one in self.inputs}
-        for state in self.states:
-            if isinstance(state.start, str) and state.start not in told:
-                raise self._error(f"state {state.name} cannot start at {state.start!r}", state.name)
+        driven, seen = {one.name for one in self.inputs}, {one.name for one in self.outputs}
+        for state, told in (
+            *((state, driven | seen) for state in self.states),
+            *((state, driven) for effect in self.effects for state in effect.states),
+        ):
+            if isinstance(state.start, str) and state.start not in {"free", STEADY, *told}:
+                raise self._error(
+                    f"state {state.name} cannot start at {state.start!r}; give a number, 'free', {STEADY!r}"
+                    f"{''.join(f', {name!r}' for name in sorted(told))}",
+                    state.name,
+                )
             if state.start == "free" and not np.isfinite([state.lower, state.upper]).all():
                 raise self._error(f"state {state.name} starts freely, so that it needs bounds", state.name)
         for one in (*self.params, *(one for effect in self.effects for one in effect.params)):
@@ -320,5 +333,36 @@ class Plant:
             if missing := [port for port in effect.ports if port not in places]:
                 raise self._error(f"effect {effect.id} acts on {missing[0]}, which is no port", effect.id)
 
+    def _check_values(self) -> None:
+        """Words are those that are known, and sizes positive."""
+        params = (*self.params, *(one for effect in self.effects for one in effect.params))
+        states = (*self.states, *(one for effect in self.effects for one in effect.states))
+        words: list[tuple[str, str, object, tuple[object, ...]]] = [
+            ("", "score", self.score, ("free", "restart", "algebraic")),
+            ("", "order", self.order, (2, 4)),
+            *((one.name, "hold", one.hold, ("zero", "linear")) for one in self.inputs),
+            *((one.name, "kind", one.kind, ("balance", "law", "input", "sensor")) for one in self.ports),
+            *((one.name, "per", one.per, ("plant", "recording")) for one in params),
+        ]
+        for owner, key, value, known in words:
+            if value not in known:
+                told = " or ".join(map(repr, known))
+                raise self._error(f"{_of(owner)}{key} is {value!r}; write {told}", owner or key)
+        sizes: list[tuple[str, str, object, float]] = [
+            ("", "max_dt", self.max_dt, inf),
+            ("", "horizon_s", self.horizon_s, inf),
+            *((one.name, "sigma", one.sigma, LARGEST) for one in self.outputs if one.sigma is not None),
+            *((one.name, "size", one.size, LARGEST) for one in self.ports),
+            *((one.name, "spread", one.spread, LARGEST) for one in params if one.spread is not None),
+            *((one.name, "spread", one.spread, LARGEST) for one in states if one.spread is not None),
+        ]
+        for owner, key, size, most in sizes:
+            if not (isinstance(size, Real) and 0.0 < float(size) <= most):
+                raise self._error(f"{_of(owner)}{key} is {size!r}; write a positive number", owner or key)
+
     def _error(self, what: str, name: str) -> ForkliftError:
         return ForkliftError("plant-invalid", f"plant {self.name}: {what}", name=name)
+
+
+def _of(owner: str) -> str:
+    return f"of {owner} " if owner else ""

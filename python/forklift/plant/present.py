@@ -6,6 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from forklift.base.arrays import Floats
+from forklift.plant.calls import mistake, named, no_number
 from forklift.plant.parts import Effect, Plant, State, Values
 
 
@@ -32,18 +36,57 @@ class Present:
                 w[name] = value
             else:
                 driven[name] = driven[name] + value
-        bus = self.plant.bus(t, x, driven, p)
+        plant = self.plant.name
+        bus = named(plant, "bus", self.plant.bus, t, x, driven, p)
         rates: dict[str, Any] = {}
         for effect, values in zip(self.effects, own, strict=True):
             mine = {state.name for state in effect.states}
-            for name, value in effect.term(x, driven, values, bus).items():
+            what = f"term of effect {effect.id}"
+            for name, value in named(plant, what, effect.term, x, driven, values, bus).items():
                 if name in mine:
                     rates[name] = value
                 elif name in w:
                     w[name] = w[name] + value
-                else:
+                elif name in driven:
                     driven[name] = driven[name] + value
+                else:
+                    raise mistake(
+                        plant,
+                        what,
+                        f"adds to {name}, which is no port, input or state of its own; name one",
+                        name=name,
+                    )
         return driven, w, bus, rates
+
+    def rates(
+        self,
+        names: Sequence[str],
+        t: Floats,
+        x: Values,
+        u: Values,
+        p: Values,
+        own: Sequence[Values],
+        push: Mapping[str, Any],
+    ) -> Floats:
+        """Of these states, (states, lanes).
+
+        Raises
+        ------
+        ForkliftError
+            ``"plant-invalid"`` for a mistake in the plant's functions.
+        """
+        driven, w, bus, more = self.moment(t, x, u, p, own, push)
+        rhs, plant = self.plant.rhs, self.plant.name
+        known = {**named(plant, "rhs", rhs, t, x, driven, w, p, bus), **more} if rhs else more
+        out = np.empty((len(names), len(t)))
+        for row, name in enumerate(names):
+            if name not in known:
+                raise mistake(plant, "rhs", f"gives no rate of {name}; return one of every state", name=name)
+            try:
+                out[row] = known[name]
+            except (TypeError, ValueError) as error:
+                raise no_number(plant, "rhs", name, error) from error
+        return out
 
     def own(self, p: Values) -> list[dict[str, Any]]:
         """Each effect's parameters, by their short names beside the plant's."""

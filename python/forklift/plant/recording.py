@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
@@ -35,6 +35,9 @@ class Recording:
         What belongs together when it is left out: a pressure, a load, a day.
     conditions
         Numbers that describe it, by name.
+    rows
+        By output on a clock of its own: at which of the times, by their place, it was sampled. One that is
+        not named was sampled at all.
 
     Raises
     ------
@@ -51,19 +54,16 @@ class Recording:
     conditions: Mapping[str, float] = field(default_factory=dict)
     blocks: int = 1
     """How many stretches of it err independently."""
+    rows: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         time = _floats(self.time_s)
         columns = {kind: {name: _floats(values) for name, values in given.items()}
                    for kind, given in (("u", self.u), ("y", self.y))}  # fmt: skip
-        if len(time) < 2 or not np.all(np.diff(time) > 0.0):
-            raise self._error("time must increase, over two samples at least", "time_s")
+        self._check_time(time)
         for kind, given in columns.items():
             for name, values in given.items():
-                if values.shape != time.shape:
-                    raise self._error(f"{name} has {values.shape} samples, time {time.shape}", name)
-                if kind == "u" and not np.isfinite(values).all():
-                    raise self._error(f"input {name} has samples that are missing", name)
+                self._check_column(name, values, time, driving=kind == "u")
         for name, checked in (("time_s", time), *columns.items()):
             object.__setattr__(self, name, checked)
 
@@ -81,16 +81,21 @@ class Recording:
 
     def between(self, first: int, last: int, file: str, role: Role | None = None) -> Recording:
         """The samples from `first` up to `last`."""
-        rows = slice(first, last)
+        here = slice(first, last)
         return Recording(
             file,
-            self.time_s[rows],
-            {name: values[rows] for name, values in self.u.items()},
-            {name: values[rows] for name, values in self.y.items()},
+            self.time_s[here],
+            {name: values[here] for name, values in self.u.items()},
+            {name: values[here] for name, values in self.y.items()},
             role or self.role,
             self.group,
             self.conditions,
+            rows={name: at[(at >= first) & (at < last)] - first for name, at in self.rows.items()},
         )
+
+    def own(self, output: str) -> NDArray[np.intp]:
+        """At which of the times an output was sampled, by their place; samples that were lost among them."""
+        return self.rows.get(output, np.arange(len(self)))
 
     def split(self, share: float) -> tuple[Recording, Recording]:
         """The first `share` of it to be fitted on, the rest to be judged on."""
@@ -100,8 +105,51 @@ class Recording:
             self.between(at, len(self), f"{self.file} from {100 * share:.0f} %", "validate"),
         )
 
-    def _error(self, what: str, name: str) -> ForkliftError:
-        return ForkliftError("recording-invalid", f"recording {self.file}: {what}", name=name, file=self.file)
+    def _check_time(self, time: Floats) -> None:
+        if time.ndim != 1 or len(time) < 2:
+            raise self._error(
+                f"time_s has the shape {time.shape}, where at least 2 samples in a row are needed; record it "
+                "again, or leave it out",
+                "time_s",
+                value=time.size,
+                lower=2,
+            )
+        wrong = np.flatnonzero(~(np.diff(time) > 0.0))
+        if len(wrong):
+            at = int(wrong[0]) + 1
+            raise self._error(
+                f"time_s is {time[at]:.9g} s after {time[at - 1]:.9g} s (sample {at + 1} of {len(time)}); it "
+                "must increase from sample to sample, so remove or reorder these samples",
+                "time_s",
+                sample=at + 1,
+                value=float(time[at]),
+                lower=float(time[at - 1]),
+                unit="s",
+            )
+
+    def _check_column(self, name: str, values: Floats, time: Floats, *, driving: bool) -> None:
+        if values.shape != time.shape:
+            raise self._error(
+                f"{name} has samples of shape {values.shape}, where time_s has {time.shape}; give one number "
+                "for each time",
+                name,
+            )
+        lost = np.flatnonzero(~np.isfinite(values))
+        if driving and len(lost):
+            at = int(lost[0])
+            raise self._error(
+                f"input {name} is {values[at]:g} at {time[at]:.9g} s (sample {at + 1}), the first of "
+                f"{len(lost)} that are missing, but must be known at every sample; fill it in, or cut the "
+                "recording there",
+                name,
+                sample=at + 1,
+                time_s=float(time[at]),
+                count=len(lost),
+            )
+
+    def _error(self, what: str, name: str, **facts: float | str) -> ForkliftError:
+        message = f"recording {self.file}: {what}"
+        return ForkliftError("recording-invalid", message, name=name, file=self.file, **facts)
 
 
 def _floats(values: ArrayLike) -> Floats:

@@ -9,15 +9,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.plant.calls import mistake, named, numbers
 from forklift.plant.parts import Values
 from forklift.plant.present import Present
 from forklift.plant.steady import begun
+from forklift.recordings.clocks import GAP_STEPS
 
 Push = Callable[[Floats], Mapping[str, Floats]]
 """Of the times (lanes,): further inputs at ports, (lanes,)."""
+
+USUAL = 0.8
+"""Share of a clock's steps that its usual one is no shorter than: where channels' clocks are a little apart,
+most steps from any sample to the next may be tiny."""
 
 
 def run(
@@ -48,7 +55,7 @@ def run(
     Raises
     ------
     ForkliftError
-        ``"not-finite"``, ``"no-steady-state"``.
+        ``"not-finite"``, ``"no-steady-state"``, ``"plant-invalid"`` for a mistake in the plant's functions.
     """
     shape = time.shape
     with np.errstate(all="ignore"):
@@ -61,19 +68,24 @@ def run(
         if push:
             pushed = dict(push(time))
         driven, w, bus, _ = machine.moment(time, states, u, p, machine.own(p), pushed)
-        said = machine.plant.out(time, states, driven, w, p, bus)
-    outputs = {name: np.broadcast_to(np.asarray(values, dtype=float), shape) for name, values in said.items()}
+        plant = machine.plant.name
+        said = named(plant, "out", machine.plant.out, time, states, driven, w, p, bus)
+    if missing := [one.name for one in machine.plant.outputs if one.name not in said]:
+        raise mistake(plant, "out", f"gives no {missing[0]}; return every output", name=missing[0])
+    outputs = {name: numbers(plant, "out", name, values, shape) for name, values in said.items()}
     for name, values in outputs.items():
         if not np.isfinite(values).all():
-            at = float(time[np.flatnonzero(~np.isfinite(values).all(axis=1))[0], 0])
+            row, lane = np.argwhere(~np.isfinite(values))[0]
+            at = float(time[row, lane])
             raise ForkliftError(
                 "not-finite",
-                f"plant {machine.plant.name}: {name} is no number from {at:g} s on",
+                f"plant {plant}: {name} is {values[row, lane]:g} at {at:g} s; narrow the bounds of its "
+                "parameters or states to where its laws hold, or give a shorter max_dt if it is stiff",
                 name=name,
                 time_s=at,
             )
     seen = {**states, **driven, **{name: value for name, value in bus.items()}}
-    return outputs, {name: np.broadcast_to(np.asarray(value, float), shape) for name, value in seen.items()}
+    return outputs, {name: numbers(plant, "bus", name, value, shape) for name, value in seen.items()}
 
 
 def _integrate(
@@ -91,23 +103,11 @@ def _integrate(
 
     def rates(t: Floats, x: Floats, u: Values) -> Floats:
         at = dict(zip(names, x, strict=True))
-        driven, w, bus, more = machine.moment(t, at, u, p, own, push(t) if push else nothing)
-        known = {**machine.plant.rhs(t, at, driven, w, p, bus), **more} if machine.plant.rhs else more
-        out = np.empty_like(x)
-        for row, name in enumerate(names):
-            if name not in known:
-                raise ForkliftError(
-                    "plant-invalid",
-                    f"plant {machine.plant.name}: its right-hand side gives no rate of {name}; return one of "
-                    "every state",
-                    name=name,
-                )
-            out[row] = known[name]
-        return out
+        return machine.rates(names, t, at, u, p, own, push(t) if push else nothing)
 
     path[0] = x
     steps = np.diff(time, axis=0)
-    substeps = finer * np.maximum(1, np.ceil(steps.max(axis=1) / machine.plant.max_dt - 1e-9).astype(int))
+    substeps = finer * _counts(steps, machine.plant.max_dt)
     for k, step in enumerate(steps):
         count = int(substeps[k])
         h = step / count
@@ -133,3 +133,22 @@ def _integrate(
             x = np.minimum(np.maximum(x + h / 6.0 * (a + 2.0 * (b + c) + d), least), most)
         path[k + 1] = x
     return {name: path[:, k] for k, name in enumerate(names)}
+
+
+def _counts(steps: Floats, longest: float) -> NDArray[np.intp]:
+    """Into how many parts each of the steps (times, lanes) is cut, so that none is longer than `longest`.
+
+    Where that is infinite, a gap of the clock is cut into steps as long as the lane's usual one.
+    """
+    if np.isfinite(longest):
+        shares = steps.max(axis=1) / longest
+    elif steps.max(initial=0.0) <= GAP_STEPS * steps.min(initial=np.inf):
+        return np.ones(len(steps), np.intp)
+    else:
+        fresh = np.r_[True, (steps[:, 1:] != steps[:, :-1]).any(axis=0)]  # lanes of one recording are alike
+        own = steps[:, fresh]
+        going = np.where(own > 0.0, own, np.nan)  # a lane that has ended stands still
+        shares = (own / np.nanquantile(going, USUAL, axis=0, method="higher")).max(axis=1)
+        shares[shares <= GAP_STEPS] = 1.0
+    counts: NDArray[np.intp] = np.maximum(1, np.ceil(shares - 1e-9)).astype(np.intp)
+    return counts

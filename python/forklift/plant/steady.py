@@ -58,9 +58,7 @@ def begun(machine: Present, time: Floats, u: Values, start: Values, p: Values) -
 
     def rates(x: Floats) -> Floats:
         at = {**known, **{one.name: row for one, row in zip(sought, x, strict=True)}}
-        driven, w, bus, more = machine.moment(time, at, u, p, own, {})
-        said = {**machine.plant.rhs(time, at, driven, w, p, bus), **more} if machine.plant.rhs else more
-        return np.array([np.broadcast_to(np.asarray(said[one.name], float), lanes) for one in sought])
+        return machine.rates([one.name for one in sought], time, at, u, p, own, {})
 
     guess = np.array([[_guess(one)] for one in sought])
     ground = np.where(np.isfinite(least), least, np.where(np.isfinite(most), most, 0.0))

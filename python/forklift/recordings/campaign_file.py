@@ -285,18 +285,8 @@ def _check_channels(found: CampaignFile, place: Place, text: str) -> None:
                 **at,
             )
         first[source.channel] = name
-        scale, offset = 1.0 if source.scale is None else source.scale, source.offset or 0.0
-        if not 0.0 < abs(scale) < float("inf") or not abs(offset) < float("inf"):
-            key, value = ("scale", scale) if abs(offset) < float("inf") else ("offset", offset)
-            raise place.error(
-                "scale-invalid",
-                f"{quoted(name)} is mapped with {key} = {value:g}; write the finite factor (not 0) and "
-                f"offset that lead to {table()[source.channel].unit}",
-                name=key,
-                value=value,
-                unit=table()[source.channel].unit,
-                **at,
-            )
+        scale, unit = 1.0 if source.scale is None else source.scale, table()[source.channel].unit
+        check_scale(name, source.channel, scale, source.offset or 0.0, unit, place, line)
         if name in found.ignore:
             raise place.error(
                 "source-ignored",
@@ -305,6 +295,31 @@ def _check_channels(found: CampaignFile, place: Place, text: str) -> None:
                 value=name,
                 **at,
             )
+
+
+def check_scale(
+    name: str, channel: str, scale: float, offset: float, unit: str, place: Place, line: int | None
+) -> None:
+    """Scale and offset with which a name stands for a channel are finite, and the scale is not 0.
+
+    Raises
+    ------
+    ForkliftError
+        ``"scale-invalid"``.
+    """
+    if not 0.0 < abs(scale) < float("inf") or not abs(offset) < float("inf"):
+        key, value = ("scale", scale) if abs(offset) < float("inf") else ("offset", offset)
+        raise place.error(
+            "scale-invalid",
+            f"{quoted(name)} is mapped with {key} = {value:g}; write the finite factor (not 0) and "
+            f"offset that lead to {unit}",
+            name=key,
+            value=value,
+            unit=unit,
+            line=line,
+            channel=channel,
+            column=name,
+        )
 
 
 def check_files(files: Sequence[str], databases: Sequence[str], place: Place, text: str) -> None:

@@ -75,6 +75,19 @@ def length(place: Place, count: int, channel: str = TIME) -> None:
         )
 
 
+def lengths(place: Place, name: str, values: Floats, time: Floats) -> None:
+    """Every sample has its time."""
+    if values.shape != time.shape:
+        raise place.error(
+            "lengths-differ",
+            f"{place.label(name)} has {len(values)} samples and its time has {len(time)}; map signals of "
+            "one length",
+            channel=name,
+            value=len(values),
+            expected=len(time),
+        )
+
+
 def increasing(place: Place, time: Floats, channel: str = TIME) -> None:
     """`time` increases strictly."""
     back = np.flatnonzero(np.diff(time) <= 0.0)

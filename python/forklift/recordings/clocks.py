@@ -1,13 +1,14 @@
 """Channels on clocks of their own: how they stand together in one recording, without being resampled.
 
 A recording's instants are the union of its channels' own time stamps. A measurement has a value at its own
-instants only; a commanded current is held from each of its samples until the next, as the valve's driver
-holds it, so that it is known at every instant. Nothing is interpolated, averaged or filtered.
+instants only; what drives the machine (a truck's commanded currents, held by the valve's driver) is held from
+each of its samples until the next, so that it is known at every instant. Nothing is interpolated, averaged or
+filtered.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,11 +45,16 @@ class Sampled:
         return float(np.median(np.diff(self.time))) if len(self.time) > 1 else 0.0
 
 
-def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str, Floats], dict[str, Rows]]:
-    """All channels at all their instants, from the first instant at which both commands are known.
+def union(
+    place: Place,
+    series: Mapping[str, Sampled],
+    driving: Sequence[str] = COMMANDS,
+    slack: float = SAME_INSTANT_S,
+) -> tuple[Floats, dict[str, Floats], dict[str, Rows]]:
+    """All channels at all their instants, from the first instant at which all that drives is known.
 
-    The instants end with the command that ends first. What was measured before or after is left out, and so
-    is a channel that has no sample in between.
+    The instants end with the driving channel that ends first. What was measured before or after is left out,
+    and so is a channel that has no sample in between.
 
     Parameters
     ----------
@@ -56,32 +62,35 @@ def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str
         The file, for errors.
     series
         Every channel but the time; times increase strictly [s].
+    driving
+        The channels that are held: a truck's commanded currents. Of none, all instants are kept.
+    slack
+        Time stamps this close [s] are one instant.
 
     Returns
     -------
     tuple
-        (n,) instants from zero [s]; by channel (n,) values, NaN where the channel has no sample; by channel
-        the rows of its own samples. Those of a commanded current hold the first and the last instant, at
-        which it is known.
+        (n,) instants from zero [s], which stands for that first instant; by channel (n,) values, NaN where
+        the channel has no sample; by channel the rows of its own samples. Those of a driving channel hold the
+        first and the last instant, at which it is known.
 
     Raises
     ------
     ForkliftError
-        ``"time-not-common"`` if the currents' times do not overlap.
+        ``"time-not-common"`` if the driving channels' times do not overlap.
     """
-    start = max(float(series[name].time[0]) for name in COMMANDS)
-    end = min(float(series[name].time[-1]) for name in COMMANDS)
+    begins, ends = ([float(series[name].time[k]) for name in driving or series] for k in (0, -1))
+    start, end = (max(begins), min(ends)) if driving else (min(begins), max(ends))
     if end <= start:
         raise place.error(
             "time-not-common",
-            f"the commanded currents are not known at the same time: the one begins at {start:.6g} s, the "
+            f"{' and '.join(driving)} are not known at the same time: the one begins at {start:.6g} s, the "
             f"other ends at {end:.6g} s; map signals of one recording",
-            channel=COMMANDS[0],
+            channel=driving[0],
             value=start,
             upper=end,
             unit="s",
         )
-    slack = SAME_INSTANT_S
     kept = {
         name: np.flatnonzero((found.time >= start - slack) & (found.time <= end + slack))
         for name, found in series.items()
@@ -92,14 +101,14 @@ def union(place: Place, series: Mapping[str, Sampled]) -> tuple[Floats, dict[str
     for name, found in series.items():
         rows = np.searchsorted(instants, found.time[kept[name]] + 0.5 * slack, side="right") - 1
         rows = np.maximum(rows, 0)
-        ends = [0, len(instants) - 1] if name in COMMANDS else []
+        bounds = [0, len(instants) - 1] if name in driving else []
         values = np.full(len(instants), np.nan)
         values[rows] = found.values[kept[name]]
-        if name in COMMANDS:
+        if name in driving:
             held = np.searchsorted(found.time, instants + slack, side="right") - 1
             values = found.values[held]
-        if len(rows) or name in COMMANDS:
-            channels[name], own[name] = values, np.unique(np.append(rows, ends).astype(np.intp))
+        if len(rows) or name in driving:
+            channels[name], own[name] = values, np.unique(np.append(rows, bounds).astype(np.intp))
     return instants - instants[0], channels, own
 
 

@@ -65,7 +65,7 @@ def load(place: Place, channel_map: ChannelMap) -> Raw:
     if common is not None:
         _check_time(place, common.values, TIME)
     for name, series in found.items():
-        _check_length(place, name, series.values, times[name])
+        checks.lengths(place, name, series.values, times[name])
         checks.samples(place, name, series.values)
         if series.time is not None:
             _check_time(place, series.time, name)
@@ -148,15 +148,3 @@ def _check_time(place: Place, time: Floats, channel: str) -> None:
     checks.samples(place, TIME, time)
     checks.length(place, len(time), channel)
     checks.increasing(place, time, channel)
-
-
-def _check_length(place: Place, name: str, values: Floats, time: Floats) -> None:
-    if values.shape != time.shape:
-        raise place.error(
-            "lengths-differ",
-            f"{place.label(name)} has {len(values)} samples and its time has {len(time)}; map signals of "
-            "one length",
-            channel=name,
-            value=len(values),
-            expected=len(time),
-        )

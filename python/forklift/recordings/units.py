@@ -100,15 +100,22 @@ def known(unit: str) -> bool:
     return not says_nothing(unit) and not is_share(unit) and _parsed(unit, "") is not None
 
 
-def conversion(unit: str, to: str) -> Linear | None:
-    """From `unit` to the channel's unit `to`; None if either is unknown, or they measure different things."""
+def conversion(unit: str, to: str, *, exact: bool = False) -> Linear | None:
+    """From `unit` to the channel's unit `to`; None if either is unknown, or they measure different things.
+
+    With `exact` both are first taken as they are spelt: of a machine that may have mPa, MPa, mT and S.
+    """
     text = unit.strip()
     if text == to:
         return Linear(1.0, 0.0)
-    found = _parsed(text, to)
-    target = _parsed(to, to)
-    if found is None or target is None or found[0].dimensionality != target[0].dimensionality:
-        return None
+    target = (_as_spelt(to) if exact else None) or _parsed(to, to)
+    for found in (_as_spelt(text.strip("[]")) if exact else None, _parsed(text, to)):
+        if found and target and found[0].dimensionality == target[0].dimensionality:
+            return _linear(found, target)
+    return None
+
+
+def _linear(found: tuple[Any, float], target: tuple[Any, float]) -> Linear:
     registry = _registry()
     low, high = (float(registry.Quantity(x, found[0]).to(target[0]).magnitude) for x in (0.0, 1.0))
     more = found[1] - target[1]
@@ -152,8 +159,13 @@ def _parsed(unit: str, to: str) -> tuple[Any, float] | None:
         name = _SPELT[low]
     elif low in _PLAIN:
         name = _PLAIN[low]
+    found = _as_spelt(name)
+    return None if found is None else (found[0], extra)
+
+
+def _as_spelt(name: str) -> tuple[Any, float] | None:
     found = _named(name) or _named(_EXPONENT.sub(r"**\1", name))
-    return None if found is None else (found, extra)
+    return None if found is None else (found, 0.0)
 
 
 _EXPONENT = re.compile(r"(?<=[A-Za-zµμ])(-?\d)")

@@ -341,7 +341,7 @@ class _Steady:
 def _speeds(speeds: Sequence[float] | Floats | None, fastest: float) -> Floats:
     """(n,) rising from zero."""
     if speeds is None:
-        return np.append(np.arange(0.0, fastest - 0.2 * GRID_M_S, GRID_M_S), fastest)
+        return np.unique([0.0, *np.arange(0.0, fastest - 0.2 * GRID_M_S, GRID_M_S), max(fastest, 0.0)])
     try:
         wanted = np.array(speeds, np.float64)
         good = wanted.ndim == 1 and len(wanted) > 0 and bool(np.isfinite(wanted).all())

@@ -13,6 +13,7 @@ from forklift.base.arrays import Floats
 from forklift.plant.forklift.curve_tables import per_output
 from forklift.plant.forklift.curve_tables import variables as shape_variables
 from forklift.recordings.channels import LIFTS, Lift
+from forklift.recordings.clocks import is_even
 from forklift.recordings.recording import Recording
 
 LONGEST_S = 10.0
@@ -49,12 +50,14 @@ class Past:
 
 
 def lagging(time: Floats, values: Floats, lag_s: float) -> Floats:
-    """(times,) how far a lag of order one is behind values that are even in time and were at rest before:
-    exactly for straight lines from sample to sample."""
+    """(times,) how far a lag of order one is behind values that were at rest before: exactly for straight
+    lines from sample to sample."""
     tick = (time[-1] - time[0]) / max(len(time) - 1, 1)
-    kept = np.exp(-tick / lag_s)
-    steps = np.diff(values, prepend=values[0]) * lag_s * (1.0 - kept) / tick
-    bands = np.outer([1.0, -kept], np.ones(len(steps)))  # each is `kept` of the one before, and its step
+    ticks = tick if is_even(time) else np.diff(time, prepend=time[0] - tick)
+    kept = np.exp(-ticks / lag_s)
+    steps = np.diff(values, prepend=values[0]) * lag_s * (1.0 - kept) / ticks
+    # each is `kept` of the one before, and its step; the last row stands a column before its own
+    bands = np.array([np.ones(len(steps)), -np.roll(np.broadcast_to(kept, len(steps)), -1)])
     behind: Floats = solve_banded((1, 0), bands, steps, check_finite=False)
     return behind
 
