@@ -298,7 +298,7 @@ def _recording(
             )
     time, values_of, rows = _together(place, plant, columns)
     u = {one.name: values_of[one.name] for one in plant.inputs if one.name in columns}
-    y = {one.name: values_of[one.name] for one in plant.outputs if one.name in columns}
+    y = {one.name: values_of[one.name] for one in plant.outputs if one.name in values_of}
     return Recording(entry.file, time, u, y, entry.role, entry.group, entry.conditions, rows=rows)
 
 
