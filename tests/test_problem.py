@@ -151,6 +151,23 @@ def test_no_search_asks_for_a_load_below_zero_or_for_oil_that_none_can_be():
     assert np.isposinf(np.delete(upper[first:], [1, second - first + 1])).all()
 
 
+@pytest.mark.parametrize("load_kg", [0.1, 37.3, 109.67872202431536, 110.0, 729.1, 1590.0])
+def test_at_its_bound_a_load_is_none_and_not_a_rounding_less(load_kg):
+    whole, place = problem(), OWN.index("load")
+    for width in np.random.default_rng(2).uniform(1.0, 300.0, 50):
+        samples = []
+        for one in whole.samples:
+            centre, wide = one.centre.copy(), one.width.copy()
+            centre[place], wide[place] = load_kg, width
+            samples.append(replace(one, centre=centre, width=wide))
+        at_the_end = replace(whole, samples=tuple(samples))
+        lower, _ = at_the_end.bounds()
+        x = np.where(np.isfinite(lower), lower, 0.0)
+        for k in range(len(samples)):
+            assert at_the_end.conditions(x, k)[place] == pytest.approx(0.0, abs=1e-9)
+            assert at_the_end.conditions(x, k)[place] >= 0.0
+
+
 def test_samples_that_are_missing_leave_the_variables_of_a_moment_whole():
     """A signal that stood still, or dropped out, has fewer samples than the recording has times."""
     whole = problem()

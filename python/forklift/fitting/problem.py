@@ -282,7 +282,8 @@ class LeastSquares:
         sample = self.samples[k]
         here: Floats = sample.centre.copy()
         here[sample.free] += sample.width[sample.free] * self.nuisance(x, k)
-        return here
+        # At its bound a sum of centre and width may lie beyond it by a rounding: a load of -1e-14 kg.
+        return np.clip(here, sample.least, sample.most)
 
     def conditions_held(self, x: Floats) -> tuple[Sample, ...]:
         """The recordings with what is their own held at x."""
