@@ -301,8 +301,8 @@ def test_a_run_that_fails_names_its_recording(thesis):
     time = np.arange(10) * 0.02
     zero = np.zeros(10)
     bad = Recording(
-        "odd.csv", "free", 1e6, "estimate", time,
-        {"current_free_a": zero, "current_main_a": zero, "oil_temperature_degc": zero + 20},
+        "odd.csv", "free", 0.0, "estimate", time,
+        {"current_free_a": zero, "current_main_a": zero, "oil_temperature_degc": zero + 500.0},
     )  # fmt: skip
     with pytest.raises(ForkliftError) as caught:
         compare(Campaign("odd", 50.0, (bad,)), thesis)
