@@ -150,6 +150,17 @@ def test_a_law_that_does_as_much_as_one_parameter_far_away_is_followed_from_ther
     assert imitation.least(d, answers, at_none, 1, 20.0, [np.ones(1)]) < 20.0
 
 
+@pytest.mark.parametrize(("told", "apart"), [(10.0, 3.0), (5.0, 3.0), (6.0, 3.5)])
+def test_trucks_along_a_bent_valley_are_reached(told, apart):
+    """What the recordings tell well is bent: each step that is long enough leaves more than the one before."""
+
+    def answers(thetas):
+        return [np.array([told * one[0], 1e4 * (one[1] - 0.2 * one[0] ** 2)]) for one in thetas]
+
+    (d,) = answers([np.array([apart, 0.2 * apart**2])])
+    assert imitation.least(d, answers, np.zeros(2), 2, 20.0) < 20.0
+
+
 def test_a_truck_that_no_solver_follows_is_none_that_imitates():
     """The longest steps lead beyond what runs; a shorter one does as well."""
     asked = []

@@ -11,12 +11,14 @@ plant alone, on the beginnings of a few of the campaign's recordings, that which
 does by more than the others together, and scaled to all by the square of the change.
 
 The minimum is searched for by Levenberg–Marquardt (Marquardt 1963), as far as it takes to say on which side
-of the bound it lies, with derivatives that every step mends (Broyden 1965) and that are asked for anew where
-steps no longer gain. One linear step is not enough: trucks as far apart as their priors answer with terms of
-second order far beyond the noise's square. Of chains that stretch a larger dead volume leaves far more than
-the bound by the first linear step, and less than it after three (10 of seed 19000001). Nor is one start:
-where a law does as much as three standard deviations of one parameter, no step from the middle leads far
-enough (57 of seed 906001). So further ones begin at the best trucks of those that differ by one parameter.
+of the bound it lies. One linear step is not enough: trucks as far apart as their priors answer with terms of
+second order far beyond the noise's square, along what the recordings tell well. So the way to the minimum is
+a bent valley, where every step that is long enough leaves more than the one before, and a search that goes
+downhill alone crawls. Each damped step is therefore led back to the valley's floor with the derivatives that
+it was made of (chord iterations; Kelley 1995, chapter 5): of a valve that cavitates, where ten steps downhill
+left five times the bound, the first with all its chords leaves less than it (13 of seed 923001). Nor is one
+start: where a law does as much as three standard deviations of one parameter, no step from the middle leads
+far enough (57 of seed 906001). So further ones begin at the best trucks of those that differ by one.
 """
 
 from __future__ import annotations
@@ -54,8 +56,10 @@ SEARCHES = 3
 the other is a bent valley that no search follows far."""
 DAMPINGS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4)
 """What is added to the prior's weight in the steps that are tried together."""
+CHORDS = 8
+"""How many steps are led by the same derivatives; five have sufficed where they lead to the floor. Chosen."""
 STALLED = 0.9
-"""A step that leaves more than this share of what was left asks for new derivatives. Chosen."""
+"""Chords that leave more than this share of what the last one left end. Chosen."""
 MOST_DERIVATIVES = 4
 """How often they are asked for. Chosen; campaigns took one to three."""
 BENDS = 2.0
@@ -271,33 +275,58 @@ def _searched(
     far: float,
 ) -> float:
     """What the search from one start leaves, and no more than the first linear step does if that is `far`."""
-    theta, now, best = start.theta, start.said, start.left
-    columns: Floats | None = None
-    known = 0
-    while best > enough:
-        rest = d - (now - at_none)
-        fresh = columns is None
-        if columns is None:
-            columns, known = _derivatives(answers, theta, now), known + 1
-            if columns is None:  # no step leads on from there
-                return best
-            promised = imitated(rest + columns @ theta, columns)
-            if known == 1 and promised > far:
-                return promised
-            if known > 1 and (promised > FAR * enough or best - BENDS * (best - promised) > enough):
-                return best
-        tried = list(_answered(answers, _steps(theta, columns, rest)))
-        costs = [_cost(d - (said - at_none), own) for own, said in tried]
-        gained = min(costs, default=best) / best
-        if gained < 1.0:
-            new, said = tried[costs.index(min(costs))]
-            moved = new - theta
-            columns = columns + np.outer(said - now - columns @ moved, moved) / float(moved @ moved)
-            theta, now, best = new, said, min(costs)
-        if gained > STALLED:
-            if known == MOST_DERIVATIVES or (fresh and gained >= 1.0):
-                return best
-            columns = None
+    best = start
+    for known in range(MOST_DERIVATIVES):
+        if best.left <= enough:
+            break
+        columns = _derivatives(answers, best.theta, best.said)
+        if columns is None:  # no step leads on from there
+            break
+        promised = imitated(d - (best.said - at_none) + columns @ best.theta, columns)
+        if known == 0 and promised > far:
+            return promised
+        bends = best.left - BENDS * (best.left - promised) > enough
+        if known > 0 and (bends or promised > FAR * enough):
+            break
+        before, best = best.left, _followed(d, answers, at_none, best, columns, enough)
+        if best.left >= before:
+            break
+    return best.left
+
+
+def _followed(
+    d: Floats,
+    answers: Callable[[Sequence[Floats]], list[Floats]],
+    at_none: Floats,
+    start: _Point,
+    columns: Floats,
+    enough: float,
+) -> _Point:
+    """The best of what chord iterations reach, one for each damping, all asked together.
+
+    Each goes to its own minimum of |d − (f(θ) − f(0))|² + |θ|² + damping·|θ − θ₀|² with the derivatives of
+    θ₀, and lives on as long as it leaves ever less. Its first step may leave more than θ₀ does.
+    """
+    own = np.eye(len(start.theta))
+    gram = columns.T @ columns + own
+    best, alive = start, [(more, start) for more in DAMPINGS]
+    for step in range(CHORDS):
+        asked = []
+        for more, point in alive:
+            along = (
+                columns.T @ (d - (point.said - at_none)) - point.theta - more * (point.theta - start.theta)
+            )
+            asked.append(point.theta + np.linalg.solve(gram + more * own, along))
+        before = {id(theta): one for theta, one in zip(asked, alive, strict=True)}
+        alive = []
+        for theta, said in _answered(answers, asked):
+            more, last = before[id(theta)]
+            point = _Point(theta, said, _cost(d - (said - at_none), theta))
+            best = min(best, point, key=_left)
+            if step == 0 or point.left < STALLED * last.left:
+                alive.append((more, point))
+        if best.left <= enough or not alive:
+            break
     return best
 
 
@@ -324,13 +353,6 @@ def _answered(
         half = len(asked) // 2
         for some in (asked[:half], asked[half:]) if half else ():
             yield from _answered(answers, some)
-
-
-def _steps(theta: Floats, columns: Floats, rest: Floats) -> list[Floats]:
-    """Where to go from θ."""
-    own = np.eye(len(theta))
-    gram, along = columns.T @ columns + own, columns.T @ rest - theta
-    return [theta + np.linalg.solve(gram + more * own, along) for more in DAMPINGS]
 
 
 def imitated(d: Floats, columns: Floats) -> float:
