@@ -152,7 +152,7 @@ def test_a_law_that_does_as_much_as_one_parameter_far_away_is_followed_from_ther
 
 @pytest.mark.parametrize(("told", "apart"), [(10.0, 3.0), (5.0, 3.0), (6.0, 3.5)])
 def test_trucks_along_a_bent_valley_are_reached(told, apart):
-    """What the recordings tell well is bent: each step that is long enough leaves more than the one before."""
+    """What the recordings tell well is bent: each step long enough leaves more than the one before."""
 
     def answers(thetas):
         return [np.array([told * one[0], 1e4 * (one[1] - 0.2 * one[0] ** 2)]) for one in thetas]
