@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from forklift.ensemble.proof import amplitude, imitation, kinds
+from forklift.ensemble.proof.draw import draw
 from forklift.ensemble.proof.truth import drive, effects, model, others, run, sensors, strangers
 from forklift.ensemble.proof.truth.truck import THESIS, scattered
 from reference.witness import FREE, MAIN
@@ -175,6 +177,21 @@ def test_a_truck_that_no_solver_follows_is_none_that_imitates():
     assert left <= 20.0
     assert len(imitation.DAMPINGS) in asked  # all were tried together, and then in parts
     assert len(imitation.DAMPINGS) // 2 in asked
+
+
+@pytest.mark.parametrize(("length_m", "shows"), [(0.004, False), (0.2, True)])
+def test_what_acts_beyond_the_recorded_end_shows_in_no_recording(length_m, shows):
+    """A recording ends 5 mm before the stop where a cushion is concealed, though the lift runs into it."""
+    given = draw(5, 0)
+    plans = tuple(replace(plan, ticks=650, lift="free") for plan in given.plans[:2])
+    given = replace(given, concealed=("end_cushion",), lift="free", plans=plans)
+    command = np.zeros((2, 650))
+    command[0, 20:] = 0.8
+    conditions = [run.Condition(command, load, 40.0) for load in (200.0, 1000.0)]
+    cushion = effects.law("end_cushion", run.on("free", 2e5), length=length_m)
+    assert min(run.simulate(THESIS, (cushion,), conditions)[1].x[0]) < 0.004
+    left = imitation.left(given, (cushion,), 0, THESIS, conditions, run.TICK_S)
+    assert (left > imitation.HIDDEN) if shows else (left == 0.0)
 
 
 def test_another_truck_has_rising_openings_and_differs():

@@ -31,7 +31,7 @@ import numpy as np
 from forklift.base.arrays import Floats
 from forklift.ensemble.proof.amplitude import beginning, probe_ticks, probes
 from forklift.ensemble.proof.draw import Draw
-from forklift.ensemble.proof.ends import lifts_of
+from forklift.ensemble.proof.ends import end_m, lifts_of, recorded_ticks
 from forklift.ensemble.proof.truth import run, sensors
 from forklift.ensemble.proof.truth.model import Law
 from forklift.ensemble.proof.truth.truck import ESTIMATED, LIFTS, Lift
@@ -107,7 +107,7 @@ def left_of_fault(
     shown, whole = _shown(given, laws, believed, true, seen, trucks, tick_s)
     if whole == 0.0:
         return 0.0
-    without, judged = ([each[n] for n in shown] for each in (believed, true))
+    without, judged = ([beginning(each[n], ticks) for n, ticks in shown.items()] for each in (believed, true))
     moved = {lift for n in shown for lift in lifts_of(given.plans[n].lift)}
     others, count = Others(trucks, tuple(sorted(moved)), without), len(shown)
 
@@ -134,20 +134,24 @@ def _shown(
     seen: sensors.Sensors,
     trucks: Trucks,
     tick_s: float,
-) -> tuple[list[int], float]:
-    """The recordings that are judged: the probes, and the one that changes most, if it does by more than they
-    together. With it the change's square in all recordings."""
+) -> tuple[dict[int, int], float]:
+    """The recordings that are judged, and how many ticks of each are recorded: the probes, and the one that
+    changes most, if it does by more than they together. With them the change's square in all recordings."""
     both = run.simulate(trucks, laws, [*believed, *true], TOLERANCE, tick_s)
-    pairs = zip(both[: len(true)], both[len(true) :], strict=True)
+    end = end_m(given)
+    ticks = [
+        recorded_ticks(one, plan.lift, end) for one, plan in zip(both[len(true) :], given.plans, strict=True)
+    ]
+    pairs = zip(both[: len(true)], both[len(true) :], ticks, strict=True)
     changes = [
-        _whitened(given, [with_it], seen) - _whitened(given, [without], sensors.Sensors())
-        for without, with_it in pairs
+        _whitened(given, [with_it.until(n)], seen) - _whitened(given, [without.until(n)], sensors.Sensors())
+        for without, with_it, n in pairs
     ]
     squares = [float(one @ one) for one in changes]
     shown, most = probes(given), int(np.argmax(squares))
     if squares[most] > sum(squares[n] for n in shown):
         shown.append(most)
-    return shown, sum(squares)
+    return {n: ticks[n] for n in shown}, sum(squares)
 
 
 @dataclass(frozen=True)
