@@ -160,18 +160,18 @@ CLEAR = 3.0
 
 # Where something acts, and of what it is a function.
 MEMORY = 2.0
-"""Correlation time of an unknown input's prior, in distances of its hats: what acts for less than half of a
-period of the lift's ringing is not told from its neighbour."""
+"""Correlation time of an unknown input's prior, in distances of its hats: on a lift half of the period in
+which that rings."""
 CURVES_AT, MOST_PLACES, MOST_CURVES = 4, 8, 3
 """At how many of the most credible places curves are screened at least, and at most, which bounds the work;
 and how many curves are tried."""
 FAINT_CURVES = 6
 """How many curves are screened over all recordings where next to nothing is left over: those that promise
 most over the recordings that were fitted."""
-MOST_NOW, MOST_PAST = 12, 6
+MOST_NOW, MOST_PAST = 8, 8
 """How many curves over variables of the moment, and over those of the past, are screened at the most credible
-places together: those that promise most by the places' answers to hats. What is best by its own simulation
-was among the first ten of either in each of four campaigns, where some fifty had been screened."""
+places together: those that promise most by the places' answers to hats. The best by its own simulation was
+among them in each of 25 development campaigns (``python proofs/foreseen.py``)."""
 CURVE_NEAR = 0.7
 """A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
 linear about the same place."""

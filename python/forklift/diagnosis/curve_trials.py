@@ -22,7 +22,7 @@ from forklift.diagnosis.progress import Clock
 from forklift.diagnosis.race import Race, rank
 from forklift.diagnosis.refit import Refit
 from forklift.diagnosis.refitter import Refitter
-from forklift.diagnosis.rules import by_chance, excess_screened, explains, may_help
+from forklift.diagnosis.rules import by_chance, excess_screened, explains, may_help, outdoes
 from forklift.diagnosis.screening import Screened, Screening, screen
 from forklift.fitting.search import Found
 from forklift.plant.protocol import Hypothesis
@@ -159,6 +159,18 @@ def without_names(
                 tried = twinned(race, race.beside(refit, screened.hypotheses[0], tried), general)
         refits += [one for one in tried if one not in refits]
     return tuple(sorted(refits, key=rank))
+
+
+def instead_of_names(race: Race, best: Refit, unnamed: Sequence[Refit]) -> Refit | None:
+    """What acts elsewhere without a name and leaves clearly less than names, if these are not told from none
+    beside it: a hose that creeps moves the lift as tyres do, and beside its curve no tyres are left."""
+    for refit in unnamed:
+        hypotheses = (*refit.hypotheses, *best.hypotheses)
+        if outdoes(refit, best) and race.begins("trying", hypotheses):
+            both = race.refitter.finish(race.refitter.beside(hypotheses, refit))
+            if not any(both.clear(one) for one in best.hypotheses):
+                return refit
+    return None
 
 
 def curve_beside(refitter: Refitter, best: Refit, general: General) -> Screened | None:

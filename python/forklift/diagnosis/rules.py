@@ -240,6 +240,18 @@ def stands_alone(refit: Refit, best: Refit, tried: Sequence[Refit]) -> bool:
     )
 
 
+def outdoes(refit: Refit, best: Refit) -> bool:
+    """Whether what has no name, and acts where none of the names does, leaves clearly less than they do."""
+    places = {(one.where, equation) for one in best.hypotheses for equation in one.equations}
+    return (
+        bool(best.hypotheses)
+        and not best.complete
+        and set(best.hypotheses).isdisjoint(refit.hypotheses)
+        and all((one.where, one.equation) not in places for one in refit.hypotheses)
+        and helps(refit, best, LEAST_GAIN)
+    )
+
+
 def helps(refit: Refit, best: Refit, share: float) -> bool:
     """Whether the refit is told from none, and removes this share of what `best` leaves over; if that is
     nothing, whether recordings foretell each other better with it. Where `best` strains what was entered, it

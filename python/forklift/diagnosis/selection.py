@@ -35,6 +35,7 @@ from forklift.diagnosis.curve_trials import (
     General,
     curve_beside,
     faint_curve,
+    instead_of_names,
     named_by_its_law,
     shape_ahead,
     shape_beside,
@@ -190,13 +191,17 @@ def _tested(
         else without_names(race, baseline, named, best, general, shapes, _promised(named, steps))
     )
     mends = mended(unnamed, best)
-    chosen = mends or choice(
-        [
-            refit
-            for refit in unnamed
-            if replaces(refit, best, baseline, refitter.later) or stands_alone(refit, best, unnamed)
-        ],
-        best,
+    chosen = (
+        mends
+        or choice(
+            [
+                refit
+                for refit in unnamed
+                if replaces(refit, best, baseline, refitter.later) or stands_alone(refit, best, unnamed)
+            ],
+            best,
+        )
+        or instead_of_names(race, best, unnamed)
     )
     if chosen and (mends or set(best.hypotheses).isdisjoint(chosen.hypotheses)):
         other = named_by_its_law(race, baseline, best, chosen, hypotheses)

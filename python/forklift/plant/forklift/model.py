@@ -384,8 +384,9 @@ class Forklift:
         return lift_of(name) or "main"
 
     def hat_width_s(self, cases: Sequence[Case]) -> float:
-        """Half of the period in which a lift rings, about 0.4 s (Fri & Fahlén 2017, section 4.5.2)."""
-        return 0.2
+        """A quarter of the period in which a lift rings, about 0.4 s (Fri & Fahlén 2017, section 4.5.2): what
+        the oil does follows that, and hats half a period apart do not."""
+        return 0.1
 
     def moments(
         self,
