@@ -32,6 +32,8 @@ from forklift.plant.protocol import Responses
 
 SIZES = tuple(float(size) for size in 10.0 ** np.arange(-4.0, 3.1, 0.5))
 """a, in units in which the port's whole response has unit mean square."""
+MOST_TURNS, SAME_NOISE = 4, 1e-3
+"""How often the noise that an input leaves is worked out anew at most, and which share by the last time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,11 +202,13 @@ def _best(port: str, parts: Sequence[_Part], length: int) -> UnknownInput | None
         return None
     together = _Together.of(parts, length)
     unit = float(np.sqrt(together.count / square))
-    without = _evidence(together, length, 0.0, _noise_left(together, length, 0.0)).value
-    sizes = [size * unit for size in SIZES]
-    tried = [(size, _noise_left(together, length, size)) for size in sizes]
-    size, s = max(tried, key=lambda pair: _evidence(together, length, *pair).value)
-    best = _evidence(together, length, size, s)
+    s = _noise_left(together, length, 0.0, 1.0)
+    without = _evidence(together, length, 0.0, s).value
+    tried = []
+    for size in (one * unit for one in SIZES):
+        s = _noise_left(together, length, size, s)
+        tried.append((_evidence(together, length, size, s), size, s))
+    best, size, s = max(tried, key=lambda one: one[0].value)
     means, bands = [], []
     for part in parts:
         share = (size / s) ** 2 / (1.0 + (size / s) ** 2 * part.values)
@@ -214,11 +218,16 @@ def _best(port: str, parts: Sequence[_Part], length: int) -> UnknownInput | None
     return UnknownInput(port, best.value - without, size, s, centres, tuple(means), tuple(bands))
 
 
-def _noise_left(parts: _Together, length: int, size: float) -> float:
-    """The noise at which the evidence is greatest: s² is what is left per sample."""
-    s = 1.0
-    for _ in range(4):
-        s = float(np.sqrt(max(_evidence(parts, length, size, s).square * s**2 / parts.count, 1e-3)))
+def _noise_left(parts: _Together, length: int, size: float, s: float) -> float:
+    """The noise at which the evidence is greatest, from that of another size: s² is what is left per
+    sample. The evidence hardly moves with it there."""
+    for _ in range(MOST_TURNS):
+        before, s = (
+            s,
+            float(np.sqrt(max(_evidence(parts, length, size, s).square * s**2 / parts.count, 1e-3))),
+        )
+        if abs(s - before) < SAME_NOISE * s:
+            break
     return s
 
 
