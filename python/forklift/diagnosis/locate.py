@@ -222,10 +222,8 @@ def _noise_left(parts: _Together, length: int, size: float, s: float) -> float:
     """The noise at which the evidence is greatest, from that of another size: s² is what is left per
     sample. The evidence hardly moves with it there."""
     for _ in range(MOST_TURNS):
-        before, s = (
-            s,
-            float(np.sqrt(max(_evidence(parts, length, size, s).square * s**2 / parts.count, 1e-3))),
-        )
+        before, square = s, _evidence(parts, length, size, s).square * s**2
+        s = float(np.sqrt(max(square / parts.count, 1e-3)))
         if abs(s - before) < SAME_NOISE * s:
             break
     return s
