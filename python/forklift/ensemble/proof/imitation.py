@@ -58,6 +58,8 @@ DAMPINGS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4)
 """What is added to the prior's weight in the steps that are tried together."""
 CHORDS = 8
 """How many steps are led by the same derivatives; five have sufficed where they lead to the floor. Chosen."""
+AWAY = 30.0
+"""Standard deviations beyond which no truck is asked for: there a parameter is 8000 times as large."""
 STALLED = 0.9
 """Chords that leave more than this share of what the last one left end. Chosen."""
 MOST_DERIVATIVES = 4
@@ -314,20 +316,21 @@ def _followed(
     own = np.eye(len(start.theta))
     gram = columns.T @ columns + own
     best, alive = start, [(more, start) for more in DAMPINGS]
-    for step in range(CHORDS):
-        asked = []
+    for chord in range(CHORDS):
+        asked, before = [], {}
         for more, point in alive:
-            along = (
-                columns.T @ (d - (point.said - at_none)) - point.theta - more * (point.theta - start.theta)
-            )
-            asked.append(point.theta + np.linalg.solve(gram + more * own, along))
-        before = {id(theta): one for theta, one in zip(asked, alive, strict=True)}
+            pulled = columns.T @ (d - (point.said - at_none)) - point.theta
+            step = np.linalg.solve(gram + more * own, pulled - more * (point.theta - start.theta))
+            theta = point.theta + step
+            if np.max(np.abs(theta), initial=0.0) <= AWAY:
+                asked.append(theta)
+                before[id(theta)] = more, point
         alive = []
         for theta, said in _answered(answers, asked):
             more, last = before[id(theta)]
             point = _Point(theta, said, _cost(d - (said - at_none), theta))
             best = min(best, point, key=_left)
-            if step == 0 or point.left < STALLED * last.left:
+            if chord == 0 or point.left < STALLED * last.left:
                 alive.append((more, point))
         if best.left <= enough or not alive:
             break
