@@ -170,8 +170,8 @@ FAINT_CURVES = 6
 most over the recordings that were fitted."""
 MOST_NOW, MOST_PAST = 8, 8
 """How many curves over variables of the moment, and over those of the past, are screened at the most credible
-places together: those that promise most by the places' answers to hats. The best by its own simulation was
-among them in each of 25 development campaigns (``python proofs/foreseen.py``)."""
+places together: those that promise most by the places' answers to hats. The best of either by its own
+simulation was among them in each of nine campaigns (``python proofs/foreseen.py``)."""
 CURVE_NEAR = 0.7
 """A curve is tried if its evidence is this share of the greatest: less is far behind, since all of them are
 linear about the same place."""
