@@ -14,30 +14,19 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from pathlib import Path
 
-from forklift import ForkliftError, diagnose
+from chance import asked
+from forklift import Diagnosis, ForkliftError
 from forklift.diagnosis.criteria import CURVE_TIE, MOST_NOW, MOST_PAST
 from forklift.diagnosis.curves import credible, ranges_of, variables
 from forklift.diagnosis.foreseen import foreseen
 from forklift.diagnosis.locate import hats
-from forklift.diagnosis.result import Diagnosis
 from forklift.diagnosis.screening import screen
-from forklift.ensemble.proof.conceal import conceal
-from forklift.ensemble.proof.draw import Draw, draw
+from forklift.ensemble.proof.draw import draw
 
 Pair = tuple[str, str]
 """A place and a variable."""
-
-
-def asked(given: Draw) -> Diagnosis:
-    """The diagnosis of a campaign that is drawn."""
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch) / "campaign"
-        conceal(given, folder)
-        conditions = {} if given.entered_degc is None else {"oil_temperature_degc": given.entered_degc}
-        return diagnose(folder, "thesis", **conditions)
 
 
 def weighed(found: Diagnosis) -> tuple[dict[Pair, float], dict[Pair, float]]:
