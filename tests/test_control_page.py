@@ -62,6 +62,31 @@ def test_a_run_that_broke_off_is_no_number_in_the_json(told: ControlComparison) 
     assert broken.to_dict()["rows"][0]["oscillation_m_s"] is None
 
 
+def test_a_transition_that_never_ends_is_not_the_smoothest(told: ControlComparison) -> None:
+    """Whatever the controllers' order; and no page or table says nan."""
+    never = {"before_m_s", "after_m_s", "dip_m_s", "spike_m_s", "duration_s"}
+    slow = dict.fromkeys(never, float("nan"))
+    for name in ("thesis", "today", "damped"):
+        rows = tuple(replace(r, **slow) if r.controller == name else r for r in told.transitions)
+        stuck = replace(told, transitions=rows)
+        page = present.page(stuck)
+        assert "Most smoothly with" in page
+        assert f"Most smoothly with “{name}”" not in page
+        assert f"{name}: 12 of 12 never come to their end." in page
+        assert not any("nan" in words.split() for _, words in Text(page).seen)
+        assert " nan" not in str(stuck)
+    nobody = replace(told, transitions=tuple(replace(r, **slow) for r in told.transitions))
+    assert "With none at every operating point" in present.page(nobody)
+
+
+def test_a_passage_of_a_controller_that_never_reaches_the_speed_is_drawn_whole() -> None:
+    thesis = Controller.read("thesis")
+    most = thesis.shared["request_most"].model_copy(update={"value": 250.0})
+    slow = replace(thesis, name="slow", shared={**thesis.shared, "request_most": most})
+    for one in control_comparison([slow], Truck.read("thesis")).passages:
+        assert one.time_s[-1] > 8.0
+
+
 def test_the_page_needs_no_other_file_and_fits_into_a_mail(written: Path) -> None:
     page = (written / "report.html").read_text(encoding="utf-8")
     assert not FETCHING.search(OWN.sub("", page))

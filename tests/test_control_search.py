@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from forklift.base.alone import alone_with
 from forklift.base.errors import ForkliftError
 from forklift.control import tune as tuning
 from forklift.control.controller import Controller
 from forklift.control.search import Journal, Sought, minimised
+from forklift.control.trial import scattered
+from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS
 
@@ -74,6 +77,25 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(tmp_path: Path, torn:
     asked.clear()
     assert np.array_equal(again, found(2, cost=counting, journal=Journal(path, "this")))
     assert not asked  # it is over: nothing is worked out again
+
+
+def test_any_seed_is_taken() -> None:
+    assert np.array_equal(found(2**70), found(2**70))
+
+
+def test_two_searches_do_not_share_what_they_keep(tmp_path: Path) -> None:
+    thesis, kept = Controller.read("thesis"), tmp_path / "kept"
+    with alone_with(kept), pytest.raises(ForkliftError, match="another call") as told:
+        tuning.tune(thesis, Truck.read("thesis"), kept=kept)
+    assert told.value.code == "folder-in-use"
+
+
+def test_trucks_of_the_same_make_stay_within_what_a_truck_can_be() -> None:
+    spec = parameters()["free.valve.C_D"]
+    edge = Truck.read("thesis").with_values({"free.valve.C_D": 0.999 * spec["upper"]})
+    drawn = [truck.values["free.valve.C_D"] for truck in scattered(edge, 8, seed=1)]
+    assert max(drawn) == spec["upper"]
+    assert min(drawn) < 0.999 * spec["upper"]
 
 
 def test_a_full_disk_is_told_in_a_sentence(tmp_path: Path) -> None:

@@ -50,10 +50,16 @@ def test_table_points_are_taken():
     assert made.sources["free.valve.table_area"] == "flow bench"
 
 
+def test_a_tables_column_is_told_how_it_is_written():
+    error = raised(lambda: new_truck("mine", {"main.valve.table_area": "2e-6"}, THESIS))
+    assert "main.valve.points" in error.message
+
+
 @pytest.mark.parametrize(
     ("told", "code"),
     [
         ({"free.cylinder.aera": "0.002"}, "parameter-unknown"),
+        ({"free.valve.table_area": "2e-6"}, "parameter-unknown"),
         ({"free.mass.moving": "heavy"}, "parameter-not-a-number"),
         ({"free.mass.moving": "310 bar"}, "parameter-unit"),
         ({"free.mass.moving": "-5 kg"}, "parameter-out-of-bounds"),

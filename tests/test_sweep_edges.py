@@ -12,6 +12,7 @@ from scipy.stats import truncnorm
 from forklift.base.alone import alone_in
 from forklift.base.errors import ForkliftError
 from forklift.control.closed_loop import Lowering, lower
+from forklift.control.compare import compare_controllers
 from forklift.control.controller import Controller, Curve
 from forklift.ensemble import specification
 from forklift.ensemble.intervals import over_replicates, over_scrambles
@@ -78,6 +79,34 @@ def test_a_maps_cells_reach_over_what_a_cut_leaves(kind: str, cut: tuple[float, 
     assert ends == pytest.approx(truncnorm(*cut).ppf([0.01, 0.99]), rel=1e-6)
 
 
+@pytest.mark.parametrize("least", [0.0, -5.0])
+def test_a_cut_below_zero_cuts_nothing_of_a_log_normal(least: float) -> None:
+    edges = axis("load_kg", "log_normal", [100.0, 0.1, least, 150.0]).edges
+    assert edges == pytest.approx(axis("load_kg", "log_normal", [100.0, 0.1, 1e-12, 150.0]).edges)
+    assert (np.diff(edges) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [{"choice": []}, {"log_normal": [0.0, 1.0]}, {"log_uniform": [-1.0, 2.0]}, {"normal": [1.0, 0.0]}],
+)
+def test_a_distribution_that_cannot_be_is_refused_before_its_map_is_laid_out(vary: dict) -> None:
+    with pytest.raises(ForkliftError) as told:
+        sweep(document(members=2, vary={"load_kg": vary}))
+    assert told.value.code in ("argument-invalid", "value-invalid")
+    assert "load_kg" in told.value.message
+
+
+@pytest.mark.parametrize("scrambles", [0, 1, 3])
+def test_the_number_of_members_that_is_proposed_is_taken(scrambles: int) -> None:
+    given = document(sampling="sobol", members=33, scrambles=scrambles)
+    with pytest.raises(ForkliftError, match="such as") as told:
+        sweep(given)
+    proposed = int(told.value.message.rsplit(" ", 1)[1])
+    members = Members.of(given | {"members": proposed, "scrambles": max(scrambles, 2)})
+    assert members.count == proposed
+
+
 @pytest.mark.parametrize("by_argument", [False, True])
 def test_the_unit_of_what_is_asked_for_is_that_of_what_ran(by_argument: bool) -> None:
     """Speeds of a controller, currents without one, also where the controller is given beside the file."""
@@ -114,6 +143,13 @@ def test_two_sweeps_into_one_folder_do_not_break_each_other(tmp_path) -> None:
     with alone_in(folder), pytest.raises(ForkliftError) as told:
         sweep(document(members=8), out=folder)
     assert told.value.code == "folder-in-use"
+    begins = tmp_path / "begins"
+    begins.mkdir()
+    with alone_in(begins), pytest.raises(ForkliftError) as told:
+        sweep(document(members=8), out=begins)
+    assert told.value.code == "folder-in-use"
+    assert not (begins / "sweep.json").exists()  # it is the other's to say what the folder holds
+    assert sweep(document(members=4), out=begins).tally.members == 4
     assert sweep(document(members=8), out=folder).to_dict()["verdicts"] == whole.to_dict()["verdicts"]
 
 
@@ -143,6 +179,12 @@ LOWERING = Lowering(Truck.read("thesis"), Controller.read("thesis"), 0.0, 40.0, 
         lambda: replace(LOWERING, request_mm_s=np.array([0.0, 1e10])),
         lambda: replace(LOWERING, request_mm_s=np.array([0.0, np.nan])),
         lambda: lower([LOWERING], substeps=-1),
+        lambda: lower([LOWERING], substeps=10**9),
+        lambda: lower([LOWERING], seed=2**70),
+        lambda: lower([replace(LOWERING, stream=-1)]),
+        lambda: lower([replace(LOWERING, start_m=(0.5,))]),
+        lambda: lower([replace(LOWERING, load_kg="a")]),
+        lambda: compare_controllers([LOWERING.controller], LOWERING.truck, lifts="free"),
         lambda: LOWERING.controller.with_word(-1),
     ],
 )

@@ -1,6 +1,6 @@
 //! Test signals for the valve's current, section 3.5 of the thesis.
 
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::random::Random;
 
 /// Steps of the ECU's current.
@@ -10,10 +10,6 @@ pub const FULL_CURRENT: f64 = 1.75;
 
 /// Longest signal [samples]: more than a day at 50 Hz.
 pub const MOST_SAMPLES: usize = 5_000_000;
-
-fn refuse<T>(name: &str, value: impl ToString, requirement: &str) -> Result<T, Error> {
-    Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
-}
 
 /// A pseudo-random multilevel signal in steps of the ECU.
 ///

@@ -41,7 +41,20 @@ pub enum Fact {
     Count(usize),
 }
 
+/// The argument `name` has a `value` that it cannot have; `requirement` goes on after "it must be".
+///
+/// # Errors
+/// Always: [`Error::Argument`].
+pub fn refuse<T>(name: &str, value: impl ToString, requirement: &str) -> Result<T, Error> {
+    Err(Error::argument(name, value, requirement))
+}
+
 impl Error {
+    /// See [`refuse`].
+    pub fn argument(name: &str, value: impl ToString, requirement: &str) -> Self {
+        Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() }
+    }
+
     /// A stable word for the kind of error.
     pub fn code(&self) -> &'static str {
         match self {

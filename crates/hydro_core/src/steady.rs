@@ -6,7 +6,7 @@
 //! the implicit function theorem over dual numbers.
 
 use crate::dual::Dual;
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::mast::{
     place, Extended, Lift, LiftName, LiftState, Mast, Physics, Thesis, CYLINDER_PRESSURE, LIFT_STATES, STATES, VELOCITY,
 };
@@ -92,26 +92,23 @@ pub fn settle(truck: &Truck, lift: LiftName, points: &[Point], along: &[Along]) 
 }
 
 fn check(point: &Point) -> Result<(), Error> {
-    let bad = |name: &str, value: f64, requirement: &str| {
-        Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
-    };
     if !(-0.1..=5.0).contains(&point.current) {
-        return bad("current", point.current, "a current between -0.1 and 5 A");
+        return refuse("current", point.current, "a current between -0.1 and 5 A");
     }
     if !(-1.0..=1.0).contains(&point.bend) {
-        return bad("bend", point.bend, "between -1, the current fell, and 1, it rose");
+        return refuse("bend", point.bend, "between -1, the current fell, and 1, it rose");
     }
     if !(-50.0..=150.0).contains(&point.oil_temperature_degc) {
-        return bad("oil_temperature", point.oil_temperature_degc, "between -50 and 150 degC");
+        return refuse("oil_temperature", point.oil_temperature_degc, "between -50 and 150 degC");
     }
     match point.known {
         Known::Pressure { pressure, .. } if !(0.0..=1e9).contains(&pressure) => {
-            bad("pressure", pressure, "between 0 and 1e9 Pa")
+            refuse("pressure", pressure, "between 0 and 1e9 Pa")
         }
         Known::Pressure { rate, .. } if !(-1e10..=1e10).contains(&rate) => {
-            bad("pressure_rate", rate, "between -1e10 and 1e10 Pa/s")
+            refuse("pressure_rate", rate, "between -1e10 and 1e10 Pa/s")
         }
-        Known::Load(load) if !(0.0..=2e4).contains(&load) => bad("load", load, "between 0 and 20000 kg"),
+        Known::Load(load) if !(0.0..=2e4).contains(&load) => refuse("load", load, "between 0 and 20000 kg"),
         _ => Ok(()),
     }
 }

@@ -69,10 +69,6 @@ fn check(name: &str, value: f64, spec: &ParameterSpec) -> Result<f64, Error> {
     })
 }
 
-fn argument(name: &str, value: &str, requirement: &str) -> Error {
-    Error::Argument { name: name.into(), value: value.into(), requirement: requirement.into() }
-}
-
 /// Takes values out of what was given, so that what remains is unknown.
 struct Taker(BTreeMap<String, Value>);
 
@@ -80,7 +76,7 @@ impl Taker {
     fn number(&mut self, name: &str, spec: &ParameterSpec) -> Result<f64, Error> {
         match self.0.remove(name) {
             Some(Value::Number(value)) => check(name, value, spec),
-            Some(Value::Table(_)) => Err(argument(name, "a table", "a single number")),
+            Some(Value::Table(_)) => Err(Error::argument(name, "a table", "a single number")),
             None => Err(missing(name, spec)),
         }
     }
@@ -88,9 +84,7 @@ impl Taker {
     fn table(&mut self, name: &str, spec: &ParameterSpec) -> Result<Vec<f64>, Error> {
         let values = match self.0.remove(name) {
             Some(Value::Table(values)) => values,
-            Some(Value::Number(value)) => {
-                return Err(argument(name, &value.to_string(), "a table, one number per knot"))
-            }
+            Some(Value::Number(value)) => return Err(Error::argument(name, value, "a table, one number per knot")),
             None => return Err(missing(name, spec)),
         };
         for (k, &value) in values.iter().enumerate() {
@@ -168,9 +162,9 @@ impl Truck {
         let mut taker = Taker(values);
         let lifts = [taker.lift(LiftName::Free)?, taker.lift(LiftName::Main)?];
         if let Some(EndStops { lower, upper, lift }) = reversed_stroke(&lifts) {
-            return Err(argument(
+            return Err(Error::argument(
                 &format!("{}.cylinder.stroke_upper", lift.as_str()),
-                &upper.to_string(),
+                upper,
                 &format!("above {}.cylinder.stroke_lower, {lower} m", lift.as_str()),
             ));
         }

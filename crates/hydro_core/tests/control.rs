@@ -449,6 +449,27 @@ fn a_setting_beyond_its_bounds_or_its_word_is_refused() {
 }
 
 #[test]
+fn what_is_refused_is_told_with_the_value_that_was_given() {
+    type Change = fn(&mut Settings);
+    let cases: [(Change, &str); 7] = [
+        (|s| s.lifts[0].numbers.adaptation_s = 1e-9, "free.adaptation_s is 0.000000001;"),
+        (|s| (s.lifts[0].numbers.u_min, s.lifts[0].numbers.u_max) = (0.0, 0.0), "free.adaptation_s is 20;"),
+        (|s| s.lifts[1].table.first = i32::MAX, "main.table is 2147483647;"),
+        (|s| s.lifts[1].ratio.first = -2_000_000, "main.ratio is -2000000;"),
+        (|s| s.lifts[1].table.spacing = 15, "main.table is 15;"),
+        (|s| s.lifts[0].swing.as_mut().unwrap().damping[1] = 0.96, "free.swing.damping is 0.96;"),
+        (|s| s.lifts[0].swing.as_mut().unwrap().lead[2] = 400.0, "free.swing.lead_deg is 400;"),
+    ];
+    for (change, told) in cases {
+        let mut odd = settings(true);
+        change(&mut odd);
+        let refused = odd.config(Word::Bits16).unwrap_err();
+        assert_eq!(refused.code(), "argument-invalid");
+        assert!(refused.to_string().contains(told), "{refused}");
+    }
+}
+
+#[test]
 fn no_knot_stands_for_more_than_32_bits() {
     // Of one gain in some fifty thousand the largest knot would be rounded up to 2^31.
     for gain in [5.846753279329128, 4.0, 50.0] {

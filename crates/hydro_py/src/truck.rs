@@ -27,7 +27,7 @@ enum Given {
 }
 
 pub fn argument(name: &str, value: &str, requirement: &str) -> Error {
-    Error::Argument { name: name.into(), value: value.into(), requirement: requirement.into() }
+    Error::argument(name, value, requirement)
 }
 
 pub fn lifts_of(name: &str) -> Result<(Lifts, Vec<LiftName>), Error> {

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from forklift.ensemble.sweep import Progress as SweepProgress
     from forklift.fitting.fit import Progress
     from forklift.plant.findings import Caution
+
+
+Now = TypeVar("Now")
+"""How far a piece of work is."""
 
 
 def print_json(value: Any) -> None:
@@ -62,8 +66,10 @@ def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
 
 
 @contextmanager
-def _bar(what: str, *, width: int = 20) -> Iterator[Callable[[float, float, str], None] | None]:
-    """A bar on a terminal, told how much of how much is done, and what; nothing in a pipe."""
+def _bar(
+    what: str, told: Callable[[Now], tuple[float, float, str]], *, width: int = 20
+) -> Iterator[Callable[[Now], None] | None]:
+    """A bar on a terminal: `told` makes how much, of how much, and what of each progress; None in a pipe."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -79,62 +85,55 @@ def _bar(what: str, *, width: int = 20) -> Iterator[Callable[[float, float, str]
     )
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=None)
-        yield lambda done, total, said: bar.update(task, total=total, completed=done, description=said)
+
+        def update(now: Now) -> None:
+            done, total, said = told(now)
+            bar.update(task, total=total, completed=done, description=said)
+
+        yield update
 
 
-@contextmanager
-def searching() -> Iterator[Callable[[Progress], None] | None]:
+def searching() -> AbstractContextManager[Callable[[Progress], None] | None]:
     """How far a fit is."""
-    with _bar("Reading what the recordings support", width=10) as bar:
 
-        def told(now: Progress) -> None:
-            where = now.profile or f"start {now.start + 1}/{now.starts} stage {now.stage}/{now.stages}"
-            said = f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise"
-            if bar:
-                bar(now.start * now.stages + now.stage - 1, now.starts * now.stages, said)
+    def told(now: Progress) -> tuple[float, float, str]:
+        where = now.profile or f"start {now.start + 1}/{now.starts} stage {now.stage}/{now.stages}"
+        said = f"{where}: cost {now.cost:.5g}, misfit {now.misfit:.3g} x noise"
+        return now.start * now.stages + now.stage - 1, now.starts * now.stages, said
 
-        yield told if bar else None
+    return _bar("Reading what the recordings support", told, width=10)
 
 
-@contextmanager
-def tuning() -> Iterator[Callable[[Tuning], None] | None]:
+def tuning() -> AbstractContextManager[Callable[[Tuning], None] | None]:
     """How far the search of a controller is."""
-    with _bar("Setting up the pressure's feedback") as bar:
 
-        def told(now: Tuning) -> None:
-            said = f"{now.lift} lift, generation {now.generation} of {now.generations}, cost {now.cost:.5g}"
-            if bar:
-                bar(now.generation, now.generations, said)
+    def told(now: Tuning) -> tuple[float, float, str]:
+        said = f"{now.lift} lift, generation {now.generation} of {now.generations}, cost {now.cost:.5g}"
+        return now.generation, now.generations, said
 
-        yield told if bar else None
+    return _bar("Setting up the pressure's feedback", told)
 
 
-@contextmanager
-def sweeping() -> Iterator[Callable[[SweepProgress], None] | None]:
+def sweeping() -> AbstractContextManager[Callable[[SweepProgress], None] | None]:
     """How far a sweep is, how fast, and what failed so far."""
-    with _bar("Drawing members") as bar:
 
-        def told(now: SweepProgress) -> None:
-            said = f"{now.done} of {now.members}, {now.rate:.0f} a second, {now.failures} fail"
-            if now.interval:
-                said += f" ({100 * now.interval.lower:.2g} to {100 * now.interval.upper:.2g} %)"
-            if bar:
-                bar(now.done, now.members, said)
+    def told(now: SweepProgress) -> tuple[float, float, str]:
+        said = f"{now.done} of {now.members}, {now.rate:.0f} a second, {now.failures} fail"
+        if now.interval:
+            said += f" ({100 * now.interval.lower:.2g} to {100 * now.interval.upper:.2g} %)"
+        return now.done, now.members, said
 
-        yield told if bar else None
+    return _bar("Drawing members", told)
 
 
-@contextmanager
-def running() -> Iterator[Callable[[RareProgress], None] | None]:
+def running() -> AbstractContextManager[Callable[[RareProgress], None] | None]:
     """How many runs of subset simulation are over."""
-    with _bar("Running levels of members") as bar:
 
-        def told(now: RareProgress) -> None:
-            said = "Searching the worst case" if now.run == now.runs else "Running levels of members"
-            if bar:
-                bar(now.run, now.runs, f"{said}, {now.run} of {now.runs} runs over")
+    def told(now: RareProgress) -> tuple[float, float, str]:
+        said = "Searching the worst case" if now.run == now.runs else "Running levels of members"
+        return now.run, now.runs, f"{said}, {now.run} of {now.runs} runs over"
 
-        yield told if bar else None
+    return _bar("Running levels of members", told)
 
 
 @contextmanager

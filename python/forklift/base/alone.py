@@ -1,4 +1,4 @@
-"""One call at a time in a folder that calls go on in."""
+"""One call at a time in a folder, or with a file, that calls go on in."""
 
 from __future__ import annotations
 
@@ -24,7 +24,20 @@ def alone_in(folder: Path) -> Iterator[None]:
     ForkliftError
         ``"folder-in-use"`` if another call has it; ``"not-writable"``.
     """
-    path = folder / LOCK
+    with alone_with(folder / LOCK, folder):
+        yield
+
+
+@contextmanager
+def alone_with(path: Path, told: Path | None = None) -> Iterator[None]:
+    """Nobody else who asks for the file `path` gets it until this ends; `told` is what an error names.
+
+    Raises
+    ------
+    ForkliftError
+        ``"folder-in-use"`` if another call has it; ``"not-writable"``.
+    """
+    told = told or path
     with output.writing(path):
         file = path.open("a", encoding="utf-8")
     with file:
@@ -33,8 +46,8 @@ def alone_in(folder: Path) -> Iterator[None]:
         except OSError:
             raise ForkliftError(
                 "folder-in-use",
-                f"another call that still runs writes to {folder}; wait for its end, or name another folder",
-                file=str(folder),
+                f"another call that still runs writes to {told}; wait for its end, or name another place",
+                file=str(told),
             ) from None
         yield
 
@@ -43,6 +56,7 @@ if sys.platform == "win32":
     import msvcrt
 
     def _hold(file: IO[str]) -> None:
+        file.seek(1 << 30)  # beyond what is ever written: there nobody else is kept from writing
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
 else:
     import fcntl

@@ -171,23 +171,28 @@ def lower(
         raise ForkliftError(
             "argument-shape", "lowerings that run side by side need requests of one length above zero"
         )
-    answer = _core.closed_loop(
-        [one.truck.core for one in lowerings],
-        [one.controller.core for one in lowerings],
-        [one.load_kg for one in lowerings],
-        [one.oil_temperature_degc for one in lowerings],
-        [list(one.start_m) for one in lowerings],
-        np.array([one.request_mm_s for one in lowerings], np.int32),
-        [one.delay_ticks for one in lowerings],
-        [[one.pressure_noise_pa, one.temperature_noise_k] for one in lowerings],
-        [list(one.encoder_zero_m) for one in lowerings],
-        [one.stream for one in lowerings],
-        seed=seed,
-        lifts=lifts,
-        substeps=substeps,
-        floating=floating,
-        noted=noted,
-    )
+    try:
+        answer = _core.closed_loop(
+            [one.truck.core for one in lowerings],
+            [one.controller.core for one in lowerings],
+            [one.load_kg for one in lowerings],
+            [one.oil_temperature_degc for one in lowerings],
+            [list(one.start_m) for one in lowerings],
+            np.array([one.request_mm_s for one in lowerings], np.int32),
+            [one.delay_ticks for one in lowerings],
+            [[one.pressure_noise_pa, one.temperature_noise_k] for one in lowerings],
+            [list(one.encoder_zero_m) for one in lowerings],
+            [one.stream for one in lowerings],
+            seed=seed,
+            lifts=lifts,
+            substeps=substeps,
+            floating=floating,
+            noted=noted,
+        )
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ForkliftError(
+            "argument-invalid", f"a number of a lowering is of the wrong kind, shape or size: {error}"
+        ) from None
     place = {name: k for k, name in enumerate(outputs())}
     values = answer["outputs"]
     names = LIFTS

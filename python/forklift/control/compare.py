@@ -272,26 +272,25 @@ def control_comparison(
         controllers, truck, LIFTS, LOADS_KG, TEMPERATURES_DEGC, later_ticks, seed, floating=False
     )
     found, passages = [], []
-    points = [(t, load) for t in transition.TEMPERATURES_DEGC for load in LOADS_KG]
-    for level in transition.LEVELS_MM_S:
-        lowerings, run = transition.run_transitions(
-            controllers, truck, level, points, later_ticks=later_ticks, seed=seed
-        )
-        for place, one in enumerate(lowerings):
-            found.append(transition.measured(one, run, place, level))
-            first, last = transition.span(run, place, level)
-            seen = slice(max(0, first - round(1.0 / TICK_S)), last + round(2.0 / TICK_S))
-            passages.append(
-                Passage(
-                    one.controller.name,
-                    1e-3 * level,
-                    one.oil_temperature_degc,
-                    one.load_kg,
-                    run.time_s[seen],
-                    {lift: run.speed_m_s[lift][place, seen] for lift in LIFTS},
-                    {lift: run.reference_m_s[lift][place, seen] for lift in LIFTS},
-                )
+    for one, run, place, level in transition.crossings(
+        controllers, truck, later_ticks=later_ticks, seed=seed
+    ):
+        found.append(transition.measured(one, run, place, level))
+        first, last = transition.span(run, place, level)
+        # Of one that never ends all is seen.
+        start, end = max(0, first - round(1.0 / TICK_S)), last + round(2.0 / TICK_S)
+        seen = slice(start, end) if last >= 0 else slice(None)
+        passages.append(
+            Passage(
+                one.controller.name,
+                1e-3 * level,
+                one.oil_temperature_degc,
+                one.load_kg,
+                run.time_s[seen],
+                {lift: run.speed_m_s[lift][place, seen] for lift in LIFTS},
+                {lift: run.reference_m_s[lift][place, seen] for lift in LIFTS},
             )
+        )
     return ControlComparison(
         truck,
         tuple(controllers),
@@ -323,6 +322,14 @@ def _compared(
             "them another name, in the first line of its file",
             name="controllers",
             value=repeated,
+        )
+    if strange := [lift for lift in lifts if lift not in LIFTS]:
+        raise ForkliftError(
+            "argument-invalid",
+            f"there is no lift {strange[0]!r}; give some of {', '.join(LIFTS)}",
+            name="lifts",
+            value=str(strange[0]),
+            known=list(LIFTS),
         )
     if later_ticks < -min(DELAY_TICKS.values()):
         raise ForkliftError(
@@ -397,6 +404,13 @@ def _row(request: NDArray[np.int32], reference: Floats, speed: Floats) -> tuple[
     )
 
 
+def measured(row: Row) -> tuple[float, float] | None:
+    """NRMSE [%] over two reference signals that the thesis measured in a row's place; None if it did not."""
+    known = MEASURED.get((row.lift, round(row.oil_temperature_degc), round(row.load_kg)))
+    place = {"thesis": 0, "today": 1}.get(row.controller)
+    return known[place] if known and place is not None else None
+
+
 def table(rows: Sequence[Row]) -> str:
     """The rows as Tables 5.6 and 5.7 lay them out, with the thesis's own figures beside them."""
     head = (
@@ -405,9 +419,8 @@ def table(rows: Sequence[Row]) -> str:
     )
     lines = [head]
     for row in sorted(rows, key=lambda r: (r.lift, r.oil_temperature_degc, r.load_kg)):
-        known = MEASURED.get((row.lift, round(row.oil_temperature_degc), round(row.load_kg)))
-        place = {"thesis": 0, "today": 1}.get(row.controller)
-        printed = "{:.0f} - {:.0f}".format(*known[place]) if known and place is not None else ""
+        known = measured(row)
+        printed = "{:.0f} - {:.0f}".format(*known) if known else ""
         lines.append(
             f"{row.lift:<5}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}  {row.controller:<12}"
             f"{min(row.nrmse_percent):>6.1f} -{max(row.nrmse_percent):>5.1f}"

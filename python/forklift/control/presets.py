@@ -156,6 +156,29 @@ def scaling_error(truck: Truck, lift: Lift, table_degc: float) -> float:
     return float(np.sqrt(np.mean(left**2)))
 
 
+def _inverting(
+    name: str,
+    truck: Truck | str | Path,
+    table_degc: float,
+    gains: Mapping[Lift, Mapping[str, float]],
+    source: str,
+    ratios: Mapping[Lift, Curve],
+) -> Controller:
+    """A controller whose tables invert a truck's steady lowering at an oil temperature."""
+    truck = truck_of(truck)
+    free, main = (
+        _lift(
+            lift,
+            speed_table(truck, lift, oil_temperature_degc=table_degc),
+            gains[lift],
+            source,
+            ratios[lift],
+        )
+        for lift in LIFTS
+    )
+    return Controller(name, _shared(), free, main)
+
+
 def thesis(truck: Truck | str | Path) -> Controller:
     """The thesis's controller: Table 5.3, a table of its own, a free lift that starts earlier (5.6.3).
 
@@ -169,18 +192,7 @@ def thesis(truck: Truck | str | Path) -> Controller:
     ForkliftError
         ``"no-steady-state"`` for a truck of which no table can be made.
     """
-    truck, parts = truck_of(truck), _early_ratios()
-    lifts = {
-        lift: _lift(
-            lift,
-            speed_table(truck, lift, oil_temperature_degc=THESIS_TABLE_DEGC),
-            TABLE_5_3[lift],
-            "Table 5.3",
-            parts[lift],
-        )
-        for lift in LIFTS
-    }
-    return Controller("thesis", _shared(), lifts["free"], lifts["main"])
+    return _inverting("thesis", truck, THESIS_TABLE_DEGC, TABLE_5_3, "Table 5.3", _early_ratios())
 
 
 def today(truck: Truck | str | Path) -> Controller:
@@ -196,15 +208,5 @@ def today(truck: Truck | str | Path) -> Controller:
     ForkliftError
         ``"no-steady-state"`` for a truck of which no table can be made.
     """
-    truck, parts = truck_of(truck), _common_ratios()
-    lifts = {
-        lift: _lift(
-            lift,
-            speed_table(truck, lift, oil_temperature_degc=TODAY_TABLE_DEGC),
-            OPEN_LOOP,
-            "section 5.6: open loop",
-            parts[lift],
-        )
-        for lift in LIFTS
-    }
-    return Controller("today", _shared(), lifts["free"], lifts["main"])
+    gains: dict[Lift, Mapping[str, float]] = dict.fromkeys(LIFTS, OPEN_LOOP)
+    return _inverting("today", truck, TODAY_TABLE_DEGC, gains, "section 5.6: open loop", _common_ratios())

@@ -109,7 +109,7 @@ def minimised(
     cost
         (candidates,) Of as many candidates at once.
     seed
-        At least 0.
+        At least 0; the generator's has 32 bits.
     journal
         Where every generation's costs are kept.
     say
@@ -123,7 +123,7 @@ def minimised(
         "bounds": [lower, upper],
         "popsize": candidates,
         "maxiter": generations,
-        "seed": seed + 1,  # it takes 0 for the time of day
+        "seed": seed % (2**32 - 1) + 1,  # it takes 0 for the time of day
         "verbose": -9,
     }
     search = cma.CMAEvolutionStrategy(start, 1.0, options)

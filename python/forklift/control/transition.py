@@ -6,7 +6,7 @@ Source: Fri & Fahlén (2017), sections 4.6.1 and 5.6.3, (4.10), (4.11); Figure 5
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +32,7 @@ SETTLED_S = 1.0
 
 @dataclass(frozen=True)
 class Transition:
-    """One controller's transition at an operating point.
+    """One controller's transition at an operating point; NaN where it does not come to its end.
 
     Attributes
     ----------
@@ -83,38 +83,24 @@ def transitions(
     ForkliftError
         As `forklift.control.closed_loop.lower`.
     """
-    rows = []
-    for level in LEVELS_MM_S:
-        lowerings, run = run_transitions(
-            controllers,
-            truck,
-            level,
-            [(t, load) for t in TEMPERATURES_DEGC for load in LOADS_KG],
-            later_ticks=later_ticks,
-            seed=seed,
-        )
-        rows += [measured(one, run, place, level) for place, one in enumerate(lowerings)]
-    return rows
+    return [measured(*each) for each in crossings(controllers, truck, later_ticks=later_ticks, seed=seed)]
 
 
-def run_transitions(
-    controllers: Sequence[Controller],
-    truck: Truck,
-    level_mm_s: int,
-    points: Sequence[tuple[float, float]],
-    *,
-    later_ticks: int = 0,
-    seed: int = 0,
-) -> tuple[list[Lowering], Lowered]:
-    """The lowerings themselves, controller by controller, at points of oil temperature and load."""
-    asked = request(level_mm_s)
+def crossings(
+    controllers: Sequence[Controller], truck: Truck, *, later_ticks: int = 0, seed: int = 0
+) -> Iterator[tuple[Lowering, Lowered, int, int]]:
+    """The lowerings of `transitions` themselves, as `measured` takes them, controller by controller."""
     delay = DELAY_TICKS["free"] + later_ticks
-    lowerings = [
-        Lowering(truck, one, load, t, asked, start_m=START_M, delay_ticks=delay, stream=k)
-        for one in controllers
-        for k, (t, load) in enumerate(points)
-    ]
-    return lowerings, lower(lowerings, seed=seed)
+    for level in LEVELS_MM_S:
+        asked = request(level)
+        points = [(t, load) for t in TEMPERATURES_DEGC for load in LOADS_KG]
+        lowerings = [
+            Lowering(truck, one, load, t, asked, start_m=START_M, delay_ticks=delay, stream=k)
+            for one in controllers
+            for k, (t, load) in enumerate(points)
+        ]
+        run = lower(lowerings, seed=seed)
+        yield from ((one, run, place, level) for place, one in enumerate(lowerings))
 
 
 def span(run: Lowered, place: int, level_mm_s: int) -> tuple[int, int]:
@@ -142,7 +128,8 @@ def measured(one: Lowering, run: Lowered, place: int, level_mm_s: int) -> Transi
     """Dip and spike of one of the lowerings."""
     total: Floats = run.speed_m_s["free"][place] + run.speed_m_s["main"][place]
     first, last = span(run, place, level_mm_s)
-    if last < 0:
+    settled = last + round(SETTLED_S / TICK_S)
+    if last < 0 or settled >= len(total):
         return Transition(
             one.controller.name,
             one.oil_temperature_degc,
@@ -151,7 +138,6 @@ def measured(one: Lowering, run: Lowered, place: int, level_mm_s: int) -> Transi
             *[float("nan")] * 5,
         )
     before = float(total[first - round(BEFORE_S / TICK_S) : first].mean())
-    settled = last + round(SETTLED_S / TICK_S)
     after = float(total[settled : settled + round(AFTER_S / TICK_S)].mean())
     between = total[first : settled + round(AFTER_S / TICK_S) // 2]
     return Transition(
@@ -174,9 +160,10 @@ def transition_table(rows: Sequence[Transition]) -> str:
         f"  [m/s]{'lasts [s]':>11}"
     ]
     for row in sorted(rows, key=lambda r: (r.level_m_s, r.oil_temperature_degc, r.load_kg)):
-        lines.append(
-            f"{row.level_m_s:<5.1f}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}  {row.controller:<12}"
+        place = f"{row.level_m_s:<5.1f}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}"
+        numbers = (
             f"{row.before_m_s:>8.3f}{row.after_m_s:>8.3f}{row.dip_m_s:>8.3f}{row.spike_m_s:>8.3f}"
             f"       {row.duration_s:>11.2f}"
         )
+        lines.append(f"{place}  {row.controller:<12}{numbers.replace('nan', '  —')}")
     return "\n".join(lines)

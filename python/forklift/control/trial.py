@@ -28,6 +28,7 @@ from forklift.control.closed_loop import (
 from forklift.control.controller import Controller
 from forklift.control.metrics import nrmse_percent, plateaus
 from forklift.control.transition import LEVELS_MM_S, transitions
+from forklift.plant.forklift.tables import parameters
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS, Lift
 
@@ -82,15 +83,22 @@ POINT_WEIGHT = {0.0: 0.3, 800.0: 1.5, 1500.0: 1.0}
 
 
 def scattered(truck: Truck, count: int, seed: int) -> list[Truck]:
-    """Trucks of the same make: parameters drawn by `SPREADS`."""
+    """Trucks of the same make: parameters drawn by `SPREADS`, within their bounds."""
     random = np.random.default_rng(seed)
     names = [f"{lift}.{name}" for lift in LIFTS for name in SPREADS]
     spreads = np.tile(list(SPREADS.values()), len(LIFTS))
+    limits = [(parameters()[name]["lower"], parameters()[name]["upper"]) for name in names]
     found = []
     for _ in range(count):
-        factors = np.exp(spreads * random.standard_normal(len(names)))
-        values = zip(names, factors.tolist(), strict=True)
-        found.append(truck.with_values({name: truck.values[name] * factor for name, factor in values}))
+        factors = np.exp(spreads * random.standard_normal(len(names))).tolist()
+        found.append(
+            truck.with_values(
+                {
+                    name: min(max(truck.values[name] * factor, lower), upper)
+                    for name, factor, (lower, upper) in zip(names, factors, limits, strict=True)
+                }
+            )
+        )
     return found
 
 

@@ -9,14 +9,17 @@ Singer & Seering (1990). A predictor: Smith (1957).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from forklift import __version__, _core
+from forklift.base.alone import alone_with
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.base.output import check_file
 from forklift.control.closed_loop import (
     DELAY_TICKS,
     SIGNALS,
@@ -152,8 +155,8 @@ def tune(
     Raises
     ------
     ForkliftError
-        ``"argument-invalid"`` for an unknown method; ``"not-writable"`` for `kept`; as
-        `forklift.control.closed_loop.lower`.
+        ``"argument-invalid"`` for an unknown method; ``"not-writable"`` and ``"folder-in-use"`` for `kept`;
+        as `forklift.control.closed_loop.lower`.
     """
     truck = truck_of(truck)
     for method in methods:
@@ -166,11 +169,12 @@ def tune(
         f"{__version__} {controller.hash} {truck.sha256} {list(methods)} {dict(given)} {seed} {transition}"
         f"{'' if start is None else f' {start.hash}'}"
     )
-    journal = Journal(kept, made_of)
-    for lift in LIFTS:
-        controller = _search(
-            controller, truck, lift, methods, given[lift], seed, transition, start, journal, progress
-        )
+    with alone_with(check_file(kept)) if kept is not None else nullcontext():
+        journal = Journal(kept, made_of)
+        for lift in LIFTS:
+            controller = _search(
+                controller, truck, lift, methods, given[lift], seed, transition, start, journal, progress
+            )
     return controller
 
 

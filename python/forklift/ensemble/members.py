@@ -122,8 +122,8 @@ class Members:
                 raise ForkliftError(
                     "value-invalid",
                     f"members is {found} in {spec.scrambles} scrambles; give two scrambles or more and a "
-                    f"power of "
-                    f"two times as many members, such as {spec.scrambles * 2 ** max(each, 1).bit_length()}",
+                    "power of two times as many members, such as "
+                    f"{max(spec.scrambles, 2) * 2 ** max(each, 1).bit_length()}",
                     name="members",
                     value=found,
                 )

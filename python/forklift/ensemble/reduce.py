@@ -169,7 +169,10 @@ def axis(name: str, kind: str, numbers: list[float]) -> Axis:
     logarithmic = kind.startswith("log")
 
     def even(values: list[float]) -> Floats:
-        return np.log(values) if logarithmic else np.array(values)
+        if not logarithmic:
+            return np.array(values)
+        with np.errstate(divide="ignore"):  # a cut at 0 or below cuts nothing
+            return np.log(np.maximum(values, 0.0))
 
     if kind.endswith("normal"):
         (middle,), deviation = even(numbers[:1]), numbers[1]

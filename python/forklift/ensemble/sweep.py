@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,8 +16,8 @@ from forklift import __version__
 from forklift.base import output
 from forklift.base.alone import LOCK, alone_in
 from forklift.base.errors import ForkliftError
-from forklift.base.numbers import defined
-from forklift.base.result_files import PAGE
+from forklift.base.numbers import all_defined
+from forklift.base.result_files import PAGE, json_rows
 from forklift.control.controller import Controller
 from forklift.ensemble import chunks, specification
 from forklift.ensemble.controllers import of_data, to_data
@@ -176,12 +176,9 @@ class Sweep:
                 "axes": [{"name": axis.name, "edges": axis.edges.tolist()} for axis in tally.axes],
                 "members": tally.seen.tolist(),
                 "failures": tally.failed.tolist(),
-                "least_scaled_margin": _finite(tally.least.tolist()),
+                "least_scaled_margin": all_defined(tally.least.tolist()),
             },
-            "worst": [
-                {key: defined(value) for key, value in row.items()}
-                for row in self.worst.iter_rows(named=True)
-            ],
+            "worst": json_rows(self.worst),
         }
 
     def write(self, path: str | Path) -> Path:
@@ -233,22 +230,15 @@ def sweep(
     members = Members.of(given, truck, controller, threads)
     spec, truck, controller = members.specification, members.truck, members.controller
     total = members.count
+    _ = members.core  # first: it refuses what can have no map
     tally = begun(members)
-    folder = _folder(Path(out), members) if out is not None else None
-    elsewhere = None
-    if scheduler is not None:
-        if folder is None:
-            raise ForkliftError(
-                "argument-invalid", "a sweep on a scheduler needs a folder; give out", name="out"
-            )
-        from forklift.ensemble.cluster import runner
-
-        elsewhere = runner(members, scheduler)
+    if scheduler is not None and out is None:
+        raise ForkliftError("argument-invalid", "a sweep on a scheduler needs a folder; give out", name="out")
     sequence = ConfidenceSequence(total) if spec.sampling == "independent" else None
     kept: list[pl.DataFrame] = []
     clock, made = time.perf_counter(), 0
-    with alone_in(folder) if folder is not None else nullcontext():
-        for table, new in chunks.all_of(members, folder, elsewhere=elsewhere):
+    with _kept_in(Path(out), members) if out is not None else nullcontext() as folder:
+        for table, new in chunks.all_of(members, folder, elsewhere=_elsewhere(members, scheduler)):
             before = tally.failures
             tally.add(table)
             made += len(table) * new
@@ -261,7 +251,7 @@ def sweep(
         seconds = time.perf_counter() - clock
         found = Sweep(spec, truck, controller, tally, probability(tally), folder, seconds, made, tuple(kept))
         if folder is not None:
-            text = json.dumps(found.to_dict(), indent=1, ensure_ascii=False) + "\n"
+            text = json.dumps(found.to_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
             output.write_text(folder / RESULT, text)
     return found
 
@@ -328,8 +318,9 @@ def of_folder(folder: str | Path) -> tuple[Specification, Truck, Controller | No
         ) from None
 
 
-def _folder(folder: Path, members: Members) -> Path:
-    """A folder that holds this sweep as far as it was run, or nothing."""
+@contextmanager
+def _kept_in(folder: Path, members: Members) -> Iterator[Path]:
+    """`folder`, this call's alone: it holds this sweep as far as it was run, or nothing."""
     spec, truck = members.specification, members.truck
     document = {
         "version": __version__,
@@ -343,35 +334,44 @@ def _folder(folder: Path, members: Members) -> Path:
         },
     }
     known = {*FILES, *(f"{chunks.FOLDER}/{chunks.path(folder, k).name}" for k in range(members.chunks))}
-    mark = folder / MARK
-    if mark.is_file():
-        try:
-            earlier = json.loads(mark.read_text(encoding="utf-8"))
-            same = all(
-                earlier[key] == document[key] for key in ("version", "specification_sha256", "controller")
-            )
-            same = same and earlier["truck"]["sha256"] == truck.sha256
-        except (ValueError, KeyError, TypeError):
-            same = False
-        if not same:
-            raise ForkliftError(
-                "output-exists",
-                f"{folder} holds another sweep, truck or controller, or one that another version of forklift "
-                "began; name a folder that does not exist yet",
-                file=str(folder),
-            )
-        return folder
-    folder = output.check_standing(folder, known, MARK)
-    with output.writing(folder):
-        folder.mkdir(exist_ok=True)
-    output.write_text(mark, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    return folder
+    if not (folder / MARK).is_file():
+        folder = output.check_standing(folder, known, MARK, (LOCK,))
+        with output.writing(folder):
+            folder.mkdir(exist_ok=True)
+    else:
+        _check_same(folder, document)
+    with alone_in(folder):
+        if (folder / MARK).is_file():
+            _check_same(folder, document)
+        else:
+            output.write_text(folder / MARK, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+        yield folder
+
+
+def _check_same(folder: Path, document: Mapping[str, Any]) -> None:
+    try:
+        earlier = json.loads((folder / MARK).read_text(encoding="utf-8"))
+        same = all(earlier[key] == document[key] for key in ("version", "specification_sha256", "controller"))
+        same = same and earlier["truck"]["sha256"] == document["truck"]["sha256"]
+    except (ValueError, KeyError, TypeError):
+        same = False
+    if not same:
+        raise ForkliftError(
+            "output-exists",
+            f"{folder} holds another sweep, truck or controller, or one that another version of forklift "
+            "began; name a folder that does not exist yet",
+            file=str(folder),
+        )
+
+
+def _elsewhere(members: Members, scheduler: str | None) -> Callable[..., Any] | None:
+    """What makes chunks on a cluster; None if this machine does."""
+    if scheduler is None:
+        return None
+    from forklift.ensemble.cluster import runner
+
+    return runner(members, scheduler)
 
 
 def _tupled(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
-
-
-def _finite(value: Any) -> Any:
-    """A number or rows of numbers, None for those that are not finite."""
-    return [_finite(x) for x in value] if isinstance(value, list) else defined(value)

@@ -214,7 +214,8 @@ def _document(path: Path) -> tuple[_Document, str]:
         return _Document.model_validate(toml.loads(text)), text
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        key = ".".join(str(part) for part in first["loc"] if part != _Source.__name__)
+        loc = first["loc"][:1] if first["loc"][0] == "dbc" else first["loc"]
+        key = ".".join(str(part) for part in loc if part != _Source.__name__)
         raise ForkliftError(
             "campaign-invalid", f"{path}: {key}: {first['msg'].lower()}; correct it", file=str(path), name=key
         ) from error

@@ -178,6 +178,8 @@ def _structural(
 ) -> ForkliftError:
     """What pydantic found first, as one sentence."""
     path: tuple[str | int, ...] = found["loc"]
+    if path[0] in ("dbc", "ignore"):
+        path = path[:1]  # what lies below is a list's place or a kind, and no key of the file
     kind, value, key = found["type"], found["input"], str(path[-1])
     at = _owner(path, document)
     line = line_of(text, path)

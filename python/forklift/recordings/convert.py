@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from forklift.base import output, toml
+from forklift.base import arguments, output, toml
 from forklift.base.errors import ForkliftError
 from forklift.recordings.campaign import FILE, MAPPING, Campaign, document_of, places, replaceable
 from forklift.recordings.channels import Lifts
@@ -118,6 +118,7 @@ def convert(
     if mapped_alike:
         channels = Path(out) / MAPPING
     if sample_rate_hz is not None:
+        sample_rate_hz = arguments.number("sample_rate_hz", sample_rate_hz)
         campaign_file.check_rate(sample_rate_hz, Place(_OPTIONS, str(out)))
         if earlier and sample_rate_hz != earlier.sample_rate_hz:
             raise ForkliftError(

@@ -4,6 +4,7 @@ over."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf, isnan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -159,24 +160,27 @@ def _fact_limit(told: ControlComparison) -> Fact:
 
 
 def _fact_transition(told: ControlComparison) -> Fact:
-    lines = []
+    lines, worst = [], {}
     for one in told.controllers:
-        rows = [row for row in told.transitions if row.controller == one.name]
-        lines.append(
-            f"{one.name}: dips by up to {max(row.dip_m_s for row in rows):.3f}, jumps by up to "
-            f"{max(row.spike_m_s for row in rows):.3f} m/s."
-        )
-    smooth = min(
-        told.controllers,
-        key=lambda one: max(
-            max(row.dip_m_s, row.spike_m_s) for row in told.transitions if row.controller == one.name
-        ),
-    )
-    return Fact("How does the free lift take over?", f"Most smoothly with “{smooth.name}”", lines)
+        own = [row for row in told.transitions if row.controller == one.name]
+        ended = [row for row in own if not isnan(row.duration_s)]
+        said = f"{one.name}: "
+        if ended:
+            worst[one.name] = max(max(row.dip_m_s, row.spike_m_s) for row in ended)
+            dip, spike = max(row.dip_m_s for row in ended), max(row.spike_m_s for row in ended)
+            said += f"dips by up to {dip:.3f}, jumps by up to {spike:.3f} m/s"
+        if len(ended) < len(own):
+            # What never gives over is no smooth transition.
+            worst[one.name] = inf
+            said += f"{'; ' if ended else ''}{len(own) - len(ended)} of {len(own)} never come to their end"
+        lines.append(f"{said}.")
+    smooth = min(worst, key=lambda name: worst[name])
+    value = f"Most smoothly with “{smooth}”" if worst[smooth] < inf else "With none at every operating point"
+    return Fact("How does the free lift take over?", value, lines)
 
 
 def _following(told: ControlComparison) -> Section:
-    from forklift.control.compare import MEASURED
+    from forklift.control.compare import measured
 
     blocks = []
     for lift, number in (("free", "5.6"), ("main", "5.7")):
@@ -185,8 +189,7 @@ def _following(told: ControlComparison) -> Section:
             if of != lift:
                 continue
             for name, row in found.items():
-                known = MEASURED.get((lift, round(t), round(load)))
-                place = {"thesis": 0, "today": 1}.get(name)
+                known = measured(row)
                 rows.append(
                     [
                         f"{t:.0f}",
@@ -197,7 +200,7 @@ def _following(told: ControlComparison) -> Section:
                         f"{row.oscillation_m_s:.4f}",
                         signed(row.error_percent, 2),
                         f"{row.fastest_m_s:.3f}" + (", too fast" if row.breaches else ""),
-                        _ends(known[place], 0) if known and place is not None else "",
+                        _ends(known, 0) if known else "",
                     ]
                 )
         head = [
@@ -314,8 +317,8 @@ def _transition_row(row: Transition) -> list[str]:
         f"{row.oil_temperature_degc:.0f}",
         f"{row.load_kg:.0f}",
         row.controller,
-        *(f"{value:.3f}" for value in values),
-        f"{row.duration_s:.2f}",
+        *("—" if isnan(value) else f"{value:.3f}" for value in values),
+        "—" if isnan(row.duration_s) else f"{row.duration_s:.2f}",
     ]
 
 

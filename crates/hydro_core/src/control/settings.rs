@@ -10,7 +10,7 @@ use super::fixed::{
     two_to, Gain, Word, CURRENT_SHIFT, FACTOR_SHIFT, MOST_CURRENT, MOST_FACTOR, MOST_SHIFT, SPEED_SHIFT,
 };
 use super::table::{Table, MOST_KNOTS};
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::sensors::{ENCODER_COUNT, PRESSURE_STEP, TEMPERATURE_STEP};
 
 /// Time between two ticks [s].
@@ -171,15 +171,23 @@ pub struct Settings {
 
 /// The base-2 logarithm of the most that knots may stand apart, in steps of the sensor or units of the setting.
 const MOST_SPACING: u32 = 14;
+const APART: &str = "a spacing of at most 14: knots are 2^spacing apart";
+/// How far from zero a curve's first knot may stand, in the same steps.
+const MOST_FIRST: u32 = 1 << 20;
 
-fn refuse<T>(name: &str, value: impl ToString, requirement: &str) -> Result<T, Error> {
-    Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
-}
-
-fn gain(name: &str, value: f64, word: Word, most_shift: u32) -> Result<Gain, Error> {
+/// The integer nearest to `value`, which comes of the setting `name` that is `told`.
+fn gain(name: &str, told: f64, value: f64, word: Word, most_shift: u32) -> Result<Gain, Error> {
     match Gain::nearest(value, word, most_shift) {
         Some(gain) => Ok(gain),
-        None => refuse(name, value, &format!("a gain that {} bits hold", word.bits())),
+        None => refuse(name, told, &format!("a gain that {} bits hold", word.bits())),
+    }
+}
+
+/// Each of the values of `name` within its bounds.
+fn within(name: &str, values: &[f64], lower: f64, upper: f64, unit: &str) -> Result<(), Error> {
+    match values.iter().find(|value| !(lower..=upper).contains(*value)) {
+        Some(value) => refuse(name, value, format!("from {lower} to {upper} {unit}").trim_end()),
+        None => Ok(()),
     }
 }
 
@@ -216,12 +224,17 @@ fn table(
 
 /// A curve of which x has a scale of `shift`.
 fn curve(name: &str, curve: &Curve, shift: u32, scale: Scale, word: Word) -> Result<Table, Error> {
-    let first = i32::try_from(i64::from(curve.first) << shift);
-    match first {
-        Ok(first) if curve.spacing <= MOST_SPACING && curve.first.unsigned_abs() <= 1 << 20 => {
+    if curve.spacing > MOST_SPACING {
+        return refuse(name, curve.spacing, APART);
+    }
+    match i32::try_from(i64::from(curve.first) << shift) {
+        Ok(first) if curve.first.unsigned_abs() <= MOST_FIRST => {
             table(name, (first, curve.spacing + shift), &curve.values, scale, word)
         }
-        _ => refuse(name, curve.spacing, "knots at most 2^14 apart, from within 2^20 of zero or the largest speed"),
+        _ => {
+            let most = MOST_FIRST.min(i32::MAX as u32 >> shift);
+            refuse(name, curve.first, &format!("a first knot from -{most} to {most}"))
+        }
     }
 }
 
@@ -238,10 +251,9 @@ impl Settings {
         }
         let [free, main] = &self.lifts;
         let ratio = |name: &str, lift: &Lift| {
-            if let Some(share) = lift.ratio.values.iter().find(|share| !(0.0..=1.0).contains(*share)) {
-                return refuse(&format!("{name}.ratio"), share, "from 0 to 1");
-            }
-            curve(&format!("{name}.ratio"), &lift.ratio, 0, FACTORS, word)
+            let name = format!("{name}.ratio");
+            within(&name, &lift.ratio.values, 0.0, 1.0, "")?;
+            curve(&name, &lift.ratio, 0, FACTORS, word)
         };
         let pole = libm::exp(-2.0 * std::f64::consts::PI * shared.ramp_corner * TICK_S);
         Ok(Config {
@@ -264,7 +276,7 @@ impl Lift {
         let full = |setting: &str| format!("{name}.{setting}");
         let (speed, factor, current) = (two_to(SPEED_SHIFT), two_to(FACTOR_SHIFT), two_to(CURRENT_SHIFT));
         let step = TEMPERATURE_STEP / two_to(TEMPERATURE_GUARD);
-        let own = |setting: &str, value: f64| gain(&full(setting), value, word, MOST_SHIFT);
+        let own = |setting: &str, told: f64, scale: f64| gain(&full(setting), told, told * scale, word, MOST_SHIFT);
         let per_count = ENCODER_COUNT * 1e3 * s.forks_per_count / TICK_S;
         if s.u_min > s.u_max || s.i_min > s.i_max {
             return refuse(&full("u_max, i_max"), format!("{}, {}", s.u_max, s.i_max), "at least u_min, i_min");
@@ -277,6 +289,14 @@ impl Lift {
             true => TICK_S / s.adaptation_s / (s.u_max * s.u_max) * two_to(TRIM_SHIFT - LEARNING_SHIFT),
             false => 0.0,
         };
+        let Some(adaptation) = Gain::nearest(learning, word, MOST_SHIFT) else {
+            let requirement = format!(
+                "a longer time, or 0: at u_max = {} mm/s {} bits do not hold what it gives",
+                s.u_max,
+                word.bits()
+            );
+            return refuse(&full("adaptation_s"), s.adaptation_s, &requirement);
+        };
         let early_corner = if self.shaper.is_some() { s.early_corner } else { shared.ramp_corner };
         let early_pole = libm::exp(-2.0 * std::f64::consts::PI * early_corner * TICK_S);
         Ok(LiftConfig {
@@ -284,22 +304,22 @@ impl Lift {
             early_pole: (early_pole * factor).round() as i32,
             shaper: self.shaper_config(&full("shaper"), word)?,
             prediction: (s.prediction * factor).round() as i32,
-            overspeed: own("overspeed", s.overspeed)?,
+            overspeed: own("overspeed", s.overspeed, 1.0)?,
             overspeed_from: (s.overspeed_from * speed).round() as i32,
             count_speed: (per_count * speed).round() as i32,
             pole: (libm::exp(-s.filter_rate * TICK_S) * factor).round() as i32,
             delay: (s.delay.round() as u32).min(MOST_DELAY as u32 - 1),
-            proportional: own("proportional", s.proportional)?,
-            integral: gain(&full("integral"), s.integral * TICK_S, word, INTEGRAL_SHIFT)?,
-            derivative: own("derivative", s.derivative / TICK_S)?,
+            proportional: own("proportional", s.proportional, 1.0)?,
+            integral: gain(&full("integral"), s.integral, s.integral * TICK_S, word, INTEGRAL_SHIFT)?,
+            derivative: gain(&full("derivative"), s.derivative, s.derivative / TICK_S, word, MOST_SHIFT)?,
             u_min: (s.u_min * speed).round() as i32,
             u_max: (s.u_max * speed).round() as i32,
-            adaptation: own("adaptation_s", learning)?,
+            adaptation,
             scale_base: ((s.a * KELVIN + s.b) * factor).round() as i32,
-            scale_slope: own("a", s.a * step * factor)?,
+            scale_slope: own("a", s.a, step * factor)?,
             table: curve(&full("table"), &self.table, SPEED_SHIFT, CURRENTS, word)?,
             shift_base: ((s.d - s.c * SHIFT_FROM_DEGC) * current).round() as i32,
-            shift_slope: own("c", s.c * step * current)?,
+            shift_slope: own("c", s.c, step * current)?,
             i_min: (s.i_min * current).round() as i32,
             i_max: (s.i_max * current).round() as i32,
             pressure: self.swing_config(&full("swing"), word)?,
@@ -310,17 +330,16 @@ impl Lift {
         let Some(shaper) = &self.shaper else {
             return Ok(ShaperConfig { delay: Table::constant(0, 0), share: Table::constant(1, FACTOR_SHIFT) });
         };
-        if shaper.delay.len() != shaper.share.len() || shaper.spacing > MOST_SPACING {
-            return refuse(name, shaper.spacing, "a delay and a share at each knot, knots at most 2^14 apart");
+        if shaper.delay.len() != shaper.share.len() {
+            return refuse(name, "of unequal lengths", "a delay and a share at each knot");
+        }
+        if shaper.spacing > MOST_SPACING {
+            return refuse(name, shaper.spacing, APART);
         }
         let scale = two_to(SHAPER_SHIFT) / TICK_S;
         let longest = MOST_SHAPED as f64 / scale;
-        if let Some(delay) = shaper.delay.iter().find(|delay| !(0.0..=longest).contains(*delay)) {
-            return refuse(&format!("{name}.delay_s"), delay, &format!("from 0 to {longest} s"));
-        }
-        if let Some(share) = shaper.share.iter().find(|share| !(0.0..=1.0).contains(*share)) {
-            return refuse(&format!("{name}.share"), share, "from 0 to 1");
-        }
+        within(&format!("{name}.delay_s"), &shaper.delay, 0.0, longest, "s")?;
+        within(&format!("{name}.share"), &shaper.share, 0.0, 1.0, "")?;
         let over = (0, shaper.spacing + PRESSURE_GUARD);
         let delay = table(name, over, &shaper.delay, Scale(scale, MOST_SHAPED), word)?;
         Ok(ShaperConfig { delay, share: table(name, over, &shaper.share, FACTORS, word)? })
@@ -337,22 +356,17 @@ impl Lift {
             return refuse(name, "of unequal lengths", "a frequency, damping, gain and lead at each knot");
         }
         if swing.spacing > MOST_SPACING {
-            return refuse(name, swing.spacing, "knots at most 2^14 apart");
+            return refuse(name, swing.spacing, APART);
         }
-        for k in 0..n {
-            let good = (0.2..=10.0).contains(&swing.frequency[k])
-                && (0.02..=0.95).contains(&swing.damping[k])
-                && (0.0..=50.0).contains(&swing.gain[k])
-                && (-360.0..=360.0).contains(&swing.lead[k]);
-            if !good {
-                return refuse(name, k, "a knot of 0.2 to 10 Hz, damping 0.02 to 0.95, up to 50 mm/s per bar, 360 deg");
-            }
-        }
+        within(&format!("{name}.frequency_hz"), &swing.frequency, 0.2, 10.0, "Hz")?;
+        within(&format!("{name}.damping"), &swing.damping, 0.02, 0.95, "")?;
+        within(&format!("{name}.gain_mm_s_per_bar"), &swing.gain, 0.0, 50.0, "mm/s per bar")?;
+        within(&format!("{name}.lead_deg"), &swing.lead, -360.0, 360.0, "degrees")?;
         let designed: Vec<(Complex<f64>, Complex<f64>)> = (0..n).map(|k| swing.resonator(k)).collect();
         // Speed per state: from mm/s per step of the sensor to the scales of both.
         let scale = two_to(SPEED_SHIFT) / two_to(PRESSURE_GUARD);
         let largest = designed.iter().flat_map(|(_, g)| [g.re.abs(), g.im.abs()]).fold(0.0, f64::max) * scale;
-        let shift = gain(name, largest, Word::Bits32, 31)?.shift;
+        let shift = gain(name, largest, largest, Word::Bits32, 31)?.shift;
         let output = Scale(scale * two_to(shift), Word::Bits32.most());
         type Knot = (Complex<f64>, Complex<f64>);
         let each = |scale: Scale, f: &dyn Fn(&Knot) -> f64| {

@@ -1,6 +1,6 @@
 //! How a varied quantity is distributed: its quantile function, which turns a uniform number into a value.
 
-use crate::error::Error;
+use crate::error::{refuse, Error};
 
 /// The distribution of one quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,9 +21,7 @@ impl Distribution {
     /// # Errors
     /// A range that does not rise, a width that is not positive, no value to choose.
     pub fn check(&self, name: &str) -> Result<(), Error> {
-        let refuse = |value: String, requirement: &str| {
-            Err(Error::Argument { name: name.into(), value, requirement: requirement.into() })
-        };
+        let refuse = |value: String, requirement: &str| refuse(name, value, requirement);
         let rises = |lower: f64, upper: f64| lower < upper && lower.is_finite() && upper.is_finite();
         match self {
             Distribution::Uniform { lower, upper } if !rises(*lower, *upper) => {

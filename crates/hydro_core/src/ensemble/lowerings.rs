@@ -7,7 +7,7 @@ use super::member::{Condition, Drawn};
 use super::requirement::{Moment, Watch};
 use super::trial::Trial;
 use super::verdict::{graver, Verdict};
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::lanes::{with_registers, with_single_registers, LaneScalar, LaneWork, Precision, Single, Width};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, POSITION, STATES};
 use crate::outputs::{Readings, OUTPUTS};
@@ -71,11 +71,11 @@ impl Trial {
         if !self.precision.widths().iter().copied().filter(here).any(|known| known == width) {
             let known = self.precision.widths().iter().copied().filter(here);
             let known: Vec<String> = known.map(|width| width.lanes().to_string()).collect();
-            return Err(Error::Argument {
-                name: "lanes".into(),
-                value: width.lanes().to_string(),
-                requirement: format!("{}: this processor has no registers for others", known.join(" or ")),
-            });
+            return refuse(
+                "lanes",
+                width.lanes(),
+                &format!("{}: this processor has no registers for others", known.join(" or ")),
+            );
         }
         let per = self.makeup.columns.len();
         let drawn: Vec<Option<Drawn>> = streams
@@ -120,11 +120,7 @@ impl Trial {
         interrupt: Interrupt,
     ) -> Result<(Outcome, Trace), Error> {
         let Some(drawn) = self.makeup.member(columns, stream, self.ticks, self.tick_s) else {
-            return Err(Error::Argument {
-                name: "columns".into(),
-                value: format!("{columns:?}"),
-                requirement: "within the bounds of what they vary".into(),
-            });
+            return refuse("columns", format!("{columns:?}"), "within the bounds of what they vary");
         };
         let mut trace = Trace { request: drawn.request.clone(), ..Trace::default() };
         let block = Block { trial: self, members: vec![&drawn], make, interrupt, trace: Some(&mut trace) };

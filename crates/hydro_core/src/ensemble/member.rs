@@ -3,7 +3,7 @@
 use super::controllers::within_bounds;
 use super::distribution::Distribution;
 use super::draw;
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::random::Random;
 use crate::run::blocks::valve_steps;
 use crate::run::sensing::Sensors;
@@ -104,19 +104,11 @@ impl Makeup {
     ) -> Result<Self, Error> {
         let finite = profile.iter().all(|(from_s, level)| from_s.is_finite() && level.is_finite());
         if profile.is_empty() || !finite || profile.windows(2).any(|pair| pair[1].0 <= pair[0].0) {
-            return Err(Error::Argument {
-                name: "profile".into(),
-                value: format!("{profile:?}"),
-                requirement: "one or more times that rise, each with a speed".into(),
-            });
+            return refuse("profile", format!("{profile:?}"), "one or more times that rise, each with a speed");
         }
         for (value, (_, name, unit, lower, upper, _)) in conditions.iter().zip(CONDITIONS) {
             if !(lower..=upper).contains(&value) {
-                return Err(Error::Argument {
-                    name: format!("conditions, {name}"),
-                    value: value.to_string(),
-                    requirement: format!("between {lower} and {upper} {unit}"),
-                });
+                return refuse(&format!("conditions, {name}"), value, &format!("between {lower} and {upper} {unit}"));
             }
         }
         let (columns, distributions) = columns.into_iter().unzip();

@@ -5,7 +5,7 @@ use super::sensitivity::Case;
 use super::ticks::{Clock, Oil, Ticks, Warmer};
 use super::{check, commanded_names, Interrupt, Solver};
 use crate::effects::{Instance, MastPorts, Term};
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::mast::{Extended, LiftName, LiftState, Mast, STATES};
 use crate::ports::{Join, PORTS};
 use crate::solver::vectors::widest;
@@ -32,11 +32,11 @@ pub fn added(draws: &[Truck], case: &Case, substeps: usize, interrupt: Interrupt
     check(&case.inputs, case.wanted, Solver::Fixed { substeps })?;
     let Some(first) = draws.first() else { return Ok(Vec::new()) };
     if let Some(k) = draws.iter().position(|draw| draw.names() != first.names()) {
-        return Err(Error::Argument {
-            name: format!("draw {k}"),
-            value: "a truck of other parameters than the first".into(),
-            requirement: "the same effects and numbers of knots".into(),
-        });
+        return refuse(
+            &format!("draw {k}"),
+            "a truck of other parameters than the first",
+            "the same effects and numbers of knots",
+        );
     }
     let which = LiftName::BOTH;
     let (lifts, effects) = first.build(which, case.inputs.load_kg, |_, value| value)?;

@@ -6,7 +6,7 @@ use super::blocks::{alike, scattered, valve_steps};
 use super::closed_loop::{ClosedLoop, Order, Seat};
 use super::ticks::{substep_s, Clock, Oil, Stopped, Ticks, Warmer};
 use super::{Interrupt, Lifts};
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::lanes::{with_registers, LaneScalar, LaneWork, Precision};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis};
 use crate::outputs::{Readings, OUTPUTS};
@@ -47,26 +47,23 @@ pub fn lower(
     let Some(first) = members.first() else { return Ok(Vec::new()) };
     let names = first.truck.names();
     if let Some(k) = members.iter().position(|member| member.truck.names() != names) {
-        return Err(Error::Argument {
-            name: format!("truck {k}"),
-            value: "of another make than the first".into(),
-            requirement: "of the same effects and numbers of knots, to run beside it".into(),
-        });
+        return refuse(
+            &format!("truck {k}"),
+            "of another make than the first",
+            "of the same effects and numbers of knots, to run beside it",
+        );
     }
-    if clock.time.is_empty() || clock.time.len() != clock.oil_temperature_degc.len() || substeps == 0 {
-        return Err(Error::Argument {
-            name: "clock".into(),
-            value: format!("{} ticks of {substeps} substeps", clock.time.len()),
-            requirement: "a time and an oil temperature for each of one or more ticks of one or more substeps".into(),
-        });
+    if clock.time.is_empty() || clock.time.len() != clock.oil_temperature_degc.len() || !(1..=1000).contains(&substeps)
+    {
+        return refuse(
+            "clock",
+            format!("{} ticks of {substeps} substeps", clock.time.len()),
+            "a time and an oil temperature for each of one or more ticks of 1 to 1000 substeps",
+        );
     }
     for (k, member) in members.iter().enumerate() {
         if let Some(start) = member.start.iter().find(|start| !start.is_finite()) {
-            return Err(Error::Argument {
-                name: format!("start of truck {k}"),
-                value: start.to_string(),
-                requirement: "finite".into(),
-            });
+            return refuse(&format!("start of truck {k}"), start, "finite");
         }
     }
     let h = substep_s(clock.time, substeps);

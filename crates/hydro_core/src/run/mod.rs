@@ -17,7 +17,7 @@ pub mod ticks;
 pub mod variants;
 
 use crate::effects::StateSpec;
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::mast::{resting, Extended, Lift, LiftName, Mast, Physics, Thesis, LIFT_STATES, STATES};
 use crate::scalar::Scalar;
 use crate::solver::statistics::Statistics;
@@ -215,11 +215,7 @@ fn check(inputs: &Inputs, wanted: &[f64], solver: Solver) -> Result<(), Error> {
         expected: format!("{n}, one per command time"),
     };
     if n == 0 {
-        return Err(Error::Argument {
-            name: "command_time".into(),
-            value: "empty".into(),
-            requirement: "at least one time".into(),
-        });
+        return refuse("command_time", "empty", "at least one time");
     }
     if inputs.command.len() != n {
         return Err(shape("command", inputs.command.len()));
@@ -229,27 +225,24 @@ fn check(inputs: &Inputs, wanted: &[f64], solver: Solver) -> Result<(), Error> {
     }
     increasing("command_time", inputs.time)?;
     increasing("time", wanted)?;
-    let bad = |name: &str, value: f64, requirement: &str| {
-        Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
-    };
     if let Some(&first) = wanted.first().filter(|&&first| first < inputs.time[0]) {
-        return bad("time", first, &format!("at or after the first command time, {} s", inputs.time[0]));
+        return refuse("time", first, &format!("at or after the first command time, {} s", inputs.time[0]));
     }
     if let Some(&value) = inputs.command.iter().flatten().find(|u| !(-0.1..=5.0).contains(*u)) {
-        return bad("command", value, "a current between -0.1 and 5 A");
+        return refuse("command", value, "a current between -0.1 and 5 A");
     }
     if let Some(&value) = inputs.oil_temperature_degc.iter().find(|t| !(-50.0..=150.0).contains(*t)) {
-        return bad("oil_temperature", value, "between -50 and 150 degC");
+        return refuse("oil_temperature", value, "between -50 and 150 degC");
     }
     if !(0.0..=2e4).contains(&inputs.load_kg) {
-        return bad("load", inputs.load_kg, "between 0 and 20000 kg");
+        return refuse("load", inputs.load_kg, "between 0 and 20000 kg");
     }
     match solver {
         Solver::Adaptive { tolerance } if !(1e-12..=1e-1).contains(&tolerance) => {
-            bad("tolerance", tolerance, "between 1e-12 and 0.1")
+            refuse("tolerance", tolerance, "between 1e-12 and 0.1")
         }
         Solver::Fixed { substeps } if !(1..=1000).contains(&substeps) => {
-            bad("substeps", substeps as f64, "between 1 and 1000")
+            refuse("substeps", substeps, "between 1 and 1000")
         }
         _ => Ok(()),
     }
@@ -257,14 +250,11 @@ fn check(inputs: &Inputs, wanted: &[f64], solver: Solver) -> Result<(), Error> {
 
 fn increasing(name: &str, time: &[f64]) -> Result<(), Error> {
     let requirement = "finite and strictly increasing";
-    let refuse = |value: f64| {
-        Err(Error::Argument { name: name.into(), value: value.to_string(), requirement: requirement.into() })
-    };
     if let Some(&value) = time.iter().find(|t| !t.is_finite()) {
-        return refuse(value);
+        return refuse(name, value, requirement);
     }
     match time.windows(2).find(|pair| pair[1] <= pair[0]) {
-        Some(pair) => refuse(pair[1]),
+        Some(pair) => refuse(name, pair[1], requirement),
         None => Ok(()),
     }
 }
@@ -302,11 +292,7 @@ fn start_state<const L: usize>(
         }
         return match start.iter().position(|x| !x.is_finite()) {
             None => Ok(start.to_vec()),
-            Some(k) => Err(Error::Argument {
-                name: format!("start, {}", names[k]),
-                value: start[k].to_string(),
-                requirement: "finite".into(),
-            }),
+            Some(k) => refuse(&format!("start, {}", names[k]), start[k], "finite"),
         };
     }
     Ok(resting(lifts, which.map(LiftName::start_position), names.len()))

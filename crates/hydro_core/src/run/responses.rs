@@ -13,7 +13,7 @@ use super::sensitivity::Case;
 use super::ticks::{Between, Oil, Pausing, Ticks, Warmer};
 use super::{check, commanded_names, commands_of, Lifts, Solver};
 use crate::dual::Dual;
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::mast::{Extended, Lift, LiftName, Mast, Physics, Thesis, UnknownInput};
 use crate::outputs::{Readings, OUTPUTS};
 use crate::scalar::Scalar;
@@ -79,11 +79,7 @@ impl Responses {
     ) -> Result<Self, Error> {
         check(&case.inputs, case.wanted, Solver::Fixed { substeps })?;
         if !hats.adjoin() {
-            return Err(Error::Argument {
-                name: "centres".into(),
-                value: format!("{:?}", hats.centres),
-                requirement: "one width apart".into(),
-            });
+            return refuse("centres", format!("{:?}", hats.centres), "one width apart");
         }
         let both = [Lifts::Both];
         let each = LiftName::BOTH.map(Lifts::One);

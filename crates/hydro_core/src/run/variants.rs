@@ -7,7 +7,7 @@ use super::sensitivity::Case;
 use super::side_by_side::{Block, Found, Lane};
 use super::ticks::substep_s;
 use super::{check, Inputs, Lifts, Solver};
-use crate::error::Error;
+use crate::error::{refuse, Error};
 use crate::lanes::{with_registers, Precision};
 use crate::mast::LiftName;
 use crate::outputs::OUTPUTS;
@@ -53,11 +53,7 @@ pub fn simulate_variants(
     for (k, variant) in variants.iter().enumerate() {
         course.check(variant)?;
         if variant.values.len() != size || !limits.hold(&variant.values) {
-            return Err(Error::Argument {
-                name: "values".into(),
-                value: k.to_string(),
-                requirement: "a variant within the bounds of the truck's parameters".into(),
-            });
+            return refuse("values", k, "a variant within the bounds of the truck's parameters");
         }
         steps.push(Some(course.valve_steps(variant)));
     }

@@ -128,7 +128,7 @@ def whole(number: int, given: Mapping[str, Any], folder: Path) -> dict[str, Any]
     """An answer with everything that the score asks for."""
     path = folder / given["folder"] / "campaign.toml"
     try:
-        listed = toml.loads(path.read_text(encoding="utf-8"))
+        listed = toml.loads(path.read_text(encoding="utf-8-sig"))
         recordings = [
             {"file": one["file"], "role": one["role"], "lift": one["lift"], "entered_kg": one["load_kg"]}
             for one in listed["recording"]

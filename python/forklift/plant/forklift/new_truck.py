@@ -64,7 +64,15 @@ def new_truck(name: str, told: Mapping[str, str], base: Truck) -> Truck:
         for key, knots, source in _points(lift, left):
             values[key], sources[key] = knots, source
     for key, text in left.items():
-        if key not in base.values or key.split(".", 1)[1] in _POINTS:
+        side, _, part = key.partition(".")
+        if key in base.values and part in _POINTS:
+            raise ForkliftError(
+                "parameter-unknown",
+                f"{key} is no number of its own; write the knots of the area table as {side}.valve.points, "
+                'such as "0.36:0, 0.5:2.1e-6"',
+                name=key,
+            )
+        if key not in base.values:
             near = get_close_matches(key, base.values, n=1)
             raise ForkliftError(
                 "parameter-unknown",
