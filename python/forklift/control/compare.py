@@ -203,7 +203,9 @@ class ControlComparison:
     passages: tuple[Passage, ...]
 
     def __str__(self) -> str:
-        return f"{table(self.rows)}\n\n{transition.transition_table(self.transitions)}"
+        return (
+            f"{table(self.rows, measured_on=self.truck)}\n\n{transition.transition_table(self.transitions)}"
+        )
 
     @property
     def command(self) -> str | None:
@@ -404,25 +406,29 @@ def _row(request: NDArray[np.int32], reference: Floats, speed: Floats) -> tuple[
     )
 
 
-def measured(row: Row) -> tuple[float, float] | None:
-    """NRMSE [%] over two reference signals that the thesis measured in a row's place; None if it did not."""
+def measured(row: Row, truck: Truck) -> tuple[float, float] | None:
+    """NRMSE [%] over two reference signals that the thesis measured in a row's place; None if it did not, or
+    of another truck."""
+    if truck.sha256 != Truck.read("thesis").sha256:
+        return None
     known = MEASURED.get((row.lift, round(row.oil_temperature_degc), round(row.load_kg)))
     place = {"thesis": 0, "today": 1}.get(row.controller)
     return known[place] if known and place is not None else None
 
 
-def table(rows: Sequence[Row]) -> str:
-    """The rows as Tables 5.6 and 5.7 lay them out, with the thesis's own figures beside them."""
+def table(rows: Sequence[Row], *, measured_on: Truck) -> str:
+    """The rows as Tables 5.6 and 5.7 lay them out; of the thesis's truck its own figures beside them."""
+    wide = max(12, 2 + max((len(row.controller) for row in rows), default=0))
     head = (
-        f"{'lift':<5}{'degC':>5}{'kg':>6}  {'controller':<12}{'NRMSE [%]':>13}{'160ms late':>13}"
+        f"{'lift':<5}{'degC':>5}{'kg':>6}  {'controller':<{wide}}{'NRMSE [%]':>13}{'160ms late':>13}"
         f"{'swing [m/s]':>12}{'error [%]':>10}  thesis measured [%]"
     )
     lines = [head]
     for row in sorted(rows, key=lambda r: (r.lift, r.oil_temperature_degc, r.load_kg)):
-        known = measured(row)
+        known = measured(row, measured_on)
         printed = "{:.0f} - {:.0f}".format(*known) if known else ""
         lines.append(
-            f"{row.lift:<5}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}  {row.controller:<12}"
+            f"{row.lift:<5}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}  {row.controller:<{wide}}"
             f"{min(row.nrmse_percent):>6.1f} -{max(row.nrmse_percent):>5.1f}"
             f"{min(row.perfect_percent):>6.1f} -{max(row.perfect_percent):>5.1f}"
             f"{row.oscillation_m_s:>12.4f}{row.error_percent:>10.2f}  {printed}"

@@ -155,9 +155,10 @@ def measured(one: Lowering, run: Lowered, place: int, level_mm_s: int) -> Transi
 
 def transition_table(rows: Sequence[Transition]) -> str:
     """Dip and spike, the controllers of an operating point one under the other."""
+    wide = max(12, 2 + max((len(row.controller) for row in rows), default=0))
     lines = [
-        f"{'m/s':<5}{'degC':>5}{'kg':>6}  {'controller':<12}{'before':>8}{'after':>8}{'dip':>8}{'spike':>8}"
-        f"  [m/s]{'lasts [s]':>11}"
+        f"{'m/s':<5}{'degC':>5}{'kg':>6}  {'controller':<{wide}}{'before':>8}{'after':>8}"
+        f"{'dip':>8}{'spike':>8}  [m/s]{'lasts [s]':>11}"
     ]
     for row in sorted(rows, key=lambda r: (r.level_m_s, r.oil_temperature_degc, r.load_kg)):
         place = f"{row.level_m_s:<5.1f}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}"
@@ -165,5 +166,5 @@ def transition_table(rows: Sequence[Transition]) -> str:
             f"{row.before_m_s:>8.3f}{row.after_m_s:>8.3f}{row.dip_m_s:>8.3f}{row.spike_m_s:>8.3f}"
             f"       {row.duration_s:>11.2f}"
         )
-        lines.append(f"{place}  {row.controller:<12}{numbers.replace('nan', '  —')}")
+        lines.append(f"{place}  {row.controller:<{wide}}{numbers.replace('nan', '  —')}")
     return "\n".join(lines)

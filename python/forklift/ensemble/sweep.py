@@ -234,11 +234,12 @@ def sweep(
     tally = begun(members)
     if scheduler is not None and out is None:
         raise ForkliftError("argument-invalid", "a sweep on a scheduler needs a folder; give out", name="out")
+    elsewhere = _elsewhere(members, scheduler)  # before anything is written: it may not answer
     sequence = ConfidenceSequence(total) if spec.sampling == "independent" else None
     kept: list[pl.DataFrame] = []
     clock, made = time.perf_counter(), 0
     with _kept_in(Path(out), members) if out is not None else nullcontext() as folder:
-        for table, new in chunks.all_of(members, folder, elsewhere=_elsewhere(members, scheduler)):
+        for table, new in chunks.all_of(members, folder, elsewhere=elsewhere):
             before = tally.failures
             tally.add(table)
             made += len(table) * new

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from forklift.base import toml
 from forklift.base.errors import ForkliftError
-from forklift.recordings.channels import Lifts, table
+from forklift.recordings.channels import Lifts, names_other_lift, table
 from forklift.recordings.formats import format_of
 from forklift.recordings.formats.mapping import ChannelMap, Source
 from forklift.recordings.formats.signals import Place, quoted
@@ -268,7 +268,8 @@ def _check_channels(found: CampaignFile, place: Place, text: str) -> None:
         line = line_of(text, ("channels", name))
         at: dict[str, Any] = {"line": line, "channel": source.channel, "column": name}
         if source.channel not in table():
-            near = get_close_matches(source.channel, table(), n=1)
+            alike = [one for one in table() if not names_other_lift(one, source.channel)]
+            near = get_close_matches(source.channel, alike, n=1)
             hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(table())}"
             raise place.error(
                 "channel-unknown",

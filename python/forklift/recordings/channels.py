@@ -25,6 +25,12 @@ def commanded(lift: Lifts) -> tuple[Lift, ...]:
     return LIFTS if lift == "both" else (lift,)
 
 
+def names_other_lift(name: str, channel: str) -> bool:
+    """Whether `name` is of the other lift than `channel`, so that one cannot stand for the other."""
+    own, other = ({lift for lift in LIFTS if lift in one.lower().split("_")} for one in (channel, name))
+    return bool(own and other) and own != other
+
+
 TIME = "time_s"
 COMMANDS = ("current_free_a", "current_main_a")
 """The commanded currents: known at every instant, held from one sample until the next."""
@@ -115,4 +121,6 @@ def conversions(unit: str) -> tuple[Conversion, ...]:
 
 def looks_like(channel: Channel, values: Floats) -> list[Conversion]:
     """The conversions after which finite `values` would keep to all limits of `channel`."""
+    if channel.fits(-values):
+        return [Conversion("a sensor that counts the other way", -1.0)]
     return [unit for unit in conversions(channel.unit) if channel.fits(values * unit.scale + unit.offset)]

@@ -231,10 +231,14 @@ def _wrong_unit(
 ) -> ForkliftError:
     best = likely[0]
     names = " or ".join(found.name for found in likely)
-    do = f"add {best.offset:g} to it" if best.offset else f"multiply it by {best.scale:g}"
+    how = [f"add {one.offset:g} to it" if one.offset else f"multiply it by {one.scale:g}" for one in likely]
+    if len(likely) == 1:
+        do = how[0]
+    else:
+        do = ", ".join(f"{way} if it is {one.name}" for way, one in zip(how, likely, strict=True))
     return place.error(
         "unit-wrong",
-        f"{told}: it looks like {names}; {do}, by hand or with scale and offset in [channels]",
+        f"{told}: it looks like {names}; {do}; by hand, or with scale and offset in [channels]",
         row=row,
         channel=channel.name,
         unit=channel.unit,

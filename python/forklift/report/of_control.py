@@ -25,13 +25,15 @@ DASHES = ("solid", "dash", "longdash")
 
 def control_page(told: ControlComparison) -> str:
     """The page of a comparison of controllers."""
+    from forklift.control.closed_loop import DELAY_TICKS, TICK_S
+
     names = [one.name for one in told.controllers]
-    late = f", {told.later_ticks:+d} ticks" if told.later_ticks else ""
+    free, main = (round(1e3 * TICK_S) * (ticks + told.later_ticks) for ticks in DELAY_TICKS.values())
     about = (
         f"Controllers {', '.join(f'“{name}”' for name in names)} on the truck “{told.truck.name}”, "
         f"simulated in closed loop: both lifts, loads of 0, 800 and "
         f"1500 kg, oil of 20, "
-        f"40 and 60 °C, two reference signals; 160 ms from sensors to speed{late}"
+        f"40 and 60 °C, two reference signals; {free} ms from sensors to valve (main lift {main} ms)"
     )
     verdict, *more = _verdict(told)
     sections = [_following(told), _curves(told), _transition(told), _provenance(told)]
@@ -189,7 +191,7 @@ def _following(told: ControlComparison) -> Section:
             if of != lift:
                 continue
             for name, row in found.items():
-                known = measured(row)
+                known = measured(row, told.truck)
                 rows.append(
                     [
                         f"{t:.0f}",

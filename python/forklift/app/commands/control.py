@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from forklift.app.interruption import keeping
 from forklift.app.terminal import tuning
 from forklift.base import output
 
@@ -158,7 +159,7 @@ def tune(
     delays = None if delay is None else dict.fromkeys(DELAY_TICKS, delay)
     with_ = tuple(part for part in methods.split(",") if part)
     kept = out.with_name(f"{out.name}.search")
-    with tuning() as progress:
+    with tuning() as progress, keeping(kept, "the same command"):
         found = tuned(
             Controller.read(controller),
             Truck.read(truck),

@@ -162,7 +162,7 @@ def _area(lift: str, left: dict[str, str]) -> list[tuple[str, float, str]]:
         (
             area,
             cylinders * pi * diameter**2 / 4.0,
-            f"{source}: {cylinders:g} bore of {bore}",
+            f"{source}: the bore of {cylinders:g} cylinder{'' if cylinders == 1.0 else 's'}",
         )
     ]
 

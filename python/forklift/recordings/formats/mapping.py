@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from forklift.recordings import units
-from forklift.recordings.channels import REQUIRED, TIME, table
+from forklift.recordings.channels import REQUIRED, TIME, names_other_lift, table
 from forklift.recordings.clocks import TIME_SUFFIX
 from forklift.recordings.formats import Format
 from forklift.recordings.formats.signals import Place, Series, Signals, quoted
@@ -178,8 +178,8 @@ class Choice:
         """The error that nothing in the file is `channel`."""
         return self.place.error(
             "column-missing",
-            f"there is no column {channel}{_near(channel, names)}; add it, or name the column that is "
-            f"{channel} in [channels] of campaign.toml",
+            f"there is no column {channel}{_near(channel, names, channel)}; add it, or name the column that "
+            f"is {channel} in [channels] of campaign.toml",
             line=self._header,
             channel=channel,
         )
@@ -199,7 +199,7 @@ class Choice:
                 raise self.place.error(
                     "source-missing",
                     f"[channels] takes the time of {quoted(name)} from {quoted(source.time)}, which the file "
-                    f"does not have{_near(source.time, names)}; correct the name",
+                    f"does not have{_near(source.time, names, source.channel)}; correct the name",
                     line=self._header,
                     channel=source.channel,
                     column=source.time,
@@ -330,7 +330,7 @@ class Choice:
         if self.format.picks:
             return False
         what = f"column {quoted(name)} is no channel" if name else "a column has no name"
-        near = _near(name, [known for known in self.known if known not in self._taken()])
+        near = _near(name, [known for known in self.known if known not in self._taken()], name)
         raise self.place.error(
             "column-unknown",
             f"{what}{near}; rename it, map it in [channels] of campaign.toml, or list it in ignore",
@@ -347,7 +347,7 @@ class Choice:
         return self.place.error(
             "source-missing",
             f"[channels] takes {source.channel} from {quoted(name)}, which the file does not have"
-            f"{_near(name, names)}; correct the name, or take it out of [channels]",
+            f"{_near(name, names, source.channel)}; correct the name, or take it out of [channels]",
             line=self._header,
             channel=source.channel,
             column=name,
@@ -359,6 +359,7 @@ class Choice:
         return 1 if self.format.name == "csv" else None
 
 
-def _near(name: str, names: Sequence[str]) -> str:
-    near = get_close_matches(name, names, n=1)
+def _near(name: str, names: Sequence[str], channel: str) -> str:
+    """The name nearest to one that is missing for `channel`; none of the other lift's."""
+    near = get_close_matches(name, [one for one in names if not names_other_lift(one, channel)], n=1)
     return f" (did you mean {quoted(near[0])}?)" if near and near[0] != name else ""
