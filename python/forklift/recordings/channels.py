@@ -121,6 +121,4 @@ def conversions(unit: str) -> tuple[Conversion, ...]:
 
 def looks_like(channel: Channel, values: Floats) -> list[Conversion]:
     """The conversions after which finite `values` would keep to all limits of `channel`."""
-    if channel.fits(-values):
-        return [Conversion("a sensor that counts the other way", -1.0)]
     return [unit for unit in conversions(channel.unit) if channel.fits(values * unit.scale + unit.offset)]
