@@ -160,7 +160,7 @@ def test_the_command_in_the_json_repeats_the_fit(null_fit):
     )  # fmt: skip
     assert command(again) == (
         f"forklift fit {null_fit.origin.folder} --truck thesis --starts 2 --profile free.bulk.a_1 "
-        "--hold free.valve.omega --together free.bulk.a_1,free.cylinder.V_0 --load-width 5.0 --out result"
+        "--hold free.valve.omega --together free.bulk.a_1,free.cylinder.V_0 --load-width 5.0 --out fitted"
     )
 
 

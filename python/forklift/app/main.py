@@ -98,10 +98,10 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(run(arguments))
 
 
-def _terminated(number: int, _: object) -> None:
-    """Leave as an exception does, so that nothing half-written stays behind."""
+def _terminated(*_: object) -> None:
+    """As Ctrl-C, so that what can be kept is, and nothing half-written stays behind."""
     interruption.terminated()
-    sys.exit(128 + number)
+    raise KeyboardInterrupt
 
 
 def run(arguments: list[str] | None = None) -> int:

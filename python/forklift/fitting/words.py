@@ -36,7 +36,7 @@ def _interrupted(fit: Fitted) -> str:
     count, noun = fit.found.evaluations, fit.machine.words.noun
     return (
         f"Interrupted after {count} evaluation{'s' * (count != 1)}: this is the best {noun} so far, and not "
-        "the best there is."
+        "the best there is. Run it again, to its end, for what follows from it."
     )
 
 
@@ -78,9 +78,10 @@ def _part(fit: Fitted, part: str) -> str:
         )
     else:
         bad = _recordings(fit, (found for found in seen if not found.explained))
+        why = "so far" if fit.interrupted else "no values of these parameters explain the recordings:"
         text = (
-            f"{_head(fit, part)}no values of these parameters explain the recordings: in "
-            f"{len(bad)} of {what} more than the sensors' noise is left over, up to {size}"
+            f"{_head(fit, part)}{why} in {len(bad)} of {what} more than the sensors' noise is left over, "
+            f"up to {size}"
         )
     return " ".join([capital(f"{text}."), *_gain(fit, part)])
 
@@ -177,7 +178,7 @@ def _operating_points(fit: Fitted, part: str, left: Mapping[str, float], total: 
 
 
 def _starts(fit: Fitted) -> Iterator[str]:
-    if len(fit.ends) < 2:
+    if len(fit.ends) < 2 or fit.interrupted:
         return
     agreeing = sum(end.same for end in fit.ends)
     if agreeing == 1:

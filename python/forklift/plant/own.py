@@ -27,6 +27,7 @@ from forklift.plant.sensor_faults import SensorUnknown
 from forklift.plant.sensors import sensors
 from forklift.plant.splits import splits
 from forklift.plant.subject import (
+    OUT,
     Drive,
     Labels,
     Possible,
@@ -375,7 +376,7 @@ class PlantSubject(NumpyMachine):
         """With the file that the plant came from."""
         if not self.origin:
             return None
-        words = ["forklift", verb, str(folder), "--machine", self.origin, *options, "--out", "result"]
+        words = ["forklift", verb, str(folder), "--machine", self.origin, *options, "--out", OUT[verb]]
         return shlex.join(words)
 
     @property

@@ -251,6 +251,10 @@ class Words(Protocol):
         """Of an effect that the catalogue knows its equation, how it shows itself, and its source."""
 
 
+OUT = {"compare": "result", "fit": "fitted", "diagnose": "found"}
+"""The folder that a verb's command names: one verb does not write over another's result."""
+
+
 class Subject(Machine, Protocol):
     """A machine with what a diagnosis asks of it."""
 

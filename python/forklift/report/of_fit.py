@@ -102,6 +102,8 @@ def _next(fit: Fit) -> Fact:
     """What a reader does with the fit."""
     question, noun = "What to do next?", fit.machine.words.noun
     kept = f"{fit.machine.file}, beside this page, is the fitted {noun}."
+    if fit.interrupted:
+        return Fact(question, "Run it to its end.", [kept])
     if fit.complete:
         return Fact(question, f"Use the fitted {noun}.", [kept])
     command = fit.origin.command(fit.machine, "diagnose")

@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
+from forklift.app import interruption
 from forklift.app.machines import asked_for
-from forklift.app.options import INTERRUPTED, Json, Machine, TruckName
+from forklift.app.options import Json, Machine, TruckName
 from forklift.app.terminal import print_json, print_tables, say_written, searching
 
 EXAMPLE = "Example: forklift fit campaign --truck thesis --out fitted"
@@ -85,4 +86,4 @@ def fit(
     if result.interrupted:
         noun = result.machine.words.noun
         print(f"forklift: interrupted; the best {noun} so far is in {out}.", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(interruption.status())

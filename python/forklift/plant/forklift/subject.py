@@ -40,7 +40,7 @@ from forklift.plant.forklift.vocabulary import ForkliftWords
 from forklift.plant.parameter import Unknown
 from forklift.plant.protocol import Case, Hypothesis
 from forklift.plant.sensor_faults import SensorUnknown
-from forklift.plant.subject import Drive, Labels, Possible, Residual, Signal, Sources, Split, Term, Use
+from forklift.plant.subject import OUT, Drive, Labels, Possible, Residual, Signal, Sources, Split, Term, Use
 from forklift.recordings.campaign import Campaign
 from forklift.recordings.channels import LIFTS, Lift, commanded
 from forklift.recordings.noise import Sensor
@@ -335,7 +335,7 @@ class ForkliftSubject(Forklift):
         given = self.oil_temperature_degc
         option = ["--load-width", repr(self.load_width_kg)] if self.load_width_kg and verb == "fit" else []
         option += [] if given is None else ["--temperature", repr(given)]
-        words = ["forklift", verb, str(folder), "--truck", name, *options, *option, "--out", "result"]
+        words = ["forklift", verb, str(folder), "--truck", name, *options, *option, "--out", OUT[verb]]
         return shlex.join(words)
 
     @property
