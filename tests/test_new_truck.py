@@ -50,6 +50,10 @@ def test_table_points_are_taken():
     assert made.sources["free.valve.table_area"] == "flow bench"
 
 
+def test_the_nearest_name_is_told_also_of_what_stands_for_another():
+    assert "'free.bore'" in raised(lambda: new_truck("mine", {"free.bor": "55 mm"}, THESIS)).message
+
+
 def test_a_tables_column_is_told_how_it_is_written():
     error = raised(lambda: new_truck("mine", {"main.valve.table_area": "2e-6"}, THESIS))
     assert "main.valve.points" in error.message

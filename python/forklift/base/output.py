@@ -14,6 +14,9 @@ from forklift.base.errors import ForkliftError
 if TYPE_CHECKING:
     import polars as pl
 
+CAMPAIGN = "campaign.toml"
+"""The file that lists a campaign's recordings; nothing of them is ever replaced by a single result."""
+
 
 def write_file(path: str | Path, write: Callable[[Path], None]) -> Path:
     """Let `write` fill a temporary sibling of `path`, then rename it to `path`.
@@ -53,12 +56,12 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def check_file(path: str | Path) -> Path:
-    """`path` if a file may be written there, over an earlier one or anew.
+    """`path` if a file may be written there, over an earlier one or anew, but for a part of a campaign.
 
     Raises
     ------
     ForkliftError
-        ``"not-writable"``.
+        ``"not-writable"``; ``"output-exists"`` for a ``campaign.toml`` and the recordings that it lists.
     """
     path = _named(path)
     try:
@@ -67,8 +70,48 @@ def check_file(path: str | Path) -> Path:
             raise ForkliftError(
                 "not-writable", f"{path} is a folder; give the name of a file to write", file=str(path)
             )
+        if path.is_file() and (campaign := _campaign_of(path)):
+            raise ForkliftError(
+                "output-exists",
+                f"{path} belongs to the campaign in {campaign}, so it is left alone; name another file",
+                file=str(path),
+            )
     except OSError as error:  # a name too long, say
         raise _not_writable(path, error) from None
+    return path
+
+
+def _campaign_of(path: Path) -> Path | None:
+    """The folder of the campaign that a file is a part of: its list, or what that lists."""
+    for folder in path.absolute().parents[:3]:
+        listed = folder / CAMPAIGN
+        if not listed.is_file():
+            continue
+        name = path.absolute().relative_to(folder).as_posix()
+        text = listed.read_text(encoding="utf-8", errors="replace")
+        if name == CAMPAIGN or any(f"{mark}{name}{mark}" in text for mark in ('"', "'")):
+            return folder
+    return None
+
+
+def check_alike(path: str | Path, what: str, read: Callable[[Path], object]) -> Path:
+    """`path` as `check_file` has it, if nothing stands there or what `read` reads: `what` would be written.
+
+    Raises
+    ------
+    ForkliftError
+        ``"output-exists"`` for anything else; those of `check_file`.
+    """
+    path = check_file(path)
+    if path.exists():
+        try:
+            read(path)
+        except ForkliftError:
+            raise ForkliftError(
+                "output-exists",
+                f"{path} is no {what}, so it is left alone; name another file for the {what}",
+                file=str(path),
+            ) from None
     return path
 
 

@@ -202,7 +202,14 @@ class Controller:
         return cls(found.name, found.shared, found.free, found.main, found.word)
 
     def write(self, path: str | Path) -> Path:
-        """Write the TOML file that `read` reads back equal; whole or not at all."""
+        """Write the TOML file that `read` reads back equal; whole or not at all.
+
+        Raises
+        ------
+        ForkliftError
+            ``"not-writable"``; ``"output-exists"`` if something else than a controller stands there.
+        """
+        output.check_alike(path, "controller", Controller.read)
         return output.write_text(path, _toml(self))
 
     @property

@@ -27,7 +27,7 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
 
-from forklift.base import toml
+from forklift.base import output, toml
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
 from forklift.plant.calls import line_in
@@ -39,7 +39,7 @@ from forklift.recordings.channels import TIME
 from forklift.recordings.clocks import EVEN, SAME_INSTANT_S, Rows, Sampled, union
 from forklift.recordings.formats.signals import Place, Series
 
-FILE = "campaign.toml"
+FILE = output.CAMPAIGN
 NAME = "machine"
 """What the plant is called in the machine's file."""
 TIMES = ("time_s", "time", "t", "Time", "time [s]")

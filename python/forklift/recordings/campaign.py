@@ -21,7 +21,7 @@ from forklift.recordings.recording import Recording
 if TYPE_CHECKING:
     from forklift.recordings.campaign_file import CampaignFile
 
-FILE = "campaign.toml"
+FILE = output.CAMPAIGN
 MAPPING = "channels.toml"
 """How the logs of a converted campaign were mapped."""
 

@@ -120,7 +120,7 @@ def for_truck(
     from forklift.plant.forklift.truck import Truck
 
     output.check_suffix(out, (".toml",))
-    output.check_file(out)
+    output.check_alike(out, "controller", Controller.read)
     verb(Controller.read(controller), Truck.read(truck), oil_temperature_degc=temperature).write(out)
     typer.echo(f"wrote {out}")
 
@@ -156,6 +156,7 @@ def tune(
     from forklift.plant.forklift.truck import Truck
 
     output.check_suffix(out, (".toml",))
+    output.check_alike(out, "controller", Controller.read)
     delays = None if delay is None else dict.fromkeys(DELAY_TICKS, delay)
     with_ = tuple(part for part in methods.split(",") if part)
     kept = out.with_name(f"{out.name}.search")

@@ -48,7 +48,13 @@ def new(
     from forklift.plant.forklift.truck import Truck
 
     check_name(name)
-    output.check_file(out)
+    if output.check_file(out).exists():
+        raise ForkliftError(
+            "output-exists",
+            f"{out} is there, and what it tells would be lost; name another file (--from {out} goes on from "
+            "what it tells)",
+            file=str(out),
+        )
     output.check_suffix(out, (".toml",))
     start = Truck.read(base)
     known: dict[str, str] = {}

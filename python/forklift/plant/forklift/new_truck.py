@@ -73,7 +73,8 @@ def new_truck(name: str, told: Mapping[str, str], base: Truck) -> Truck:
                 name=key,
             )
         if key not in base.values:
-            near = get_close_matches(key, base.values, n=1)
+            spoken = [f"{lift}.{one}" for lift in LIFTS for one in ("bore", "cylinders", "valve.points")]
+            near = get_close_matches(key, [*spoken, *base.values], n=1)
             raise ForkliftError(
                 "parameter-unknown",
                 f"there is no parameter {key!r}"

@@ -121,7 +121,14 @@ class Truck(Listed, Celled):
         }
 
     def write(self, path: str | Path) -> Path:
-        """Write the TOML file that `Truck.read` reads back equal; whole or not at all."""
+        """Write the TOML file that `Truck.read` reads back equal; whole or not at all.
+
+        Raises
+        ------
+        ForkliftError
+            ``"not-writable"``; ``"output-exists"`` if something else than a truck stands there.
+        """
+        output.check_alike(path, "truck", truck_file.read)
         return output.write_file(
             path, lambda temporary: truck_file.write(temporary, self.name, self.values, self.sources)
         )
