@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from forklift import _core
 from forklift.base import output, toml
 from forklift.base.errors import ForkliftError
+from forklift.base.malformed import first_wrong
 from forklift.plant.forklift.speed_table import speed_to_current
 from forklift.plant.forklift.truck import Truck
 from forklift.recordings.channels import LIFTS, Lift
@@ -194,10 +195,9 @@ class Controller:
                 "toml-syntax", f"{path}: this is not TOML ({error})", file=str(path)
             ) from None
         except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(str(part) for part in first["loc"])
+            wrong = first_wrong(error, _File)
             raise ForkliftError(
-                "controller-malformed", f"{path}: {where}: {first['msg']}", file=str(path), name=where
+                "controller-malformed", f"{path}: {wrong.sentence}", file=str(path), name=wrong.name
             ) from None
         return cls(found.name, found.shared, found.free, found.main, found.word)
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from forklift.base import toml
 from forklift.base.errors import ForkliftError
+from forklift.base.malformed import first_wrong
 from forklift.ensemble.tables import conditions, signals
 from forklift.recordings.channels import Lift, Lifts, commanded
 
@@ -285,16 +286,9 @@ def check(document: Mapping[str, Any], where: str = "sweep") -> Specification:
     try:
         found = Specification.model_validate(document)
     except ValidationError as error:
-        wrong = error.errors(include_url=False, include_context=False)[0]
-        name = ".".join(str(part) for part in wrong["loc"]) or "the file"
-        code = "key-unknown" if wrong["type"] == "extra_forbidden" else "value-invalid"
-        what = "there is no such key" if code == "key-unknown" else wrong["msg"]
-        raise ForkliftError(
-            code,
-            f"{where}: {name} is wrong ({what[:1].lower()}{what[1:]}); correct it",
-            name=name,
-            file=where,
-        ) from None
+        wrong = first_wrong(error, Specification)
+        code = "key-unknown" if wrong.unknown else "value-invalid"
+        raise ForkliftError(code, f"{where}: {wrong.sentence}", name=wrong.name, file=where) from None
     for name, vary in found.vary.items():
         vary.kind(name)
     for one in found.correlate:

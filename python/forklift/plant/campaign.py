@@ -30,6 +30,7 @@ from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
 from forklift.base import output, toml
 from forklift.base.arrays import Floats
 from forklift.base.errors import ForkliftError
+from forklift.base.malformed import first_wrong
 from forklift.plant.calls import line_in
 from forklift.plant.parts import Plant
 from forklift.plant.recording import Recording
@@ -213,11 +214,9 @@ def _document(path: Path) -> tuple[_Document, str]:
         text = data.decode("utf-8-sig")
         return _Document.model_validate(toml.loads(text)), text
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        loc = first["loc"][:1] if first["loc"][0] == "dbc" else first["loc"]
-        key = ".".join(str(part) for part in loc if part != _Source.__name__)
+        wrong = first_wrong(error, _Document)
         raise ForkliftError(
-            "campaign-invalid", f"{path}: {key}: {first['msg'].lower()}; correct it", file=str(path), name=key
+            "campaign-invalid", f"{path}: {wrong.sentence}", file=str(path), name=wrong.name
         ) from error
     except (ValueError, RecursionError) as error:
         raise ForkliftError(
