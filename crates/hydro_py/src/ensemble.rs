@@ -27,6 +27,9 @@ use crate::errors::raise;
 use crate::truck::{argument, lifts_of, PyTruck};
 use crate::watch::watched;
 
+/// Of a sweep: more than any one machine has, so that more are a mistake.
+const MOST_THREADS: usize = 1024;
+
 /// Lowerings of one truck, varied.
 #[pyclass(name = "Ensemble", module = "forklift._core", frozen)]
 pub struct PyEnsemble {
@@ -313,6 +316,9 @@ impl PyEnsemble {
                 trial.check_of(requirement).map_err(|e| of_requirement(name, e))?;
             }
             trial.check()?;
+            if threads > MOST_THREADS {
+                return Err(argument("threads", &threads.to_string(), &format!("at most {MOST_THREADS}; 0 takes all")));
+            }
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.map_err(|e| argument("threads", &threads.to_string(), &format!("possible here ({e})")))?;
             Ok(PyEnsemble { trial, fleet, names: vary.into_iter().map(|(name, ..)| name).collect(), pool })

@@ -19,7 +19,7 @@ pub enum Verdict {
 pub const VERDICTS: &[(Verdict, &str, &str)] = &[
     (Verdict::Stable, "stable", "every requirement is met"),
     (Verdict::MissedTarget, "missed_target", "a requirement on following the reference, or any other, is broken"),
-    (Verdict::Overspeed, "overspeed", "an upper bound on the speed is broken"),
+    (Verdict::Overspeed, "overspeed", "an upper bound on the speed, which has no other, is broken"),
     (
         Verdict::SustainedOscillation,
         "sustained_oscillation",
@@ -51,6 +51,8 @@ pub const STEADY_SHARE: f64 = 0.1;
 /// second; not a number where it has no two steady seconds. Only a peak to peak speaks of an oscillation.
 pub fn of_broken(requirement: &Requirement, growth: f64) -> Verdict {
     let swings = requirement.peak_to_peak_s.is_some();
+    // Of two bounds either may be the one that is broken.
+    let from_below = matches!(requirement.template, Template::Always { lower, .. } if lower > f64::NEG_INFINITY);
     match requirement.template {
         Template::NeverAfterSettling { .. } if swings && growth > libm::log(1.0 + STEADY_SHARE) => Verdict::Divergence,
         Template::NeverAfterSettling { .. } if swings && growth < libm::log(1.0 - STEADY_SHARE) => {
@@ -58,7 +60,7 @@ pub fn of_broken(requirement: &Requirement, growth: f64) -> Verdict {
         }
         Template::NeverAfterSettling { .. } if swings => Verdict::LimitCycle,
         Template::Always { upper, .. } | Template::NeverAfterSettling { upper, .. }
-            if !swings && requirement.signal == Signal::Speed && upper < f64::INFINITY =>
+            if !swings && requirement.signal == Signal::Speed && upper < f64::INFINITY && !from_below =>
         {
             Verdict::Overspeed
         }
@@ -109,6 +111,7 @@ mod tests {
         assert_eq!(of(Signal::Speed, None, most), Verdict::Overspeed);
         assert_eq!(of(Signal::Speed, None, later), Verdict::Overspeed);
         assert_eq!(of(Signal::Speed, None, least), Verdict::MissedTarget);
+        assert_eq!(of(Signal::Speed, None, always(0.1, 0.6)), Verdict::MissedTarget);
         assert_eq!(of(Signal::Speed, Some(1.0), most), Verdict::MissedTarget);
         assert_eq!(of(Signal::Pressure, None, most), Verdict::MissedTarget);
         assert_eq!(of(Signal::Error, None, later), Verdict::MissedTarget);
