@@ -96,10 +96,12 @@ pub fn ranges(config: &Config) -> Vec<Range> {
     add("smooth", ramp, ramp, SPEED_SHIFT);
     add("early", ramp, ramp, SPEED_SHIFT);
     let mut asked = [ramp; 2];
-    for (asked, ratio) in asked.iter_mut().zip(&config.ratio) {
+    for (k, (asked, ratio)) in asked.iter_mut().zip(&config.ratio).enumerate() {
         *asked = Interval::of(ratio).times(ramp).shifted(FACTOR_SHIFT);
-        add("wanted", *asked, *asked, SPEED_SHIFT);
-        add("asked", *asked, *asked, SPEED_SHIFT);
+        for variable in ["wanted", "asked"] {
+            let (owner, scale) = (k + 1, SPEED_SHIFT);
+            rows.push(Range { owner, variable, reach: *asked, kept: *asked, scale, unit: "mm/s" });
+        }
     }
     let temperature = Interval(i128::from(config.temperature_least), i128::from(config.temperature_most));
     for (k, lift) in config.lifts.iter().enumerate() {
@@ -178,7 +180,9 @@ fn of_lift(rows: &mut Vec<Range>, owner: usize, config: &LiftConfig, asked: Inte
     let order = Interval::of(&config.table).plus(base).plus(shift);
     let limits = Interval(i128::from(config.i_min), i128::from(config.i_max));
     let order = add("order", "mA", order, limits, CURRENT_SHIFT);
-    add("current", "mA", order.shifted(CURRENT_SHIFT), all, 0);
+    // Without a speed asked for the valve is shut: no current, whatever the least while lowering is.
+    let Interval(least, most) = order.shifted(CURRENT_SHIFT);
+    add("current", "mA", Interval(least.min(0), most.max(0)), all, 0);
 }
 
 /// The largest product and sum of a tick's 64-bit arithmetic: what must stay below 2^63.
