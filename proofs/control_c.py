@@ -247,8 +247,6 @@ def outside_the_crates_ranges(controller, folder: Path) -> list[str]:  # type: i
         for name, key in ((row["variable"], "kept"), (f"{row['variable']} before saturation", "reach")):
             low, high = printed.get(name, row[key])
             printed[name] = (min(low, row[key][0]), max(high, row[key][1]))
-    # With a reference of zero the valve is shut, whatever the table's first knot is.
-    printed["current"] = (min(printed["current"][0], 0), printed["current"][1])
     ranges = eva_ranges(folder, (end for row in controller.core.ranges() for end in row["kept"]))
     wanted = {(function, name) for function, names in RANGED.items() for name in names}
     if wanted - set(ranges):

@@ -363,6 +363,23 @@ def test_vectors_of_other_length_than_their_time_are_refused(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (np.full(ROWS, 1.0 + 1.0j), "complex"),
+        (3.0, "a single value"),
+        (np.zeros((0, 0)), "empty"),
+        (np.zeros((ROWS, 2)), f"an array of {ROWS} x 2"),
+        ({"value": np.zeros(ROWS)}, "a struct"),
+    ],
+)
+def test_a_mat_variable_named_as_a_channel_is_not_passed_over(values, said, tmp_path):
+    folder = make_mapped(tmp_path / "mapped", ".mat", foreign() | {"position_free_m": values})
+    error = raised(Campaign.read, folder)
+    assert (error.code, error.channel) == ("column-no-signal", "position_free_m")
+    assert f"position_free_m is {said}, where" in error.message
+
+
 def test_a_mat_file_without_time_is_refused(tmp_path):
     columns = foreign()
     del columns["t"]

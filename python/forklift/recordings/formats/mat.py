@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from forklift.base.arrays import Floats
+from forklift.recordings.channels import table
 from forklift.recordings.formats.optional import require
 from forklift.recordings.formats.signals import Choose, Place, Series, Signals
 
@@ -34,7 +35,8 @@ def read(place: Place, choose: Choose) -> Signals:
     Raises
     ------
     ForkliftError
-        ``"extra-missing"`` if h5py is needed and not there, and what `choose` raises.
+        ``"extra-missing"`` if h5py is needed and not there, ``"column-no-signal"`` for a variable that is
+        called as a channel and is no vector of real numbers, and what `choose` raises.
     """
     with Path(place.path).open("rb") as file:
         head = file.read(_USERBLOCKS[-1] + len(_HDF5))
@@ -42,7 +44,28 @@ def read(place: Place, choose: Choose) -> Signals:
     series: dict[str, Series] = {}
     for name, node in tree.items():
         _collect(name, node, None, series)
+        if name in table() and name not in series:
+            raise place.error(
+                "column-no-signal",
+                f"{name} is {_said(node)}, where a vector of real numbers is wanted; write it as one, or "
+                "rename it if it is something else",
+                channel=name,
+            )
     return Signals({name: series[name] for name in choose(list(series))})
+
+
+def _said(node: Any) -> str:
+    """What a variable is that is no signal."""
+    node = node.values if isinstance(node, _Leaf) else node
+    if not isinstance(node, np.ndarray):
+        return "a struct" if isinstance(node, dict) else "no array of numbers"
+    if node.size == 0:
+        return "empty"
+    if node.size == 1:
+        return "a single value"
+    if node.dtype.kind == "c":
+        return "complex"
+    return f"an array of {' x '.join(map(str, node.shape))}"
 
 
 @dataclass(frozen=True)
