@@ -58,7 +58,7 @@ def _wanted(kind: str, found: Mapping[str, Any]) -> str:
     for words, wanted in _WANTED:
         if kind.startswith(words) and kind.endswith(("_type", "_parsing", "_number")):
             return wanted
-    said = found["msg"].removeprefix("Value error, ").replace("Input should be", "it must be")
+    said = str(found["msg"]).removeprefix("Value error, ").replace("Input should be", "it must be")
     return said[:1].lower() + said[1:]
 
 
