@@ -355,7 +355,14 @@ BROKEN = [
         "unit-wrong",
         column("position_free_m", lambda x: 1e3 * x),
         {"channel": "position_free_m", "looks_like": ["mm", "cm"], "scale": 1e-3, "line": 2, "value": 980.0},
-        ("980 m", "looks like mm"),
+        ("980 m", "looks like mm", "multiply it by 0.001 if it is mm, multiply it by 0.01 if it is cm"),
+    ),
+    Broken(
+        "encoder that counts downward",
+        "unit-wrong",
+        column("position_free_m", lambda x: -x),
+        {"channel": "position_free_m", "scale": -1.0, "line": 2, "value": -0.98},
+        ("looks like a signal of the other sign", "multiply it by -1;"),
     ),
     Broken(
         "temperature in kelvin",

@@ -62,6 +62,14 @@ def test_a_run_that_broke_off_is_no_number_in_the_json(told: ControlComparison) 
     assert broken.to_dict()["rows"][0]["oscillation_m_s"] is None
 
 
+def test_what_the_thesis_measured_stands_beside_its_own_truck_alone(told: ControlComparison) -> None:
+    other = replace(told, truck=told.truck.with_values({"free.gravity.g": 9.81}))
+    assert "71 - 78" in str(told)  # Table 5.6, free lift, 20 degC, no load
+    assert "71 - 78" not in str(other)
+    assert "71\u00a0–\u00a078" in present.page(told)
+    assert "71\u00a0–\u00a078" not in present.page(other)
+
+
 def test_a_transition_that_never_ends_is_not_the_smoothest(told: ControlComparison) -> None:
     """Whatever the controllers' order; and no page or table says nan."""
     never = {"before_m_s", "after_m_s", "dip_m_s", "spike_m_s", "duration_s"}

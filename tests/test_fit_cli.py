@@ -28,7 +28,7 @@ def counted(*arguments, **options):
     global count
     count += 1
     if count == {at}:
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.{signal})
     return real(*arguments, **options)
 
 module.{name} = counted
@@ -44,9 +44,15 @@ def called(capfd, *arguments: object) -> tuple[int, str, str]:
     return status, told.out, told.err
 
 
-def stopped(tmp_path, module: str, name: str, at: int, *options: str) -> subprocess.CompletedProcess[str]:
+def stopped(
+    tmp_path, module: str, name: str, at: int, *options: str, by: str = "SIGINT"
+) -> subprocess.CompletedProcess[str]:
     script = STOPPED.format(
-        module=module, name=name, at=at, arguments=["fit", NULL, "--out", str(tmp_path / "out"), *options]
+        module=module,
+        name=name,
+        at=at,
+        signal=by,
+        arguments=["fit", NULL, "--out", str(tmp_path / "out"), *options],
     )
     call = [sys.executable, "-c", script]
     return subprocess.run(call, capture_output=True, text=True, check=False, timeout=120)
@@ -113,11 +119,12 @@ def test_the_fitted_truck_is_read_by_every_command(capfd, tmp_path, null_fit):
     assert "campaign fitted from thesis" in capfd.readouterr().out
 
 
-@pytest.mark.skipif(os.name == "nt", reason="sends SIGINT to a process")
-def test_ctrl_c_in_the_search_writes_the_best_so_far_and_says_so(tmp_path):
-    done = stopped(tmp_path, "forklift.fitting.levenberg_marquardt", "cost", 3, "--json")
+@pytest.mark.skipif(os.name == "nt", reason="sends signals to a process")
+@pytest.mark.parametrize(("by", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_stop_in_the_search_writes_the_best_so_far_and_says_so(tmp_path, by, status):
+    done = stopped(tmp_path, "forklift.fitting.levenberg_marquardt", "cost", 3, "--json", by=by)
     out = tmp_path / "out"
-    assert done.returncode == cli.INTERRUPTED, done.stderr
+    assert done.returncode == status, done.stderr
     assert done.stderr == f"forklift: interrupted; the best truck so far is in {out}.\n"
     told = json.loads(done.stdout)
     assert told["interrupted"] is True

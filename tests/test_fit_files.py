@@ -255,6 +255,7 @@ def test_a_stopped_fit_keeps_the_best_so_far_and_says_so(stopped, tmp_path):
     found, seen = stopped
     assert found.interrupted
     assert found.sentences[0].startswith("Interrupted after 3 evaluations: this is the best truck so far")
+    assert not any("no values" in sentence or "same place" in sentence for sentence in found.sentences)
     assert found.options["starts"] is None
     before, after = (
         side.validation("velocity_main_m_s")["nrmse_percent"].mean() for side in (found.before, found.after)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -203,9 +203,7 @@ class ControlComparison:
     passages: tuple[Passage, ...]
 
     def __str__(self) -> str:
-        return (
-            f"{table(self.rows, measured_on=self.truck)}\n\n{transition.transition_table(self.transitions)}"
-        )
+        return f"{table(self.rows, self.truck)}\n\n{transition.transition_table(self.transitions)}"
 
     @property
     def command(self) -> str | None:
@@ -406,26 +404,29 @@ def _row(request: NDArray[np.int32], reference: Floats, speed: Floats) -> tuple[
     )
 
 
-def measured(row: Row, truck: Truck) -> tuple[float, float] | None:
-    """NRMSE [%] over two reference signals that the thesis measured in a row's place; None if it did not, or
-    of another truck."""
-    if truck.sha256 != Truck.read("thesis").sha256:
-        return None
-    known = MEASURED.get((row.lift, round(row.oil_temperature_degc), round(row.load_kg)))
-    place = {"thesis": 0, "today": 1}.get(row.controller)
-    return known[place] if known and place is not None else None
+def measured_on(truck: Truck) -> Callable[[Row], tuple[float, float] | None]:
+    """In each row's place the NRMSE [%] over two reference signals that the thesis measured; None where it
+    did not, and of every other truck than its own."""
+    own = truck.sha256 == Truck.read("thesis").sha256
+
+    def measured(row: Row) -> tuple[float, float] | None:
+        known = MEASURED.get((row.lift, round(row.oil_temperature_degc), round(row.load_kg))) if own else None
+        place = {"thesis": 0, "today": 1}.get(row.controller)
+        return known[place] if known and place is not None else None
+
+    return measured
 
 
-def table(rows: Sequence[Row], *, measured_on: Truck) -> str:
+def table(rows: Sequence[Row], truck: Truck) -> str:
     """The rows as Tables 5.6 and 5.7 lay them out; of the thesis's truck its own figures beside them."""
-    wide = max(12, 2 + max((len(row.controller) for row in rows), default=0))
+    wide, measured = max(12, 2 + max((len(row.controller) for row in rows), default=0)), measured_on(truck)
     head = (
         f"{'lift':<5}{'degC':>5}{'kg':>6}  {'controller':<{wide}}{'NRMSE [%]':>13}{'160ms late':>13}"
         f"{'swing [m/s]':>12}{'error [%]':>10}  thesis measured [%]"
     )
     lines = [head]
     for row in sorted(rows, key=lambda r: (r.lift, r.oil_temperature_degc, r.load_kg)):
-        known = measured(row, measured_on)
+        known = measured(row)
         printed = "{:.0f} - {:.0f}".format(*known) if known else ""
         lines.append(
             f"{row.lift:<5}{row.oil_temperature_degc:>5.0f}{row.load_kg:>6.0f}  {row.controller:<{wide}}"

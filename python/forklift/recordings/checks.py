@@ -34,7 +34,8 @@ below the 0.36 A at which the first of the thesis's valves begins to open."""
 FEWEST_ROWS = 2
 """Of a recording and of a commanded current: one sample has no duration. Of a measurement on a clock of its
 own one sample is enough: an oil temperature changes slowly."""
-TURNED = Conversion("a sensor that counts the other way", -1.0)
+TURNED = Conversion("a signal of the other sign", -1.0)
+"""An encoder that counts downward, say."""
 
 
 def samples(place: Place, name: str, values: Floats) -> None:
@@ -118,8 +119,7 @@ def unit(place: Place, channel: Channel, values: Floats, what: str = "") -> None
     inside = channel.inside(finite)
     outside = (finite < channel.lower) | (finite > channel.upper)
     few = not inside and 2 * outside.sum() < np.count_nonzero(finite)  # a glitch here and there
-    likely = [TURNED] if channel.fits(-finite) else looks_like(channel, finite)
-    likely = [] if few else likely
+    likely = [] if few else [TURNED] if channel.fits(-finite) else looks_like(channel, finite)
     if inside and not likely:  # a sensor that reads nothing is not a wrong unit
         return
     if inside:

@@ -182,16 +182,16 @@ def _fact_transition(told: ControlComparison) -> Fact:
 
 
 def _following(told: ControlComparison) -> Section:
-    from forklift.control.compare import measured
+    from forklift.control.compare import measured_on
 
-    blocks = []
+    blocks, measured = [], measured_on(told.truck)
     for lift, number in (("free", "5.6"), ("main", "5.7")):
         rows = []
         for (of, t, load), found in _by_point(told.rows).items():
             if of != lift:
                 continue
             for name, row in found.items():
-                known = measured(row, told.truck)
+                known = measured(row)
                 rows.append(
                     [
                         f"{t:.0f}",
