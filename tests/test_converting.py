@@ -10,6 +10,7 @@ from contextlib import suppress
 import numpy as np
 import polars as pl
 import pytest
+from scipy.io import savemat
 
 from forklift import Campaign, Recording, compare, convert
 from forklift.recordings.inspect import inspect
@@ -147,3 +148,44 @@ def test_the_currents_tell_the_lift_of_a_lowering_that_is_cut_out(tmp_path):
     assert [one.lift for one in convert(log, tmp_path / "parts", cut=True)] == ["free", "main"]
     told = {"cut": True, "lift": "main"}
     assert raised(convert, log, tmp_path / "told", **told).code == "lift-contradicts-current"
+
+
+def test_a_table_that_tells_of_none_of_the_recordings_is_not_passed_over(tmp_path, log):
+    table = tmp_path / "list.csv"
+    table.write_text("file,lift,load_kg,role\nother.csv,free,800,estimate\n")
+    error = raised(convert, log, tmp_path / "made", table=table)
+    assert error.code == "table-invalid"
+    assert error.value == ["other.csv"]
+    assert not (tmp_path / "made").exists()
+
+
+def test_a_dbc_is_not_passed_over_where_there_are_no_frames(tmp_path, log):
+    assert raised(convert, log, tmp_path / "made", dbc="truck.dbc").code == "option-not-wanted"
+    assert raised(inspect, log, dbc=["truck.dbc"]).code == "option-not-wanted"
+
+
+@pytest.mark.parametrize(
+    ("variables", "said"),
+    [
+        ({"data": np.zeros((100, 4))}, "data is an array of 100 x 4"),
+        ({}, "no signal"),
+        ({"t": "x"}, "no signal"),
+    ],
+)
+def test_a_file_without_a_signal_is_told_as_such(tmp_path, variables, said):
+    savemat(tmp_path / "log.mat", variables)
+    error = raised(inspect, tmp_path / "log.mat")
+    assert error.code == "recording-empty"
+    assert said in str(error)
+
+
+def test_an_array_beside_signals_is_named(tmp_path):
+    savemat(tmp_path / "log.mat", {"log": {"time": np.arange(9.0), "p": np.ones(9), "raw": np.zeros((9, 2))}})
+    found = inspect(tmp_path / "log.mat")
+    assert found.passed == {"log.raw": "an array of 9 x 2"}
+    assert [one.name for one in found.signals] == ["log.p"]
+
+
+def test_a_table_without_rows_holds_no_signal(tmp_path):
+    (tmp_path / "log.csv").write_text("time_s,current_free_a\n")
+    assert raised(inspect, tmp_path / "log.csv").code == "recording-empty"

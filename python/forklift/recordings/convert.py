@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from forklift.base import arguments, output, toml
+from forklift.base import arguments, output
 from forklift.base.errors import ForkliftError
-from forklift.recordings.campaign import FILE, MAPPING, Campaign, document_of, places, replaceable
+from forklift.recordings.campaign import FILE, MAPPING, Campaign, document_of, replaceable
 from forklift.recordings.channels import Lifts
 from forklift.recordings.cut import lowerings
-from forklift.recordings.entered import Entered, of_name, of_table
-from forklift.recordings.formats import SUFFIXES, format_of
+from forklift.recordings.entered import Entered
+from forklift.recordings.formats import check_dbc
 from forklift.recordings.formats.signals import Place
-from forklift.recordings.inspect import inspect
+from forklift.recordings.mapping_file import mapped
 from forklift.recordings.recording import Role
+from forklift.recordings.sources import OPTIONS, Ask, is_campaign, of_campaign, of_recordings
 
 if TYPE_CHECKING:
-    from forklift.recordings.campaign_file import CampaignFile
     from forklift.recordings.reading import Raw
 
 _RATE_DIGITS = 6  # of a sample rate that is found from time stamps: a clock is not better than 1 ppm
-Ask = Callable[[str, str], Any]
-"""Answers of a file what its lift or load is."""
-_OPTIONS = "convert"  # what errors about the options name instead of a file
 
 
 def convert(
@@ -101,10 +97,10 @@ def convert(
     Raises
     ------
     ForkliftError
-        ``"option-missing"`` or ``"option-not-wanted"``, and everything `Campaign.read` and `Campaign.write`
-        raise.
+        ``"option-missing"``, ``"option-not-wanted"``, ``"table-invalid"``, and everything `Campaign.read` and
+        `Campaign.write` raise.
     """
-    from forklift.recordings import campaign_file, reading
+    from forklift.recordings import reading
 
     if propose and channels is not None:
         raise ForkliftError(
@@ -112,28 +108,14 @@ def convert(
             "a mapping is either proposed or given; leave propose or channels out",
             name="propose",
         )
-    output.check_folder(out, replaceable(Path(out), overwrite or extend), FILE)
-    earlier = _extended(Path(out), name) if extend else None
-    mapped_alike = extend and channels is None and not propose and (Path(out) / MAPPING).exists()
-    if mapped_alike:
-        channels = Path(out) / MAPPING
+    out = Path(out)
+    may_stand = replaceable(out, overwrite or extend)
+    output.check_folder(out, may_stand, FILE)
+    earlier = _extended(out, name) if extend else None
     if sample_rate_hz is not None:
-        sample_rate_hz = arguments.number("sample_rate_hz", sample_rate_hz)
-        campaign_file.check_rate(sample_rate_hz, Place(_OPTIONS, str(out)))
-        if earlier and sample_rate_hz != earlier.sample_rate_hz:
-            raise ForkliftError(
-                "sample-rate-mismatch",
-                f"{out} has {earlier.sample_rate_hz:g} Hz, and what is added to it has the same rate; leave "
-                f"--rate {sample_rate_hz:g} out, or convert into another folder",
-                file=str(out),
-                value=sample_rate_hz,
-                expected=earlier.sample_rate_hz,
-            )
+        sample_rate_hz = _asked_rate(sample_rate_hz, out, earlier)
     files = [Path(source)] if isinstance(source, str | Path) else [Path(file) for file in source]
-    rate = sample_rate_hz
-    if len(files) == 1 and files[0].suffix.lower() not in SUFFIXES:
-        if files[0].is_file() and files[0].suffix.lower() != ".toml":
-            format_of(files[0].name)  # a recording of no known format
+    if is_campaign(files):
         told = {
             "lift": lift,
             "load_kg": load_kg,
@@ -146,58 +128,27 @@ def convert(
             "propose": propose or None,
             "extend": extend or None,
         }
-        _nothing_told(files[0], told)
-        folder, document = document_of(files[0])
-        if folder.resolve() == Path(out).resolve():
-            raise ForkliftError(
-                "output-exists", f"{out} is the campaign to be converted; name another folder", file=str(out)
-            )
-        found = list(places(folder, document))
-        notes: dict[str, str] = {}
-        name = name or document.name
-        rate = rate or document.sample_rate_hz
+        sources = of_campaign(files[0], out, name, told)
     else:
-        for file in files:
-            if Path(out).resolve() in file.resolve().parents:
-                raise ForkliftError(
-                    "output-exists",
-                    f"{out} holds {file.name}, which is to be converted, and would be replaced with it; name "
-                    "another folder",
-                    file=str(out),
-                )
-        name = name or (earlier.name if earlier else Path(out).resolve().name)
-        told_by = of_table(table) if table else {}
-        entered = [
-            Entered(lift, load_kg, role).over(told_by.get(file.name, Entered())).over(of_name(file.name))
-            for file in files
-        ]
-        if ask and not cut:
-            entered = [
-                Entered(one.lift or ask(file.name, "lift"), one.load_kg, one.role)
-                for one, file in zip(entered, files, strict=True)
-            ]
-        if ask:
-            entered = [
-                one
-                if one.load_kg is not None
-                else Entered(one.lift, float(ask(file.name, "load_kg")), one.role)
-                for one, file in zip(entered, files, strict=True)
-            ]
-        if cut:
-            entered = [Entered(lift or "both", one.load_kg, one.role) for one in entered]
         ignore = tuple(ignore)
-        unchanged = mapped_alike and not ignore and not dbc
-        mapping = _mapping(channels, ignore, dbc)
-        if propose and files:
-            proposed = toml.loads(inspect(files[0], dbc=mapping["dbc"]).mapping())
-            mapping["channels"] = proposed["channels"]
-            mapping["ignore"] += proposed.get("ignore", [])
-        document = _document(name, files, str(out), entered, mapping)
-        entries = zip(document.recording, files, strict=True)
-        databases = tuple(os.path.abspath(file) for file in mapping["dbc"])
-        notes = {MAPPING: _written(mapping)} if mapping["channels"] and not unchanged else {}
-        found = [(entry, Place(entry.file, os.path.abspath(file), dbc=databases)) for entry, file in entries]
-    raws = [(entry, reading.load(place, document.channel_map)) for entry, place in found]
+        if dbc:
+            check_dbc([file.name for file in files])
+        alike = extend and channels is None and not propose and (out / MAPPING).exists()
+        sources = of_recordings(
+            files,
+            out,
+            name or (earlier.name if earlier else out.resolve().name),
+            Entered(lift, load_kg, role),
+            mapped(out / MAPPING if alike else channels, ignore, dbc),
+            table=table,
+            cut=cut,
+            propose=propose,
+            ask=ask,
+        )
+        if alike and not ignore and not dbc:
+            sources.notes.clear()  # the mapping stands there, and is unchanged
+    raws = [(entry, reading.load(place, sources.document.channel_map)) for entry, place in sources.found]
+    rate = sample_rate_hz or sources.sample_rate_hz
     rate = rate or (earlier.sample_rate_hz if earlier else _rate(raws[0][1]))
     recordings = tuple(
         reading.build(
@@ -212,15 +163,33 @@ def convert(
     )
     if cut:
         recordings = tuple(part for one in recordings for part in lowerings(one))
-    kept = Path(out) / MAPPING
-    if overwrite and kept.is_file():
-        notes.setdefault(MAPPING, kept.read_text(encoding="utf-8"))
-    with output.folder(out, replaceable(Path(out), overwrite or extend), FILE) as new:
-        Campaign(name, rate, recordings).write(new, notes=notes)
+    notes = sources.notes
+    if overwrite and (out / MAPPING).is_file():
+        notes.setdefault(MAPPING, (out / MAPPING).read_text(encoding="utf-8"))
+    with output.folder(out, may_stand, FILE) as new:
+        Campaign(sources.name, rate, recordings).write(new, notes=notes)
         if earlier:
-            _put_behind(Path(out), new, notes)
+            _put_behind(out, new, notes)
         made = Campaign.read(new)
-    return replace(made, folder=Path(out))
+    return replace(made, folder=out)
+
+
+def _asked_rate(rate_hz: float, out: Path, earlier: Campaign | None) -> float:
+    """The sample rate that was asked for [Hz], which is that of a campaign that is extended."""
+    from forklift.recordings import campaign_file
+
+    rate_hz = arguments.number("sample_rate_hz", rate_hz)
+    campaign_file.check_rate(rate_hz, Place(OPTIONS, str(out)))
+    if earlier and rate_hz != earlier.sample_rate_hz:
+        raise ForkliftError(
+            "sample-rate-mismatch",
+            f"{out} has {earlier.sample_rate_hz:g} Hz, and what is added to it has the same rate; leave "
+            f"--rate {rate_hz:g} out, or convert into another folder",
+            file=str(out),
+            value=rate_hz,
+            expected=earlier.sample_rate_hz,
+        )
+    return rate_hz
 
 
 def _extended(folder: Path, name: str | None) -> Campaign:
@@ -264,123 +233,6 @@ def _put_behind(earlier: Path, new: Path, notes: Iterable[str]) -> None:
         earlier, new, symlinks=True, ignore=shutil.ignore_patterns(FILE, *notes), dirs_exist_ok=True
     )
     (new / FILE).write_bytes(text)
-
-
-def _document(
-    name: str,
-    files: Sequence[Path],
-    out: str,
-    entered: Sequence[Entered],
-    mapping: Mapping[str, Any],
-) -> CampaignFile:
-    """The campaign file that would say the same as the options."""
-    from forklift.recordings import campaign_file
-
-    for file, one in zip(files, entered, strict=True):
-        for option, value in (("lift", one.lift), ("load_kg", one.load_kg)):
-            if value is None:
-                raise ForkliftError(
-                    "option-missing",
-                    f"nothing tells {option} of {file.name}; give it, write it into the file's name as in "
-                    "free_800kg.mf4, or into a table",
-                    name=option,
-                    file=str(file),
-                )
-    return campaign_file.check(
-        {
-            "name": name,
-            "sample_rate_hz": 1.0,  # not known before the files are read, and not used
-            "ignore": list(mapping["ignore"]),
-            "channels": dict(mapping["channels"]),
-            "recording": [
-                {
-                    "file": file.name,
-                    "lift": one.lift,
-                    "load_kg": one.load_kg,
-                    "role": one.role or "estimate",
-                }
-                for file, one in zip(files, entered, strict=True)
-            ],
-        },
-        Place(_OPTIONS, out),
-    )
-
-
-def _mapping(
-    channels: Mapping[str, str | Mapping[str, Any]] | str | Path | None,
-    ignore: Iterable[str],
-    dbc: str | Path | Sequence[str | Path],
-) -> dict[str, Any]:
-    """``channels``, ``ignore`` and ``dbc``, from the options or from a file that says them."""
-    bases = [str(dbc)] if isinstance(dbc, str | Path) else [str(file) for file in dbc]
-    if not isinstance(channels, str | Path):
-        plain = {
-            name: source if isinstance(source, str) else dict(source)
-            for name, source in (channels or {}).items()
-        }
-        return {"channels": plain, "ignore": list(ignore), "dbc": bases}
-    path = Path(channels)
-    try:
-        found = toml.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise ForkliftError(
-            "mapping-unreadable",
-            f"{path} cannot be read as TOML ({error}); make one with forklift info FILE --write {path.name}",
-            file=str(path),
-        ) from error
-    wrong = [key for key in found if key not in ("channels", "ignore", "dbc")]
-    stated = found.get("dbc", [])
-    stated, passed = [stated] if isinstance(stated, str) else stated, found.get("ignore", [])
-    if not isinstance(found.get("channels", {}), dict):
-        wrong.append("channels that are no table")
-    wrong += [
-        f"{key} that is no list of texts"
-        for key, told in (("ignore", passed), ("dbc", stated))
-        if not isinstance(told, list) or not all(isinstance(one, str) for one in told)
-    ]
-    if wrong:
-        raise ForkliftError(
-            "mapping-unreadable",
-            f"{path} holds {wrong[0]}; it may hold [channels], ignore and dbc",
-            file=str(path),
-        )
-    return {
-        "channels": found.get("channels", {}),
-        "ignore": [*passed, *ignore],
-        "dbc": bases or [str(path.parent / file) for file in stated],
-    }
-
-
-def _written(mapping: Mapping[str, Any]) -> str:
-    """The mapping as a TOML file, for the next time."""
-
-    lines = ["# How these recordings' logs were mapped; forklift convert --extend maps further ones alike."]
-    for key in ("ignore", "dbc"):
-        if mapping[key]:
-            values = [os.path.abspath(one) for one in mapping[key]] if key == "dbc" else mapping[key]
-            lines.append(f"{key} = {toml.written(values)}")
-    lines += ["", "[channels]"]
-    for name, source in mapping["channels"].items():
-        if isinstance(source, str):
-            lines.append(f"{toml.written(name)} = {toml.written(source)}")
-        else:
-            inside = ", ".join(
-                f"{key} = {toml.written(value) if isinstance(value, str) else repr(float(value))}"
-                for key, value in source.items()
-            )
-            lines.append(f"{toml.written(name)} = {{ {inside} }}")
-    return "\n".join(lines) + "\n"
-
-
-def _nothing_told(campaign: Path, told: Mapping[str, object]) -> None:
-    for option, value in told.items():
-        if value is not None:
-            raise ForkliftError(
-                "option-not-wanted",
-                f"{campaign} is to be a campaign, whose {FILE} tells {option}; leave the option out",
-                name=option,
-                file=str(campaign),
-            )
 
 
 def _rate(raw: Raw) -> float:

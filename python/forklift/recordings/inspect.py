@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,11 @@ import numpy as np
 
 from forklift.base import toml
 from forklift.base.arrays import Floats
+from forklift.base.errors import ForkliftError
 from forklift.recordings import formats, units
 from forklift.recordings.channels import COMMANDS, TIME, Channel, Conversion, looks_like, table
 from forklift.recordings.clocks import TIME_SUFFIX
-from forklift.recordings.formats.signals import Everything, Place, Series
+from forklift.recordings.formats.signals import Everything, Place, Series, Signals
 
 SKETCH = "▁▂▃▄▅▆▇█"
 WIDTH = 24
@@ -81,6 +82,8 @@ class Log:
     signals: tuple[LoggedSignal, ...]
     ignored: tuple[str, ...] = ()
     """Columns of a table that are no channel and none is proposed for: a table's must all be told of."""
+    passed: Mapping[str, str] = field(default_factory=dict)
+    """Variables of a MAT-file that hold numbers and are no signals, and what they are instead."""
 
     def mapping(self) -> str:
         """The ``[channels]`` block of the proposals, with the reasons as comments; before it ``ignore``."""
@@ -110,6 +113,7 @@ class Log:
                 {**vars(one), "proposal": None if one.proposal is None else vars(one.proposal)}
                 for one in self.signals
             ],
+            "passed": dict(self.passed),
             "mapping": self.mapping(),
         }
 
@@ -120,11 +124,16 @@ def inspect(path: str | Path, *, dbc: Sequence[str | Path] = ()) -> Log:
     Raises
     ------
     ForkliftError
-        Everything `forklift.recordings.formats.read` raises.
+        ``"recording-empty"``, ``"option-not-wanted"`` of a DBC beside a file without frames, and everything
+        `forklift.recordings.formats.read` raises.
     """
     path = Path(path)
+    if dbc:
+        formats.check_dbc([path.name])
     place = Place(path.name, os.path.abspath(path), dbc=tuple(os.path.abspath(file) for file in dbc))
     found, _ = formats.read(place, Everything())
+    if not any(len(one.values) for one in found.series.values()):
+        raise _empty(place, found)
     common = _common_time(found.series)
     clocks: dict[bytes, int] = {}
     numbers = {}
@@ -145,7 +154,19 @@ def inspect(path: str | Path, *, dbc: Sequence[str | Path] = ()) -> Log:
     duration = max(b for _, b in ends) - min(a for a, _ in ends) if ends else None
     format = formats.format_of(path.name)
     ignored = () if format.picks else _ignored([*found.series, *found.others], proposals)
-    return Log(path.name, format.name, duration, signals, ignored)
+    return Log(path.name, format.name, duration, signals, ignored, dict(found.passed))
+
+
+def _empty(place: Place, found: Signals) -> ForkliftError:
+    """What to say of a file without a sample."""
+    what = [f"{name} is {said}" for name, said in found.passed.items()]
+    if what:
+        why = f"it holds no signal: {', '.join(what[:3])}; write every signal as a vector by itself"
+    elif found.series:
+        why = "its signals have no samples; record or export it again"
+    else:
+        why = "it holds no signal of numbers; export the recorded signals into it"
+    return place.error("recording-empty", why)
 
 
 def _ignored(names: Sequence[str], proposals: Mapping[str, Proposal]) -> tuple[str, ...]:

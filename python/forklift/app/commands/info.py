@@ -66,6 +66,8 @@ def info(
             print_json(found.to_dict() | {"written": [str(write)] if write else []})
             return
         print_tables(tables.log_table(found))
+        for name, said in found.passed.items():
+            typer.echo(f"{name} is {said}, and no signal: it is passed over")
         typer.echo(found.mapping())
         if write:
             say_written(write)

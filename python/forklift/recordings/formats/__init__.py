@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -35,6 +36,8 @@ class Format:
         Whether its series may bring their own time.
     isolated
         Whether a library reads it that can take the whole process down on a damaged file.
+    frames
+        Whether it may hold the frames of a CAN bus, which a DBC decodes.
     """
 
     name: str
@@ -43,6 +46,7 @@ class Format:
     picks: bool
     timed: bool
     isolated: bool
+    frames: bool = False
 
 
 FORMATS = (
@@ -57,9 +61,23 @@ FORMATS = (
     ),
     Format("mat", (".mat",), "forklift.recordings.formats.mat", picks=True, timed=True, isolated=True),
     Format(
-        "mdf4", (".mf4", ".mdf"), "forklift.recordings.formats.mdf4", picks=True, timed=True, isolated=True
+        "mdf4",
+        (".mf4", ".mdf"),
+        "forklift.recordings.formats.mdf4",
+        picks=True,
+        timed=True,
+        isolated=True,
+        frames=True,
     ),
-    Format("can", (".blf", ".asc"), "forklift.recordings.formats.can", picks=True, timed=True, isolated=True),
+    Format(
+        "can",
+        (".blf", ".asc"),
+        "forklift.recordings.formats.can",
+        picks=True,
+        timed=True,
+        isolated=True,
+        frames=True,
+    ),
 )
 
 _BY_SUFFIX = {suffix: format for format in FORMATS for suffix in format.suffixes}
@@ -87,6 +105,23 @@ def format_of(file: str) -> Format:
             value=suffix,
         )
     return _BY_SUFFIX[suffix]
+
+
+def check_dbc(files: Sequence[str]) -> None:
+    """Refuse that a DBC is given for files of which none may hold CAN frames.
+
+    Raises
+    ------
+    ForkliftError
+        ``"option-not-wanted"``.
+    """
+    if files and not any(format_of(file).frames for file in files):
+        raise ForkliftError(
+            "option-not-wanted",
+            f"a DBC tells what the frames of a CAN log hold, and {files[0]} holds none; leave --dbc out",
+            name="dbc",
+            file=files[0],
+        )
 
 
 def read(place: Place, choose: Choose) -> tuple[Signals, str]:

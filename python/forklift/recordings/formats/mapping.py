@@ -179,7 +179,7 @@ class Choice:
         return self.place.error(
             "column-missing",
             f"there is no column {channel}{_near(channel, names, channel)}; add it, or name the column that "
-            f"is {channel} in [channels] of campaign.toml",
+            f"is {channel} in [channels] of campaign.toml, or with convert --channel",
             line=self._header,
             channel=channel,
         )
@@ -333,7 +333,8 @@ class Choice:
         near = _near(name, [known for known in self.known if known not in self._taken()], name)
         raise self.place.error(
             "column-unknown",
-            f"{what}{near}; rename it, map it in [channels] of campaign.toml, or list it in ignore",
+            f"{what}{near}; rename it, map it (in [channels] of campaign.toml, or with convert "
+            "--channel), or list it in ignore",
             line=self._header,
             column=name,
             value=name,

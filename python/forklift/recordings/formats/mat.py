@@ -42,8 +42,9 @@ def read(place: Place, choose: Choose) -> Signals:
         head = file.read(_USERBLOCKS[-1] + len(_HDF5))
     tree = _hdf5(place) if any(head[k:].startswith(_HDF5) for k in _USERBLOCKS) else _version5(place)
     series: dict[str, Series] = {}
+    passed: dict[str, str] = {}
     for name, node in tree.items():
-        _collect(name, node, None, series)
+        _collect(name, node, None, series, passed)
         if name in table() and name not in series:
             raise place.error(
                 "column-no-signal",
@@ -51,7 +52,7 @@ def read(place: Place, choose: Choose) -> Signals:
                 "rename it if it is something else",
                 channel=name,
             )
-    return Signals({name: series[name] for name in choose(list(series))})
+    return Signals({name: series[name] for name in choose(list(series))}, passed=passed)
 
 
 def _said(node: Any) -> str:
@@ -76,19 +77,28 @@ class _Leaf:
     unit: str
 
 
-def _collect(name: str, node: Any, time: Floats | None, series: dict[str, Series], unit: str = "") -> None:
-    """All vectors in the tree below `node`."""
+def _collect(
+    name: str,
+    node: Any,
+    time: Floats | None,
+    series: dict[str, Series],
+    passed: dict[str, str],
+    unit: str = "",
+) -> None:
+    """All vectors in the tree below `node`, and what else holds numbers."""
     if isinstance(node, dict):
         own = _vector(node.get(_TIME))
         unit = next((text for field in _UNITS if (text := _text(node.get(field)))), "")
         for field, child in node.items():
             if own is None or field != _TIME:
-                _collect(f"{name}.{field}", child, time if own is None else own, series, unit)
+                _collect(f"{name}.{field}", child, time if own is None else own, series, passed, unit)
     elif isinstance(node, list):
         for k, child in enumerate(node, start=1):
-            _collect(f"{name}({k})", child, time, series)
+            _collect(f"{name}({k})", child, time, series, passed)
     elif (values := _vector(node)) is not None:
         series[name] = Series(values, time, node.unit if isinstance(node, _Leaf) else unit)
+    elif isinstance(node, np.ndarray) and node.dtype.kind in "fiubc" and node.size > 1:
+        passed[name] = _said(node)
 
 
 def _text(node: Any) -> str:

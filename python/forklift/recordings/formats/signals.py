@@ -44,11 +44,14 @@ class Signals:
         (n,), the line on which each row ends, counted from 1; None for a binary file.
     others
         Of a table of which everything was asked for: the columns that hold no numbers.
+    passed
+        Of a file of variables: those that hold numbers and are no signals, and what they are instead.
     """
 
     series: Mapping[str, Series]
     lines: NDArray[np.int64] | None = None
     others: tuple[str, ...] = ()
+    passed: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
