@@ -154,6 +154,7 @@ def test_ctrl_c_before_the_first_evaluation_leaves_nothing(tmp_path, module, nam
         (["--hold", "free.nonsense"], "there is no parameter free.nonsense"),
         (["--also", "free.nonsense"], "there is no parameter free.nonsense"),
         (["--also", "free.valve.table_current"], "did you mean free.valve.table_current."),
+        (["--together", "free.bulk.a_1"], "together has a group of free.bulk.a_1"),
         (["--together", "free.bulk.a_1,free.nonsense"], "there is no parameter free.nonsense"),
         (["--together", "free.bulk.a_1,main.bulk.a_1"], "main.bulk.a_1 is not estimated"),
         (["--together", "free.bulk.a_1,free.compensator.theta"], "their scales differ"),

@@ -85,7 +85,13 @@ def test_a_scale_takes_the_place_of_the_files_unit_and_a_unit_that_is_told_goes_
         ({"time_s": TIME, "u": TIME, "duty": TIME}, "", ("run.csv", "RUN.csv"), "recording-repeated"),
         ({"time_s": TIME, "u": TIME, "duty": TIME}, "", ("../run.csv",), "path-escapes"),
         ({"time_s": TIME, "u": ["1", "oops", "2"], "duty": TIME}, "", ("run.csv",), "cell-not-a-number"),
-        ({"time_s": TIME, "u [bar]": TIME, "duty": TIME}, "", ("run.csv",), "unit-unknown"),
+        ({"time_s": TIME, "u [bar]": TIME, "duty": TIME}, "", ("run.csv",), "unit-of-another-kind"),
+        (
+            {"time_s": TIME, "w": TIME, "duty": TIME},
+            'w = { channel = "u", unit = "bananas" }',
+            ("run.csv",),
+            "unit-unknown",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_refused(tmp_path, columns, channels, entries, code):

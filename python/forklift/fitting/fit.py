@@ -224,6 +224,14 @@ def fit(
     arguments.names(hold=hold, also=also, together=together, profiles=profiles)
     for group in together:
         arguments.names(together=group)
+        if len(group) < 2:
+            raise ForkliftError(
+                "argument-invalid",
+                f"together has a group of {', '.join(group) or 'none'}, where parameters that move together "
+                "are two or more; name the others too, or give it as also",
+                name="together",
+                value=list(group),
+            )
     _check_numbers(starts, seed)
     entered, each, origin = given(machine, recordings, doubts=False, **conditions)
     model, kept, findings = entered.suited(each)

@@ -143,9 +143,9 @@ def read(folder: str | Path, plant: Plant) -> PlantCampaign:
         ``"campaign-missing"``, ``"campaign-syntax"``, ``"campaign-invalid"``, ``"path-escapes"``,
         ``"value-invalid"``, ``"recording-repeated"``, ``"channel-unknown"``, ``"scale-invalid"``,
         ``"source-missing"``; of a file ``"column-missing"``, ``"column-repeated"``, ``"unit-unknown"``,
-        ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of its times,
-        ``"lengths-differ"``, ``"time-not-common"``; those of `forklift.recordings.formats.read` and of
-        `Recording`.
+        ``"unit-of-another-kind"``, ``"sample-missing"``, ``"value-infinite"`` or ``"time-not-increasing"`` of
+        its times, ``"lengths-differ"``, ``"time-not-common"``; those of `forklift.recordings.formats.read`
+        and of `Recording`.
     """
     folder = Path(folder)
     path = folder if folder.name == FILE else folder / FILE
@@ -349,7 +349,7 @@ def _in_unit(place: Place, name: str, series: Series, source: _Source, to: str) 
     linear = units.conversion(unit, "dimensionless" if to == "1" else to, exact=True)
     if linear is None:
         raise place.error(
-            "unit-unknown",
+            "unit-of-another-kind" if units.known(unit) else "unit-unknown",
             f"{name} is in {unit}, which does not convert to {to}; state another unit, or a scale, below "
             "[channels]",
             channel=source.channel,
