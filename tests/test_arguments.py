@@ -15,8 +15,9 @@ from forklift.control import presets
 from forklift.control.closed_loop import Lowering, requests
 from forklift.control.compare import compare_controllers, control_comparison
 from forklift.control.controller import Controller
+from forklift.control.feedback import tune_swing
 from forklift.control.own_truck import for_truck
-from forklift.control.tune import tune, tune_swing
+from forklift.control.tune import tune
 
 
 @cache
