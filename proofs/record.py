@@ -21,12 +21,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from forklift.ensemble.proof.kinds import KINDS
 from forklift.ensemble.proof.prove import MARK, Proof, judged_now, scored
 from forklift.ensemble.proof.score import GOALS, score
 from forklift.report.of_proof import proof_text
 
 CERTAIN = 0.9
 """Credibility from which on 85 % of names are asked to be right."""
+NEAR = 0.25
+"""Share of an interval's width by which it misses little."""
 
 
 def keep(folder: Path, file: Path) -> int:
@@ -91,7 +94,28 @@ def together(runs: Mapping[int, Sequence[Mapping[str, Any]]]) -> tuple[dict[str,
         told = [next(row for row in one["forms"] if row["form"] == form) for one in scores]
         own = [f"{row['right']} of {row['of']}" for row in told]
         rows.append([f"names told with their form {form} that are right", *own, _ends(told[-1]), ""])
+    counted = [counts(results) for results in (*runs.values(), every)]
+    rows += [[name, *(one[name] for one in counted), "", ""] for name in counted[-1]]
     return head | whole, "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def counts(results: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """How many of what in a run: right in everything by kind, hidden, and how far intervals miss."""
+    found = {}
+    for kind in KINDS:
+        right = [one["judged"]["all"] for one in results if one["answer"]["kind"] == kind]
+        found[f"right in everything, {kind}"] = f"{sum(right)} of {len(right)}"
+    named = [bool(one["judged"]["spurious"]) for one in results if one["judged"]["hidden"]]
+    found["of what is hidden, told a wrong name"] = f"{sum(named)} of {len(named)}"
+    beyond = [
+        max(lower - true, true - upper) / (upper - lower)
+        for one in results
+        for _, true, lower, upper in one["intervals"]
+    ]
+    missed = [share for share in beyond if share > 0.0]
+    near = sum(share < NEAR for share in missed)
+    found["intervals that miss, by less than a quarter of their width"] = f"{near} of {len(missed)}"
+    return found
 
 
 def _ends(rate: Mapping[str, Any]) -> str:

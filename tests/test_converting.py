@@ -13,6 +13,7 @@ import pytest
 from scipy.io import savemat
 
 from forklift import Campaign, Recording, compare, convert
+from forklift.app.main import main
 from forklift.recordings.inspect import inspect
 from small_campaign import RATE_HZ, csv_text, foreign, make, make_mapped, raised, signals, snapshot
 
@@ -159,9 +160,12 @@ def test_a_table_that_tells_of_none_of_the_recordings_is_not_passed_over(tmp_pat
     assert not (tmp_path / "made").exists()
 
 
-def test_a_dbc_is_not_passed_over_where_there_are_no_frames(tmp_path, log):
+def test_a_dbc_is_not_passed_over_where_there_are_no_frames(tmp_path, log, capsys):
     assert raised(convert, log, tmp_path / "made", dbc="truck.dbc").code == "option-not-wanted"
-    assert raised(inspect, log, dbc=["truck.dbc"]).code == "option-not-wanted"
+    with pytest.raises(SystemExit) as ended:
+        main(["info", str(log), "--dbc", "truck.dbc"])
+    assert ended.value.code == 2
+    assert "[option-not-wanted]" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -184,6 +188,15 @@ def test_an_array_beside_signals_is_named(tmp_path):
     found = inspect(tmp_path / "log.mat")
     assert found.passed == {"log.raw": "an array of 9 x 2"}
     assert [one.name for one in found.signals] == ["log.p"]
+
+
+def test_an_array_of_a_newer_mat_file_is_named_whatever_unit_it_states(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "log.mat", "w", userblock_size=512) as file:
+        file["p"] = np.ones(9)
+        file["raw"] = np.zeros((9, 2))
+        file["raw"].attrs["unit"] = "bar"
+    assert inspect(tmp_path / "log.mat").passed == {"raw": "an array of 9 x 2"}
 
 
 def test_a_table_without_rows_holds_no_signal(tmp_path):

@@ -102,7 +102,7 @@ class Space:
             Of each of `CURVE_LOADS_KG` the mean pressure [Pa] and the frequency of its swing [Hz].
         """
         u_max = getattr(start, lift).numbers["u_max"].value
-        numbers = {
+        numbers = {  # in this order: the draws of a search go by it
             "integral": NUMBERS[lift]["integral"],
             "u_max": Sought(u_max, U_MAX_MM_S[0], u_max - U_MAX_MM_S[1], u_max + U_MAX_MM_S[1]),
             **NUMBERS[lift],

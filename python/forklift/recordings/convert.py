@@ -140,13 +140,12 @@ def convert(
             name or (earlier.name if earlier else out.resolve().name),
             Entered(lift, load_kg, role),
             mapped(out / MAPPING if alike else channels, ignore, dbc),
+            keep_mapping=not alike or bool(ignore or dbc),
             table=table,
             cut=cut,
             propose=propose,
             ask=ask,
         )
-        if alike and not ignore and not dbc:
-            sources.notes.clear()  # the mapping stands there, and is unchanged
     raws = [(entry, reading.load(place, sources.document.channel_map)) for entry, place in sources.found]
     rate = sample_rate_hz or sources.sample_rate_hz
     rate = rate or (earlier.sample_rate_hz if earlier else _rate(raws[0][1]))
@@ -163,7 +162,7 @@ def convert(
     )
     if cut:
         recordings = tuple(part for one in recordings for part in lowerings(one))
-    notes = sources.notes
+    notes = dict(sources.notes)
     if overwrite and (out / MAPPING).is_file():
         notes.setdefault(MAPPING, (out / MAPPING).read_text(encoding="utf-8"))
     with output.folder(out, may_stand, FILE) as new:

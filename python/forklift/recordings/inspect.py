@@ -124,12 +124,9 @@ def inspect(path: str | Path, *, dbc: Sequence[str | Path] = ()) -> Log:
     Raises
     ------
     ForkliftError
-        ``"recording-empty"``, ``"option-not-wanted"`` of a DBC beside a file without frames, and everything
-        `forklift.recordings.formats.read` raises.
+        ``"recording-empty"``, and everything `forklift.recordings.formats.read` raises.
     """
     path = Path(path)
-    if dbc:
-        formats.check_dbc([path.name])
     place = Place(path.name, os.path.abspath(path), dbc=tuple(os.path.abspath(file) for file in dbc))
     found, _ = formats.read(place, Everything())
     if not any(len(one.values) for one in found.series.values()):

@@ -48,7 +48,7 @@ class Sources:
     document: CampaignFile
     found: Sequence[tuple[Any, Place]]
     sample_rate_hz: float | None = None
-    notes: dict[str, str] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
 
 
 def is_campaign(files: Sequence[Path]) -> bool:
@@ -97,6 +97,7 @@ def of_recordings(
     options: Entered,
     mapping: Mapped,
     *,
+    keep_mapping: bool,
     table: str | Path | None,
     cut: bool,
     propose: bool,
@@ -104,10 +105,12 @@ def of_recordings(
 ) -> Sources:
     """Recordings: of each, lift, load and role as `options` say, else `table`, else its name, else `ask`.
 
+    `keep_mapping` asks for a ``channels.toml`` beside the new campaign.
+
     Raises
     ------
     ForkliftError
-        ``"output-exists"``, ``"option-missing"``, ``"option-not-wanted"``, and those of `of_table`, `inspect`
+        ``"output-exists"``, ``"option-missing"``, ``"table-invalid"``, and those of `of_table`, `inspect`
         and `forklift.recordings.campaign_file.check`.
     """
     for file in files:
@@ -129,7 +132,8 @@ def of_recordings(
         (entry, Place(entry.file, os.path.abspath(file), dbc=databases))
         for entry, file in zip(document.recording, files, strict=True)
     ]
-    return Sources(name, document, found, notes={MAPPING: mapping.written()} if mapping.channels else {})
+    notes = {MAPPING: mapping.written()} if keep_mapping and mapping.channels else {}
+    return Sources(name, document, found, notes=notes)
 
 
 def _entered(

@@ -53,8 +53,11 @@ def info(
         print_json(campaign.to_dict()) if as_json else print_tables(tables.campaign_table(campaign))
     elif log:
         from forklift.base import output, toml
+        from forklift.recordings.formats import check_dbc
         from forklift.recordings.inspect import inspect
 
+        if dbc:
+            check_dbc([Path(what).name])
         if write:
             output.check_file(write)
             output.check_suffix(write, (".toml",))

@@ -57,7 +57,7 @@ def read(place: Place, choose: Choose) -> Signals:
 
 def _said(node: Any) -> str:
     """What a variable is that is no signal."""
-    node = node.values if isinstance(node, _Leaf) else node
+    node = _bare(node)
     if not isinstance(node, np.ndarray):
         return "a struct" if isinstance(node, dict) else "no array of numbers"
     if node.size == 0:
@@ -97,8 +97,8 @@ def _collect(
             _collect(f"{name}({k})", child, time, series, passed)
     elif (values := _vector(node)) is not None:
         series[name] = Series(values, time, node.unit if isinstance(node, _Leaf) else unit)
-    elif isinstance(node, np.ndarray) and node.dtype.kind in "fiubc" and node.size > 1:
-        passed[name] = _said(node)
+    elif isinstance(bare := _bare(node), np.ndarray) and bare.dtype.kind in "fiubc" and bare.size > 1:
+        passed[name] = _said(bare)
 
 
 def _text(node: Any) -> str:
@@ -108,9 +108,13 @@ def _text(node: Any) -> str:
     return node.strip() if isinstance(node, str) else ""
 
 
+def _bare(node: Any) -> Any:
+    """A node without the unit that the file gives it."""
+    return node.values if isinstance(node, _Leaf) else node
+
+
 def _vector(node: Any) -> Floats | None:
-    if isinstance(node, _Leaf):
-        node = node.values
+    node = _bare(node)
     if not isinstance(node, np.ndarray) or node.dtype.kind not in "fiub":
         return None
     if node.size < 2 or node.size != max(node.shape):
